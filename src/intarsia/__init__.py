@@ -1,0 +1,94 @@
+"""Grow textures from an example: a small picture goes in, a larger one made of its pieces comes out.
+
+    import intarsia as ia
+    wall = ia.synthesize("brick.png", (1024, 1024), ia.ImageQuilting(patch=96), seed=7, wrap="both")
+    ia.write("wall.png", wall.render())
+
+Everything is imported at its first use, so that ``import intarsia`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Blend": "sourcemap",
+    "Box": "geometry",
+    "Canvas": "canvas",
+    "CancelledError": "errors",
+    "Exemplar": "exemplar",
+    "Guide": "guide",
+    "ImageQuilting": "methods.image_quilting",
+    "InputError": "errors",
+    "IntarsiaError": "errors",
+    "Kind": "image",
+    "MethodError": "errors",
+    "Mixing": "sourcemap",
+    "ParameterError": "errors",
+    "Plane": "image",
+    "RandomTiling": "methods.random_tiling",
+    "Repeat": "methods.repeat",
+    "Run": "run",
+    "SourceMap": "sourcemap",
+    "Synthesis": "synthesis",
+    "Wrap": "geometry",
+    "read": "files",
+    "synthesize": "synthesis",
+    "write": "files",
+}
+
+__all__ = [
+    "Blend",
+    "Box",
+    "CancelledError",
+    "Canvas",
+    "Exemplar",
+    "Guide",
+    "ImageQuilting",
+    "InputError",
+    "IntarsiaError",
+    "Kind",
+    "MethodError",
+    "Mixing",
+    "ParameterError",
+    "Plane",
+    "RandomTiling",
+    "Repeat",
+    "Run",
+    "SourceMap",
+    "Synthesis",
+    "Wrap",
+    "read",
+    "synthesize",
+    "write",
+]
+
+if TYPE_CHECKING:
+    from .canvas import Canvas
+    from .errors import CancelledError, InputError, IntarsiaError, MethodError, ParameterError
+    from .exemplar import Exemplar
+    from .files import read, write
+    from .geometry import Box, Wrap
+    from .guide import Guide
+    from .image import Kind, Plane
+    from .methods.image_quilting import ImageQuilting
+    from .methods.random_tiling import RandomTiling
+    from .methods.repeat import Repeat
+    from .run import Run
+    from .sourcemap import Blend, Mixing, SourceMap
+    from .synthesis import Synthesis, synthesize
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'intarsia' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

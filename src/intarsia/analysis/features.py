@@ -1,0 +1,183 @@
+"""What methods compare: every exemplar as an int16 picture, stretched to the exemplars' own range.
+
+Matching never touches the pixels themselves: 8-bit, 16-bit and float planes of equal content give the same
+features, and so the same map (law 13). All steps are integer arithmetic, or single IEEE operations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..colour import code_values
+from ..errors import InputError, ParameterError
+from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES
+from ..image import Kind, Plane
+
+RANGE = 1023
+LUMINANCE = (0.30, 0.59, 0.11)  # source 002: weights of red, green and blue
+OTHER_PLANES = 0.5  # variance of every further plane, relative to the base plane
+MAX_LABELS = 16
+
+Int32 = NDArray[np.int32]
+Int16 = NDArray[np.int16]
+
+
+@dataclass(frozen=True)
+class Features:
+    """The exemplars as int16 pictures (H, W, C), comparable with one another.
+
+    ``normals`` names the first of three channels of each normal map, whose vectors turn with the piece.
+    """
+
+    pictures: tuple[Int16, ...]
+    normals: tuple[int, ...] = ()
+
+    def posed(self, number: int, pose: int) -> Int16:
+        """Return picture `number` as it looks when laid down in isometry `pose`."""
+        picture = pose_array(self.pictures[number], pose)
+        if pose and self.normals:
+            picture = picture.copy()
+            (a, b), (c, d) = ISOMETRIES[pose].j
+            for k in self.normals:  # rows point down, the green channel up; the turned gradient is J^T n
+                x, y = picture[:, :, k].copy(), picture[:, :, k + 1].copy()
+                picture[:, :, k] = d * x - b * y
+                picture[:, :, k + 1] = a * y - c * x
+        return np.ascontiguousarray(picture)
+
+
+def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:
+    """Lay an array (H, W, ...) down in one of the eight isometries (source 000, 3.3)."""
+    swapped = np.swapaxes(array, 0, 1)
+    return {
+        0: array,
+        1: array[:, ::-1],
+        2: array[::-1],
+        3: swapped,
+        4: swapped[::-1, ::-1],
+        5: swapped[::-1],
+        6: array[::-1, ::-1],
+        7: swapped[:, ::-1],
+    }[pose]
+
+
+def features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None = None) -> Features:
+    """Return the features of the exemplars; `weights` count the channels of the base plane.
+
+    Raises
+    ------
+    InputError
+        where the exemplars differ in their planes or channels.
+    ParameterError
+        where the number of weights is not the number of channels.
+    """
+    key = ("features", weights, tuple(e.digest for e in exemplars))
+    return exemplars[0].memo(key, lambda: _features(exemplars, weights))
+
+
+def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:
+    layout = {n: (p.kind, p.channels) for n, p in exemplars[0].planes.items()}
+    for e in exemplars[1:]:
+        if {n: (p.kind, p.channels) for n, p in e.planes.items()} != layout:
+            raise InputError(
+                f"{e.name} and {exemplars[0].name} differ in planes, channels or kind; give exemplars of one make-up."
+            )
+    stacks: list[list[Int32]] = [[] for _ in exemplars]
+    normals: list[int] = []
+    base_variance, channels = 0.0, 0
+    for number, name in enumerate(layout):
+        values = [_at_base_size(_values(e.planes[name]), e) for e in exemplars]
+        scaled, signed = _stretched(values, exemplars, exemplars[0].planes[name])
+        if number == 0:
+            scaled = _weighted(scaled, exemplars[0].base, weights)
+            base_variance = _variance(scaled, exemplars)
+        else:
+            share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(_variance(scaled, exemplars), 1.0)))
+            scaled = [_times(s, share) for s in scaled]
+        if signed:
+            normals.append(channels)
+        channels += scaled[0].shape[2]
+        for stack, s in zip(stacks, scaled, strict=True):
+            stack.append(s)
+    pictures = []
+    for e, stack in zip(exemplars, stacks, strict=True):
+        picture = np.concatenate(stack, axis=2).astype(np.int16)
+        if e.usable is not None:
+            picture[~e.usable] = 0
+        pictures.append(picture)
+    return Features(tuple(pictures), tuple(normals))
+
+
+def _values(plane: Plane) -> Int32:
+    """Code values of a plane, colour under transparency taken away, labels as one channel each."""
+    samples = plane.samples
+    if plane.is_float and not np.isfinite(samples).all():  # only ever under the mask
+        plane = Plane(np.nan_to_num(samples, posinf=0.0, neginf=0.0), plane.kind, plane.transfer)
+    codes = code_values(plane)
+    if plane.kind is Kind.LABEL:
+        names = np.unique(codes)
+        if codes.shape[2] > 1 or len(names) > MAX_LABELS:
+            return codes
+        return np.asarray(codes == names, dtype=np.int32) * 65535
+    if plane.alpha:
+        alpha = codes[:, :, -1:].astype(np.int64)
+        premultiplied = codes[:, :, :-1] * alpha // 65535
+        return np.concatenate([premultiplied, alpha], axis=2).astype(np.int32)
+    return codes
+
+
+def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
+    s = values.shape[0] // exemplar.height
+    if s > 1:
+        blocks = values.reshape(exemplar.height, s, exemplar.width, s, -1).astype(np.int64)
+        return (blocks.sum(axis=(1, 3)) // (s * s)).astype(np.int32)
+    s = exemplar.height // values.shape[0]
+    return values if s == 1 else values.repeat(s, axis=0).repeat(s, axis=1)
+
+
+def _stretched(values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane) -> tuple[list[Int32], bool]:
+    """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat."""
+    usable = [v if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)]
+    low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
+    if plane.kind is Kind.NORMAL:
+        middle = 0 if low < 0 else 65535  # twice the value of a zero component
+        span = 131070 if low < 0 else 65535
+        return [np.asarray((2 * v.astype(np.int64) - middle) * RANGE // (2 * span), np.int32) for v in values], True
+    span = max(high - low, 1)
+    shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
+    return [np.asarray((v * (2 * RANGE) + span) // (2 * span), np.int32) for v in shifted], False
+
+
+def _weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | None) -> list[Int32]:
+    count = values[0].shape[2]
+    colours = plane.channels - plane.alpha
+    if weights is None:
+        weights = LUMINANCE if colours == 3 and plane.kind is Kind.COLOUR else (1.0,) * colours
+    if plane.kind is Kind.LABEL:
+        return values
+    if len(weights) not in (colours, count):
+        raise ParameterError(f"channel_weights: {len(weights)} numbers for {count} channels; give {colours} of them.")
+    weights = (*weights, max(weights))[:count]
+    factors = [math.sqrt(w / max(weights)) for w in weights]
+    return [np.stack([_times(v[:, :, c], f) for c, f in enumerate(factors)], axis=2) for v in values]
+
+
+def _times(values: Int32, factor: float) -> Int32:
+    scale = round(factor * 65536)
+    return np.asarray((values.astype(np.int64) * scale + 32768) >> 16, dtype=np.int32)
+
+
+def _variance(values: list[Int32], exemplars: Sequence[Exemplar]) -> float:
+    """Sum of the channels' variances; integer sums, so the same on every machine."""
+    used = [
+        v.reshape(-1, v.shape[2]) if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)
+    ]
+    flat = np.concatenate(used).astype(np.int64)
+    n = len(flat)
+    return float(sum(n * int((c * c).sum()) - int(c.sum()) ** 2 for c in flat.T)) / (n * n)

@@ -1,0 +1,138 @@
+"""A map that grows patch by patch: what is known, what must stay, and in which order windows are filled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_cdt
+
+from ..canvas import Canvas
+from ..draws import below
+from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES
+from ..kernels import windows
+from ..sourcemap import HOLE, Blend, SourceMap
+from .repetition import Layout
+from .search import Candidates
+from .variants import Variants
+
+Array = NDArray[Any]
+Window = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Patchwork:
+    """The growing map, in variants and their pixels, and the pixels that must stay."""
+
+    variants: Variants
+    variant: NDArray[np.uint8]
+    yx: NDArray[np.int32]
+    locked: NDArray[np.bool_]
+
+    @classmethod
+    def begin(cls, variants: Variants, canvas: Canvas, rim: int) -> Patchwork:
+        """Begin with the canvas's start map; what lies deeper than `rim` px from every hole is locked."""
+        shape = (canvas.height, canvas.width)
+        variant, yx = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
+        if canvas.start is None:
+            return cls(variants, variant, yx, np.zeros(shape, bool))
+        start = canvas.start
+        which = np.zeros(shape, np.uint8) if start.which is None else start.which
+        pose = np.zeros(shape, np.uint8) if start.pose is None else start.pose
+        for v in range(len(variants)):
+            mine = (which == variants.exemplar[v]) & (pose == variants.pose[v])
+            iso = ISOMETRIES[variants.pose[v]]
+            _, height, width, _ = variants.table[v].tolist()
+            origin = np.array(iso.start(width, height) if iso.swaps else iso.start(height, width), np.int32)
+            yx[mine] = (start.yx[mine] - origin) @ np.array(iso.j, np.int32)
+            variant[mine] = v
+        return cls(variants, variant, yx, _deeper_than(rim, variant != HOLE, canvas))
+
+    def open_windows(self, layout: Layout) -> NDArray[np.bool_]:
+        """Return which windows hold a pixel that is not known yet."""
+        if not (self.variant != HOLE).any():
+            return np.ones((len(layout.rows), len(layout.columns)), bool)
+        holes = np.pad(self.variant == HOLE, ((0, layout.patch[0]), (0, layout.patch[1])), mode="wrap")
+        total = np.pad(np.cumsum(np.cumsum(holes, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+        y, x = np.array(layout.rows), np.array(layout.columns)
+        y1, x1 = y + layout.patch[0], x + layout.patch[1]
+        inside = total[np.ix_(y1, x1)] - total[np.ix_(y, x1)] - total[np.ix_(y1, x)] + total[np.ix_(y, x)]
+        return np.asarray(inside > 0)
+
+    def cut_in(self, at: Window, pick: tuple[int, int, int], found: Candidates, layout: Layout, gradient: bool) -> None:
+        """Cut the patch `pick` (variant, row, column) into the window at `at`, as the search found it."""
+        windows.paste(
+            self.variant, self.yx, self.locked, self.variants.flat, self.variants.table, *at, *pick,
+            found.feats, found.known, layout.wrap_y, layout.wrap_x, gradient,
+        )  # fmt: skip
+
+    def lay_over(self, at: Window, pick: tuple[int, int, int], layout: Layout) -> None:
+        """Lay the patch `pick` over all of the window that may change."""
+        windows.overlay(self.variant, self.yx, self.locked, self.variants.table, *at, *pick, layout.patch)
+
+    def map(self, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> SourceMap:
+        """The map as far as it has grown."""
+        yx, which, pose = self.variants.to_exemplars(self.yx, self.variant)
+        return SourceMap(
+            yx.copy() if yx is self.yx else yx,
+            which if len(exemplars) > 1 or bool((which == HOLE).any()) else None,
+            pose if self.variants.pose.any() else None,
+            tuple(e.source for e in exemplars),
+            canvas.wrap,
+            blend,
+        )
+
+
+def waves(layout: Layout, wanted: NDArray[np.bool_]) -> list[list[Window]]:
+    """Order the wanted windows in waves: the windows of a wave do not touch, earlier waves come first.
+
+    The order is that of a raster scan as far as overlapping windows can tell: a window comes after those above
+    and to the left of it, and after the one above to the right.
+    """
+    rows = _neighbours(layout.rows, layout.patch[0], layout.height, layout.wrap_y)
+    columns = _neighbours(layout.columns, layout.patch[1], layout.width, layout.wrap_x)
+    slope = 1 + max((b - a for a, near in enumerate(columns) for b in near if b - a < len(columns) // 2 + 1), default=0)
+    order = sorted(zip(*np.nonzero(wanted), strict=True), key=lambda w: (w[1] + slope * w[0], w[0]))
+    level = np.full(wanted.shape, -1)
+    out: list[list[Window]] = []
+    for row, column in order:
+        mine = 1 + max((int(level[r, c]) for r in rows[row] for c in columns[column]), default=-1)
+        level[row, column] = mine
+        if mine == len(out):
+            out.append([])
+        out[mine].append((int(row), int(column)))
+    return out
+
+
+def random_patch(variants: Variants, bits: int) -> tuple[int, int, int]:
+    """Draw any valid patch: (variant, row, column)."""
+    counts = [int(np.count_nonzero(v)) for v in variants.valid]
+    k = below(sum(counts), bits)
+    for v, n in enumerate(counts):
+        if k < n:
+            at = int(np.flatnonzero(variants.valid[v])[k])
+            return v, *divmod(at, variants.valid[v].shape[1])
+        k -= n
+    raise AssertionError("counts and draws disagree")
+
+
+def _neighbours(starts: tuple[int, ...], patch: int, length: int, wrap: bool) -> list[list[int]]:
+    """Of every window along an axis, which ones overlap it (itself included)."""
+    out = []
+    for a in starts:
+        gaps = [min(abs(a - b), length - abs(a - b)) if wrap else abs(a - b) for b in starts]
+        out.append([k for k, gap in enumerate(gaps) if gap < patch])
+    return out
+
+
+def _deeper_than(rim: int, known: NDArray[np.bool_], canvas: Canvas) -> NDArray[np.bool_]:
+    if known.all():
+        return known
+    pad = [(rim + 1, rim + 1) if wrap else (0, 0) for wrap in (canvas.wrap.y, canvas.wrap.x)]
+    depth = distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
+    inner = tuple(slice(p[0], n + p[0]) for p, n in zip(pad, known.shape, strict=True))
+    return np.asarray(depth[inner] > rim)

@@ -1,0 +1,139 @@
+"""Repetition control, written once for all methods that lay patches.
+
+Every patch laid makes its part of the exemplar a little dearer (so that the whole exemplar is used and no flat
+spot feeds itself), dearer still close to where it was laid (D0-2), and more so the more striking it is (D0-4).
+The price is in units of the usual distance, so a perfect repeat has a price, too (D0-3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry import ISOMETRIES
+from ..kernels import usage
+from .features import Features
+from .rarity import rarity
+from .search import Candidates, PatchSearch
+from .variants import Variants
+
+REACH = 4  # blocks around a window in which nearness counts
+LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
+STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on."""
+
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    patch: tuple[int, int]
+    height: int
+    width: int
+    wrap_y: bool
+    wrap_x: bool
+
+
+class Repetition:
+    """What was laid so far, and what that costs each candidate.
+
+    Parameters
+    ----------
+    search : PatchSearch
+        Whose variants and coarse positions are meant.
+    layout : Layout
+        The windows.
+    strength : float
+        Price of a full repeat, relative to the usual distance; 0 switches the prices off.
+    distance : int
+        No exemplar pixel may return within this many output px; 0: no such rule.
+    striking : list of int32 arrays, optional
+        For every variant, how striking each coarse position is; 256 = usual.
+    """
+
+    def __init__(
+        self, search: PatchSearch, layout: Layout, strength: float, distance: int, striking: list[Array] | None = None
+    ) -> None:
+        self.search, self.layout, self.distance, self.strength = search, layout, distance, strength
+        self.weight = round(strength * STEADY * 65536)
+        shapes = [v.shape for v in search.valid]
+        self.striking = striking or [np.full(s, 256, np.int32) for s in shapes]
+        self._flat = np.zeros(sum(a * b for a, b in shapes), np.int32)
+        self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
+        begins = np.cumsum([0] + [a * b for a, b in shapes])
+        self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
+        self.counts = [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets]
+        self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
+        self._shape = np.array(layout.patch, np.int64)
+        self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
+        self.grid = np.full((len(layout.rows), len(layout.columns), 8), -1, np.int64)
+        pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
+        self.reach = REACH if strength else 0
+        if distance:
+            self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
+
+    def prices(self, row: int, column: int, found: Candidates) -> Array:
+        """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
+        out = np.empty(len(found.rows), np.int64)
+        at = np.array((self.layout.rows[row], self.layout.columns[column]), np.int64)
+        steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
+        usage.prices(
+            found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._flat,
+            self._flat_striking, self._offsets, self.search.factor, steady, unit, self.distance, out,
+        )  # fmt: skip
+        return out
+
+    def add(self, row: int, column: int, v: int, u: int, s: int) -> None:
+        """Note that the patch of variant v at (u, s) was laid at a window."""
+        place = self.grid[row, column]
+        usage.placement(self._frames, self._shape, v, u, s, self.layout.rows[row], self.layout.columns[column], place)
+        if not self.strength:
+            return
+        f, cells, variants = self.search.factor, self.search.cells, self.search.variants
+        for other in np.flatnonzero(variants.exemplar == variants.exemplar[v]).tolist():
+            y, x = _origin(variants, other, self.layout.patch, int(place[6]), int(place[7]))
+            usage.add_use(self.counts[other], y // f, x // f, *cells, self.striking[other])
+
+
+def _frame(variants: Variants, v: int) -> tuple[int, ...]:
+    """Exemplar, the exemplar pixel shown first, and J: how a variant lies in its exemplar."""
+    iso = ISOMETRIES[variants.pose[v]]
+    _, height, width, _ = variants.table[v].tolist()
+    start = iso.start(width, height) if iso.swaps else iso.start(height, width)
+    return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1]
+
+
+def striking(feats: Features, search: PatchSearch) -> list[Array]:
+    """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
+    variants, patch = search.variants, search.patch
+    out = []
+    known: dict[int, tuple[Array, int]] = {}
+    for v, valid in enumerate(search.valid):
+        number = int(variants.exemplar[v])
+        if number not in known:
+            known[number] = rarity(feats.pictures[number], max(1, sum(patch) // 2))
+        grid, step = known[number]
+        y, x = (np.arange(n) * search.factor for n in valid.shape)
+        _, first, second, a, b, c, d = _frame(variants, v)
+        cy = 2 * first + (a * (2 * y + patch[0] - 1))[:, None] + (b * (2 * x + patch[1] - 1))[None, :]
+        cx = 2 * second + (c * (2 * y + patch[0] - 1))[:, None] + (d * (2 * x + patch[1] - 1))[None, :]
+        at = [np.clip((m - p + 1) // (2 * step), 0, n - 1) for m, p, n in zip((cy, cx), patch, grid.shape, strict=True)]
+        out.append(np.clip(grid[at[0], at[1]], LEAST_STRIKING, MOST_STRIKING).astype(np.int32))
+    return out
+
+
+def _origin(variants: Variants, v: int, patch: tuple[int, int], cy: int, cx: int) -> tuple[int, int]:
+    """First pixel, in variant v, of the patch whose doubled centre in the upright exemplar is (cy, cx)."""
+    _, first, second, a, b, c, d = _frame(variants, v)
+    dy, dx = cy - 2 * first, cx - 2 * second  # the inverse of an isometry is its transpose
+    return (a * dy + c * dx - patch[0] + 1) // 2, (b * dy + d * dx - patch[1] + 1) // 2
+
+
+def _least_step(starts: tuple[int, ...], length: int) -> int:
+    return min((b - a for a, b in zip(starts, starts[1:], strict=False)), default=length)

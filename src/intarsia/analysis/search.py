@@ -1,0 +1,211 @@
+"""The patch search: which patches of the exemplars fit best over what is already known.
+
+A short-list is found on reduced pictures by FFT, for all positions at once; its members are then followed to
+full resolution and measured exactly. Everything that decides is a whole number, so the list is the same on
+every machine. Used by all methods that lay patches.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from ..kernels import match, windows
+from .variants import Variants
+
+SHORT_LIST = 16
+AXES = 2
+BATCH_BYTES = 2 << 20  # spectra of one batch stay in the cache of a core
+FINEST_SIDE = 300  # exemplars up to about this side are searched at half resolution
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What fits one window: rows of (distance, variant, row, column), best first, and the usual distance.
+
+    ``usual`` is the 5 % quantile of the distance over all positions, in units of the exact distance; ``feats``
+    and ``known`` are what the window holds; ``free`` says that nothing is known in it yet: any patch fits.
+    """
+
+    rows: NDArray[np.int64]
+    usual: int
+    feats: Array
+    known: Array
+    free: bool = False
+
+
+class PatchSearch:
+    """Search patches of one size in a set of variants.
+
+    Parameters
+    ----------
+    variants : Variants
+        Posed exemplars, laid out for the patch size.
+    patch : (rows, columns)
+        Size of the windows.
+    exact : bool
+        Search every position at full resolution, in place of the reduced short-list.
+    """
+
+    def __init__(self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False) -> None:
+        self.variants, self.patch = variants, patch
+        self.factor = 1 if exact else _factor(variants, patch, overlap)
+        self.cells = (patch[0] // self.factor, patch[1] // self.factor)
+        self.mean, self.axes, self.scale = self._reduction()
+        self._energies: dict[bytes, list[Array]] = {}
+        self._load()
+
+    def _reduction(self) -> tuple[Array, Array, float]:
+        """Mean, the axes along which the reduced pictures vary most, and the scale of these pictures.
+
+        Two axes hold nearly all that colours say about likeness; what they miss the exact distance finds. The
+        scale makes the standard deviation about a third of the range.
+        """
+        c = self.variants.channels
+        total, products, n = np.zeros(c, np.int64), np.zeros((c, c), np.int64), 0
+        for v in range(len(self.variants)):
+            picture = self.variants.picture(v).reshape(-1, c).astype(np.float64)  # whole numbers: exact sums
+            total += picture.sum(axis=0).astype(np.int64)
+            products += (picture.T @ picture).astype(np.int64)
+            n += len(picture)
+        mean = total // n
+        covariance = products / n - np.outer(total / n, total / n)
+        kept, axes = principal_axes(covariance, min(c, AXES))
+        scale = min(match.CLIP / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
+        return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64), scale
+
+    def _load(self) -> None:
+        f, (h, w) = self.factor, self.cells
+        self.coarse, self.spectra, self.squares, self.valid = [], [], [], []
+        offsets, flat_valid, begin = [], [], 0
+        for v in range(len(self.variants)):
+            picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes)
+            shape = (scipy.fft.next_fast_len(picture.shape[1], real=False), scipy.fft.next_fast_len(picture.shape[2], real=True))
+            energy = (picture.astype(np.float64) ** 2).sum(axis=0)
+            self.coarse.append(shape)
+            self.spectra.append(scipy.fft.rfft2(picture, shape).astype(np.complex64))
+            self.squares.append((scipy.fft.rfft2(energy, shape), energy.shape))
+            valid = self.variants.valid[v]
+            rows, columns = max(picture.shape[1] - h + 1, 0), max(picture.shape[2] - w + 1, 0)
+            self.valid.append(_reachable(valid, f, rows, columns))
+            offsets.append((begin, *valid.shape))
+            flat_valid.append(valid.astype(np.uint8).ravel())
+            begin += valid.size
+        self.offsets = np.array(offsets, np.int64)
+        self.flat_valid = np.concatenate(flat_valid)
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+        size = max(a * (b // 2 + 1) for a, b in self.coarse) * 8 * (len(self.axes) + 1)
+        return max(1, min(16, BATCH_BYTES // size))
+
+    def find(self, variant: Array, yx: Array, at: Array, penalties: list[Array], weight: int) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map.
+
+        `penalties`: for every variant an int32 map over its coarse positions, 256 = one full repeat; `weight`
+        in 1/65536 of the usual distance.
+        """
+        feats, known = self._gather(variant, yx, at)
+        templates, masks, energies = self._templates(feats, known)
+        spectra = {s: scipy.fft.fft(scipy.fft.rfft(templates, s[1], axis=3), s[0], axis=2) for s in set(self.coarse)}
+        n = len(at)
+        best = np.empty((n, SHORT_LIST, 4), np.int64)
+        counts, usual = [0] * n, [-1] * n
+        for v, shape in enumerate(self.coarse):
+            if not self.valid[v].size:
+                continue
+            correlation = self._correlation(v, spectra[shape])
+            for k in range(n):
+                dist = np.empty(self.valid[v].shape, np.int32)
+                own = self._energy(v, masks[k])
+                q = match.distances(correlation[k], own, energies[k], self.valid[v], dist)
+                usual[k] = max(usual[k], q) if usual[k] < 0 else usual[k]
+                unit = weight * max(usual[k], 0) >> 8
+                counts[k] = match.keep_best(dist, penalties[v], unit, v, best[k], counts[k])
+        return [self._refined(feats[k], known[k], best[k, : counts[k]], usual[k]) for k in range(n)]
+
+    def _gather(self, variant: Array, yx: Array, at: Array) -> tuple[Array, Array]:
+        h, w = self.patch
+        feats = np.empty((len(at), h, w, self.variants.channels), np.int16)
+        known = np.empty((len(at), h, w), np.uint8)
+        for k, (y0, x0) in enumerate(at):
+            windows.gather(variant, yx, self.variants.flat, self.variants.table, y0, x0, feats[k], known[k])
+        return feats, known
+
+    def _templates(self, feats: Array, known: Array) -> tuple[Array, Array, list[int]]:
+        templates = np.empty((len(feats), len(self.axes), *self.cells), np.float32)
+        masks = np.empty((len(feats), *self.cells), np.float32)
+        energies = [
+            match.coarse_template(feats[k], known[k], self.factor, self.mean, self.axes, templates[k], masks[k])
+            for k in range(len(feats))
+        ]
+        return templates, masks, energies
+
+    def _correlation(self, v: int, spectra: Array) -> Array:
+        shape, (rows, columns) = self.coarse[v], self.valid[v].shape
+        product = np.empty((len(spectra), *spectra.shape[2:]), np.complex64)
+        match.correlate(self.spectra[v], spectra, product)
+        inner = scipy.fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
+        return np.asarray(scipy.fft.irfft(inner, shape[1], axis=2)[:, :, :columns])
+
+    def _energy(self, v: int, mask: Array) -> Array:
+        """Sum of the exemplar's squares under the mask, for every position; few masks occur, so they are kept."""
+        key = mask.tobytes()
+        if key not in self._energies:
+            if len(self._energies) >= 64:
+                self._energies.clear()
+            self._energies[key] = [self._energy_map(i, mask) for i in range(len(self.coarse))]
+        return self._energies[key][v]
+
+    def _energy_map(self, v: int, mask: Array) -> Array:
+        shape, (rows, columns) = self.coarse[v], self.valid[v].shape
+        product = self.squares[v][0] * np.conj(scipy.fft.rfft2(mask.astype(np.float64), shape))
+        return np.rint(scipy.fft.irfft2(product, shape)[:rows, :columns]).astype(np.int32)
+
+    def _refined(self, feats: Array, known: Array, coarse: Array, usual: int) -> Candidates:
+        found = np.empty((len(coarse), 4), np.int64)
+        if not known.any():
+            return Candidates(found[:0], 0, feats, known, free=True)
+        count = match.refine(
+            feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets, coarse,
+            self.factor, found,
+        )  # fmt: skip
+        return Candidates(found[:count], max(round(usual * self.factor**2 / self.scale**2), 0), feats, known)
+
+
+def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:
+    """Return the variance along the `count` strongest axes, and the axes (count, C), the same on every machine.
+
+    A ramp on the diagonal parts equal eigenvalues, and the largest entry of every axis is positive (DESIGN 4).
+    """
+    ramp = 1e-5 * max(float(np.trace(covariance)) / len(covariance), 1e-9)
+    values, vectors = np.linalg.eigh(covariance + np.diag(ramp * np.arange(len(covariance))))
+    axes = vectors[:, ::-1].T[:count]
+    signs = np.sign(axes[np.arange(count), np.abs(axes).argmax(axis=1)])
+    return float(values[::-1][:count].sum()), axes * signs[:, None]
+
+
+def _factor(variants: Variants, patch: tuple[int, int], overlap: int) -> int:
+    """Reduce by 2 or more: until the exemplar is small, while patch and overlap keep their shape."""
+    side = int(variants.table[:, 1:3].max())
+    factor = 2
+    while side / factor > FINEST_SIDE and min(patch) // (2 * factor) >= 16 and overlap // (2 * factor) >= 4:
+        factor *= 2
+    return factor if min(patch) >= 8 and overlap >= 2 else 1
+
+
+def _reachable(valid: Array, factor: int, rows: int, columns: int) -> Array:
+    """Coarse positions from which refinement can reach a valid patch."""
+    if not valid.size:
+        return np.zeros((0, 0), bool)
+    near = maximum_filter(valid.astype(np.uint8), size=2 * factor - 1, mode="constant")
+    y = np.minimum(np.arange(rows) * factor, valid.shape[0] - 1)
+    x = np.minimum(np.arange(columns) * factor, valid.shape[1] - 1)
+    return near[np.ix_(y, x)].astype(bool)

@@ -1,0 +1,43 @@
+"""The patch size that suits an exemplar when none is given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..errors import ParameterError
+from ..exemplar import Exemplar
+from ..params import extent
+from .elements import ElementSize, element_size
+from .features import features
+
+LEAST = 16
+LARGEST_SHARE = 0.6  # of the exemplar's shorter side
+
+
+def elements(exemplar: Exemplar) -> ElementSize:
+    """Return the size of the texture's elements, measured once for each exemplar."""
+    return exemplar.memo("elements", lambda: element_size(features([exemplar]).pictures[0], exemplar.usable))
+
+
+def default_patch(exemplars: Sequence[Exemplar]) -> int:
+    """Return a patch side in px: the size of the largest elements, as far as the smallest exemplar holds it."""
+    usable = _sampled(exemplars)
+    side = min(min(e.height, e.width) for e in usable)
+    wanted = max(elements(e).size for e in usable)
+    return int(min(max(wanted, LEAST), max(LARGEST_SHARE * side, min(side, 3)), side))
+
+
+def check_patch(patch: int | tuple[int, int], exemplars: Sequence[Exemplar]) -> None:
+    """Refuse a patch that does not fit into every exemplar that is sampled."""
+    rows, columns = extent(patch)
+    for e in _sampled(exemplars):
+        if (rows > e.height or columns > e.width) and not e.toroidal:
+            raise ParameterError(
+                f"patch={columns if columns == rows else f'{columns}x{rows}'} is larger than the exemplar "
+                f"({e.width} x {e.height} px); choose at most {min(e.width, e.height)}, or a larger exemplar."
+            )
+
+
+def _sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
+    """The exemplars that are not only there to lie under a start map."""
+    return [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)

@@ -1,0 +1,50 @@
+"""The canvas: how large, how it wraps, and what is already on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .errors import InputError, ParameterError
+from .geometry import Wrap
+from .guide import Guide
+from .sourcemap import SourceMap
+
+MAX_PIXELS = 1 << 31
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """The place to fill.
+
+    Parameters
+    ----------
+    height, width : int
+        Size in px, at least 1; at most 2**31 px in all.
+    wrap : Wrap
+        Along which axes the output must continue in itself.
+    start : SourceMap, optional
+        A map of the same size, partly filled (``which`` = 255 in its holes); what is there stays.
+    guide : Guide, optional
+        What should be where.
+    rim : int, optional
+        How deep, in px from the nearest hole, start pixels may be replaced. None: the method's choice.
+    """
+
+    height: int
+    width: int
+    wrap: Wrap = Wrap.NONE
+    start: SourceMap | None = None
+    guide: Guide | None = None
+    rim: int | None = None
+
+    def __post_init__(self) -> None:
+        if min(self.height, self.width) < 1 or self.height * self.width > MAX_PIXELS:
+            raise ParameterError(f"size={self.width}x{self.height} is not allowed; give sides of at least 1 px, at most 2**31 px in all.")
+        object.__setattr__(self, "wrap", Wrap(self.wrap))
+        if self.start is not None and (self.start.height, self.start.width) != (self.height, self.width):
+            raise InputError(f"the start map is {self.start.width}x{self.start.height} px, the canvas {self.width}x{self.height}; make them equal.")
+        target = None if self.guide is None else self.guide.target
+        if target is not None and (target.height, target.width) != (self.height, self.width):
+            raise InputError(f"the guide's target is {target.width}x{target.height} px, the canvas {self.width}x{self.height}; make them equal.")
+        if self.rim is not None and self.rim < 0:
+            raise ParameterError(f"rim={self.rim} is not allowed; give at least 0 px.")

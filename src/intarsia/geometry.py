@@ -1,0 +1,104 @@
+"""Boxes, wrapping and the eight isometries; the only file that knows that a canvas may be a torus."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Wrap(StrEnum):
+    """Along which axes the canvas closes on itself."""
+
+    NONE = "none"
+    X = "x"
+    Y = "y"
+    BOTH = "both"
+
+    @property
+    def y(self) -> bool:
+        """True where the bottom row continues in the top row."""
+        return self in (Wrap.Y, Wrap.BOTH)
+
+    @property
+    def x(self) -> bool:
+        """True where the last column continues in the first."""
+        return self in (Wrap.X, Wrap.BOTH)
+
+
+@dataclass(frozen=True, order=True)
+class Box:
+    """A rectangle of pixels: rows y0 .. y1-1, columns x0 .. x1-1; coordinates may be negative."""
+
+    y0: int
+    x0: int
+    y1: int
+    x1: int
+
+    @property
+    def height(self) -> int:
+        return self.y1 - self.y0
+
+    @property
+    def width(self) -> int:
+        return self.x1 - self.x0
+
+
+@dataclass(frozen=True)
+class Isometry:
+    """One of the eight ways to lay a square down (source 000, 3.3, with isometry 7 put right).
+
+    ``j`` is the matrix from output steps to exemplar steps, rows (y, x): moving by d in the output moves by
+    ``j d`` in the exemplar. For a square of side N, ``source(i, j)`` is the exemplar pixel shown at (i, j).
+    """
+
+    id: int
+    name: str
+    j: tuple[tuple[int, int], tuple[int, int]]
+
+    @property
+    def swaps(self) -> bool:
+        """True where rows become columns, so that only square patches fit."""
+        return self.j[0][0] == 0
+
+    def start(self, height: int, width: int) -> tuple[int, int]:
+        """Return the exemplar pixel shown at (0, 0) when all of a height x width picture is laid down."""
+        (a, b), (c, d) = self.j
+        return (height - 1 if a < 0 or b < 0 else 0), (width - 1 if c < 0 or d < 0 else 0)
+
+
+ISOMETRIES = (
+    Isometry(0, "identity", ((1, 0), (0, 1))),
+    Isometry(1, "mirror left-right", ((1, 0), (0, -1))),
+    Isometry(2, "mirror up-down", ((-1, 0), (0, 1))),
+    Isometry(3, "transpose", ((0, 1), (1, 0))),
+    Isometry(4, "anti-transpose", ((0, -1), (-1, 0))),
+    Isometry(5, "rotate 90", ((0, 1), (-1, 0))),
+    Isometry(6, "rotate 180", ((-1, 0), (0, -1))),
+    Isometry(7, "rotate 270", ((0, -1), (1, 0))),
+)
+
+ISOMETRY_SETS = {
+    "none": (0,),
+    "180": (0, 1, 2, 6),
+    "90": (0, 3, 4, 5, 7),
+    "both": (0, 1, 2, 3, 4, 5, 6, 7),
+}
+
+
+def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int], int]:
+    """Place patches along one axis so that they fill it exactly, overlapping by at least `overlap` px.
+
+    Returns the first pixels of the patches and the patch length used. Where the length is no multiple of the
+    pitch the overlaps widen a little and evenly; nothing is cropped. Around a torus at least two patches are
+    laid, so that none has to be joined to itself.
+    """
+    pitch = patch - overlap
+    if wrap:
+        if length == 1:
+            return [0], 1
+        count = max(2, -(-length // pitch))
+        return [i * length // count for i in range(count)], min(patch, length)
+    patch = min(patch, length)
+    count = 1 if patch == length else -(-(length - overlap) // pitch)
+    count = max(count, 1 if patch == length else 2)
+    return [i * (length - patch) // max(count - 1, 1) for i in range(count)], patch

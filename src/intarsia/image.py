@@ -1,0 +1,126 @@
+"""A plane is one picture of a surface: pixels, what they mean, and how they are coded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+
+Array = NDArray[Any]
+
+DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
+MAX_SIDE = 1 << 20
+
+
+class Kind(StrEnum):
+    """What the numbers of a plane mean, and so how votes for a pixel mix."""
+
+    COLOUR = "colour"  # mixed in linear light, with alpha premultiplied
+    DATA = "data"  # mixed as it is: height, roughness, occlusion
+    NORMAL = "normal"  # vectors: turned with the piece, mixed, made unit length again
+    LABEL = "label"  # names: the strongest vote wins
+
+
+class Transfer(StrEnum):
+    """How light became numbers."""
+
+    SRGB = "srgb"
+    LINEAR = "linear"
+
+
+@dataclass(frozen=True)
+class Plane:
+    """One picture of a surface: an array, its kind and its transfer curve.
+
+    Parameters
+    ----------
+    pixels : array, shape (H, W) or (H, W, C), C in 1..64
+        bool, uint8, uint16, uint32 (labels only), float16, float32 or float64. Copied, then never written to.
+        Integer colour and data span the range of their type; float colour is 1.0 at white.
+    kind : Kind
+        COLOUR with 2 or 4 channels has alpha last, not premultiplied.
+    transfer : Transfer
+        SRGB or LINEAR; matters for COLOUR only.
+    meta : dict
+        Facts that travel to the output file: ``icc`` (bytes), ``name`` (the format it was read from).
+
+    Raises
+    ------
+    InputError
+        for another dtype or shape, or a plane without pixels.
+    """
+
+    pixels: Array
+    kind: Kind = Kind.COLOUR
+    transfer: Transfer = Transfer.SRGB
+    meta: dict[str, Any] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        pixels = np.asarray(self.pixels)
+        if pixels.dtype.name not in DTYPES:
+            raise InputError(f"pixels of type {pixels.dtype} are not supported; convert to one of {', '.join(DTYPES)}.")
+        if pixels.ndim not in (2, 3) or 0 in pixels.shape:
+            raise InputError(f"an array of shape {pixels.shape} is no picture; give (height, width[, channels]).")
+        if pixels.ndim == 3 and pixels.shape[2] > 64:
+            raise InputError(f"{pixels.shape[2]} channels are too many; at most 64.")
+        if max(pixels.shape[:2]) > MAX_SIDE:
+            raise InputError(f"a side of {max(pixels.shape[:2])} px is too long; at most {MAX_SIDE}.")
+        kind = Kind(self.kind)
+        if kind is Kind.NORMAL and (pixels.ndim != 3 or pixels.shape[2] != 3):
+            raise InputError("a normal map needs 3 channels; drop the others first.")
+        if kind is not Kind.LABEL and pixels.dtype.name in ("uint32", "bool"):
+            raise InputError(f"{pixels.dtype} pixels can only be labels; convert to uint8 or uint16.")
+        own = pixels.astype(pixels.dtype.newbyteorder("="), order="C", copy=True)
+        own.flags.writeable = False
+        object.__setattr__(self, "pixels", own)
+        object.__setattr__(self, "kind", kind)
+        object.__setattr__(self, "transfer", Transfer(self.transfer))
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return int(self.pixels.shape[0])
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return int(self.pixels.shape[1])
+
+    @property
+    def channels(self) -> int:
+        """Channels, alpha included."""
+        return 1 if self.pixels.ndim == 2 else int(self.pixels.shape[2])
+
+    @property
+    def samples(self) -> Array:
+        """The pixels as (H, W, C), a view."""
+        return self.pixels.reshape(self.height, self.width, -1)
+
+    @property
+    def alpha(self) -> bool:
+        """True where the last channel is opacity."""
+        return self.kind is Kind.COLOUR and self.channels in (2, 4)
+
+    @property
+    def is_float(self) -> bool:
+        """True for half, float and double pixels."""
+        return bool(np.issubdtype(self.pixels.dtype, np.floating))
+
+    def like(self, pixels: Array) -> Plane:
+        """Return other pixels (H, W, C) as a plane of the same kind, coding and number of dimensions."""
+        if self.pixels.ndim == 2:
+            pixels = pixels[:, :, 0]
+        return Plane(pixels, self.kind, self.transfer, self.meta)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.array(self.pixels, dtype=dtype) if copy or dtype else self.pixels
+
+    def _repr_png_(self) -> bytes:
+        from .files import preview_png
+
+        return preview_png(self)

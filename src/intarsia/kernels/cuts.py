@@ -1,0 +1,256 @@
+"""What parting two neighbouring pixels costs, and the least costly cut between an old and a new patch.
+
+Most overlaps of quilting (strips, an L, a U, two opposite strips) are solved as shortest paths along the
+corners of the pixels, which is exact and much faster than a flow: walk round the window's border and note
+the gaps where the forced pixels change from old to new or back. In the plane a least cut is a shortest path
+between the two gaps when there are two of them and every forced piece touches the border. When there are
+more, and the new (or the old) pixels are one piece, that piece keeps the stretches of the others apart: each
+stretch is then cut off by a path of its own between the gaps at its ends, and none can gain from another.
+Every other shape (a ring, islands) is left to the maximum flow.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .corners import find_path, lay_edges, paint, take_path, typical
+from .jit import kernel
+from .maxflow import FREE, NEW, OLD, grid_min_cut
+
+GRADIENT_UNIT = 256  # a gradient cost is the plain cost times this, divided by FLAT + gradients: so 16 times
+FLAT = 16  # the plain cost where all is flat; FLAT is in units of feature distance, so that no zero divides
+
+_POCKET = 3  # the label of a free pixel of the border between forced ones of one kind
+
+
+@kernel
+def _distance(a: NDArray[np.int16], b: NDArray[np.int16]) -> int:
+    """Return the Euclidean distance of two pixels' features, rounded down."""
+    total = 0
+    for c in range(a.size):
+        difference = int(a[c]) - int(b[c])
+        total += difference * difference
+    return int(np.sqrt(np.float64(total)))
+
+
+@kernel
+def seam_costs(
+    old: NDArray[np.int16], new: NDArray[np.int16], gradient: bool
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return what it costs to part each pixel from its right and from its lower neighbour.
+
+    The cost is the distance of old and new at both pixels, summed, in the features' own units (Kwatra et
+    al. 2003, eq. 1). With `gradient` a seam is made cheaper where there is detail to hide it: the sum times
+    GRADIENT_UNIT, divided by FLAT plus how much both images change between the two pixels (their eq. 3),
+    rounded down.
+    """
+    height, width = old.shape[0], old.shape[1]
+    apart = np.empty((height, width), np.int32)
+    right = np.empty((height, max(width - 1, 0)), np.int32)
+    down = np.empty((max(height - 1, 0), width), np.int32)
+    for y in range(height):
+        for x in range(width):
+            apart[y, x] = _distance(old[y, x], new[y, x])
+    for y in range(height):
+        for x in range(width - 1):
+            cost = apart[y, x] + apart[y, x + 1]
+            if gradient:
+                change = _distance(old[y, x], old[y, x + 1]) + _distance(new[y, x], new[y, x + 1])
+                cost = cost * GRADIENT_UNIT // (FLAT + change)
+            right[y, x] = cost
+    for y in range(height - 1):
+        for x in range(width):
+            cost = apart[y, x] + apart[y + 1, x]
+            if gradient:
+                change = _distance(old[y, x], old[y + 1, x]) + _distance(new[y, x], new[y + 1, x])
+                cost = cost * GRADIENT_UNIT // (FLAT + change)
+            down[y, x] = cost
+    return right, down
+
+
+@kernel
+def _root(up: NDArray[np.int32], run: int) -> int:
+    """Return the run that stands for the piece of `run`, halving the way there."""
+    while up[run] != run:
+        up[run] = up[up[run]]
+        run = up[run]
+    return run
+
+
+@kernel
+def _pieces(state: NDArray[np.uint8]) -> tuple[int, int, int]:
+    """Count the 4-connected old pieces, the new ones, and those of them that do not touch the border."""
+    height, width = state.shape
+    most = height * width
+    up = np.empty(most, np.int32)
+    begin = np.empty(most, np.int32)
+    end = np.empty(most, np.int32)
+    coast = np.empty(most, np.uint8)
+    label = np.empty(most, np.uint8)
+    above, here, runs = 0, 0, 0  # the first run of the row above and of this row; all runs so far
+    for y in range(height):
+        above, here = here, runs
+        x = 0
+        while x < width:
+            s = state[y, x]
+            first = x
+            x += 1
+            while x < width and state[y, x] == s:
+                x += 1
+            if s == FREE:
+                continue
+            begin[runs] = first
+            end[runs] = x
+            label[runs] = s
+            up[runs] = runs
+            coast[runs] = 1 if y == 0 or y == height - 1 or first == 0 or x == width else 0
+            touching = above
+            while touching < here and begin[touching] < x:
+                if end[touching] <= first:
+                    above = touching + 1  # it also ends before every later run of this row
+                elif label[touching] == s:
+                    a, b = _root(up, touching), _root(up, runs)
+                    up[max(a, b)] = min(a, b)
+                touching += 1
+            runs += 1
+    for run in range(runs):
+        if coast[run] == 1:
+            coast[_root(up, run)] = 1
+    old, new, inland = 0, 0, 0
+    for run in range(runs):
+        if up[run] == run:
+            old += label[run] == OLD
+            new += label[run] == NEW
+            inland += coast[run] == 0
+    return old, new, inland
+
+
+@kernel
+def _walk_border(
+    state: NDArray[np.uint8], label: NDArray[np.uint8], corner: NDArray[np.int32], gaps: NDArray[np.int32]
+) -> int:
+    """Note the border's pixels clockwise, the corner after each, and the gaps; returns how many gaps.
+
+    Gap `g` consists of the corners after the pixels `gaps[g, 0]` up to, not including, `gaps[g, 1]`; both
+    may lie beyond the border's length, once round. Free pixels between two of one kind are labelled _POCKET.
+    """
+    height, width = state.shape
+    stride = width + 1
+    n = 0
+    for x in range(width - 1):
+        label[n] = state[0, x]
+        corner[n] = stride + x + 1
+        n += 1
+    for y in range(height - 1):
+        label[n] = state[y, width - 1]
+        corner[n] = (y + 2) * stride + width
+        n += 1
+    for x in range(width - 1, 0, -1):
+        label[n] = state[height - 1, x]
+        corner[n] = (height + 1) * stride + x
+        n += 1
+    for y in range(height - 1, 0, -1):
+        label[n] = state[y, 0]
+        corner[n] = (y + 1) * stride
+        n += 1
+    first = 0
+    while label[first] == FREE:
+        first += 1
+    found = 0
+    last = first
+    for i in range(first + 1, first + n + 1):
+        s = label[i if i < n else i - n]
+        if s == FREE:
+            continue
+        if s != label[last if last < n else last - n]:
+            gaps[found, 0] = last
+            gaps[found, 1] = i
+            found += 1
+        else:
+            for j in range(last + 1, i):
+                label[j if j < n else j - n] = _POCKET
+        last = i
+    return found
+
+
+@kernel
+def _open_pockets(label: NDArray[np.uint8], height: int, width: int, edge: NDArray[np.int32]) -> None:
+    """Let paths run along the outer side of pockets for nothing.
+
+    Free pixels at the border between, say, two old ones may fall to either side, so a seam may end there and
+    go on elsewhere in the pocket.
+    """
+    stride = width + 1
+    half = edge.size // 2
+    right_side = width - 1
+    bottom = right_side + height - 1
+    left_side = bottom + width - 1
+    n = label.size
+    for i in range(n):
+        if label[i] != _POCKET:
+            continue
+        if i <= right_side:
+            edge[stride + i] = 0
+        if right_side <= i <= bottom:
+            edge[half + (i - right_side + 1) * stride + width] = 0
+        if bottom <= i <= left_side:
+            edge[(height + 1) * stride + left_side - i] = 0
+        if i >= left_side or i == 0:
+            edge[half + ((n - i if i > 0 else 0) + 1) * stride] = 0
+
+
+@kernel
+def min_cut(
+    state: NDArray[np.uint8], right: NDArray[np.int32], down: NDArray[np.int32], out: NDArray[np.uint8]
+) -> int:
+    """Split a window between old and new where that costs least; returns the total cost.
+
+    `state` says 0 where a pixel must stay old, 2 where it must become new and 1 where it is free; costs are
+    non-negative and below 2**30. `out` becomes 1 where the new patch is taken. The total of the costs between
+    neighbours on different sides is the exact minimum, with what touching forced pixels cost in any case. Of
+    several least cuts, the one with the shortest seam is taken, and among those the first in a fixed order;
+    the shapes left to the maximum flow get the cut with the fewest old pixels. Where nothing is forced old
+    all becomes new, and where nothing is forced new all stays old.
+    """
+    height, width = state.shape
+    olds, news, inland = _pieces(state)
+    if olds == 0 or news == 0:
+        out[:] = 1 if olds == 0 else 0
+        return 0
+    if inland > 0 or height < 2 or width < 2:
+        return grid_min_cut(state, right, down, out)
+    border = 2 * (height + width) - 4
+    label = np.empty(border, np.uint8)
+    corner = np.empty(border, np.int32)
+    gaps = np.empty((border, 2), np.int32)
+    found = _walk_border(state, label, corner, gaps)
+    # With more than two gaps, the stretches to cut off are those of the label that is in several pieces:
+    # the one that begins after the first gap, or the other one, which begins after the second.
+    offset = 0
+    if found > 2:
+        begins = label[gaps[0, 1] % border]
+        if (olds if begins == NEW else news) != 1:
+            offset = 1
+            if (olds if begins == OLD else news) != 1:
+                return grid_min_cut(state, right, down, out)
+    stride = width + 1
+    size = (height + 2) * stride
+    edge = np.empty(2 * size, np.int32)
+    far = np.empty(size, np.int64)
+    came = np.empty(size, np.uint8)
+    total = lay_edges(state, right, down, edge)
+    _open_pockets(label, height, width, edge)
+    # The length of a seam counts below its cost, where both fit together.
+    shift = 1
+    while (1 << shift) <= size:
+        shift += 1
+    if total >= 1 << (61 - shift):
+        shift = 0
+    step = typical(edge) << shift
+    cost = 0
+    for g in range(offset, found + offset, 2):
+        end = find_path(edge, corner, gaps[g], gaps[(g + 1) % found], stride, shift, step, far, came)
+        cost += take_path(end, stride, came, edge)
+    paint(state, edge, out)
+    return cost

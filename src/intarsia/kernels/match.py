@@ -1,0 +1,268 @@
+"""Kernels of the patch search: coarse pictures, the best of a distance map, exact distances.
+
+All arithmetic that decides is integer arithmetic. The transforms in between are floating point, but of small
+whole numbers, so that rounding their result to the nearest whole number makes it exact.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .jit import kernel
+
+CLIP = 31
+FAR = np.int64(1) << 62
+NONE = np.int32((1 << 31) - 1)
+
+
+@kernel
+def coarse_picture(picture: Any, factor: int, mean: Any, axes: Any) -> Any:
+    """Average cells of factor x factor px, project and quantise them: float32 (K, rows, columns) in -31 .. 31.
+
+    `mean` (C,) is the features' mean; `axes` (K, C) int64 are the K directions kept, in 2**-24.
+    """
+    rows, columns, channels = picture.shape[0] // factor, picture.shape[1] // factor, picture.shape[2]
+    out = np.empty((len(axes), rows, columns), np.float32)
+    total = np.empty(channels, np.int64)
+    for y in range(rows):
+        for x in range(columns):
+            total[:] = 0
+            for i in range(factor):
+                for j in range(factor):
+                    for c in range(channels):
+                        total[c] += picture[y * factor + i, x * factor + j, c]
+            for k in range(len(axes)):
+                out[k, y, x] = quantised(total, factor * factor, mean, axes[k])
+    return out
+
+
+@kernel
+def quantised(total: Any, count: int, mean: Any, axis: Any) -> int:
+    """Turn the sums (C,) of `count` feature values into a whole number from -31 to 31 along an axis."""
+    q = np.int64(0)
+    for c in range(len(axis)):
+        q += (total[c] - mean[c] * count) * axis[c]
+    q = (q // count + (1 << 23)) >> 24
+    return min(max(q, -CLIP), CLIP)
+
+
+@kernel
+def coarse_template(feats: Any, known: Any, factor: int, mean: Any, axes: Any, template: Any, mask: Any) -> int:
+    """Reduce a window as :func:`coarse_picture` does; cells at least half known count. Returns sum of squares.
+
+    `template` float32 (K, rows, columns), 0 where `mask` float32 (rows, columns) is 0.
+    """
+    axis, rows, columns = template.shape
+    channels = feats.shape[2]
+    need = (factor * factor + 1) // 2
+    energy = np.int64(0)
+    total = np.empty(channels, np.int64)
+    for y in range(rows):
+        for x in range(columns):
+            count = 0
+            total[:] = 0
+            for i in range(factor):
+                for j in range(factor):
+                    count += known[y * factor + i, x * factor + j]
+                    for c in range(channels):
+                        total[c] += feats[y * factor + i, x * factor + j, c]  # 0 where not known
+            mask[y, x] = count >= need
+            for k in range(axis):
+                q = quantised(total, count, mean, axes[k]) if count >= need else 0
+                template[k, y, x] = q
+                energy += q * q
+    return energy
+
+
+@kernel
+def correlate(spectra: Any, templates: Any, out: Any) -> None:
+    """Multiply the exemplar's spectra (K, h, w) with conjugates (n, K, h, w), and add up the K pictures."""
+    n, channels, h, w = templates.shape
+    for b in range(n):
+        for y in range(h):
+            target = out[b, y]
+            for c in range(channels):
+                s = spectra[c, y]
+                t = templates[b, c, y]
+                if c == 0:
+                    for x in range(w):
+                        target[x] = s[x] * np.conj(t[x])
+                else:
+                    for x in range(w):
+                        target[x] += s[x] * np.conj(t[x])
+
+
+@kernel
+def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any) -> int:
+    """Write the squared distance at every position, NONE where no patch may begin; return its 5 % quantile.
+
+    distance = energy of the exemplar under the mask - 2 correlation + energy of the template. The quantile is
+    taken over about 500 positions on a grid; -1 if none of them is valid.
+    """
+    h, w = valid.shape
+    for y in range(h):
+        cor, own, ok, d = correlation[y], energies[y], valid[y], out[y]
+        for x in range(w):
+            value = np.int32(own[x]) + np.int32(energy) - np.int32(2) * np.int32(np.rint(cor[x]))
+            d[x] = value if ok[x] else NONE
+    step = max(1, int(np.sqrt(h * w / 500.0)))
+    sample = np.empty(((h + step - 1) // step) * ((w + step - 1) // step), np.int32)
+    n = 0
+    for y in range(0, h, step):
+        for x in range(0, w, step):
+            if out[y, x] != NONE:
+                sample[n] = out[y, x]
+                n += 1
+    if n == 0:
+        return -1
+    k = n // 20
+    return int(np.partition(sample[:n], k)[k])
+
+
+@kernel
+def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count: int) -> int:
+    """Put the positions of smallest (distance + penalty * unit / 2**16) into `best`; return how many it holds.
+
+    `best` (K, 4) int64: cost, variant, row, column. Equal costs: the earlier position stays.
+    """
+    h, w = dist.shape
+    size = best.shape[0]
+    slot, worst = 0, np.int64(NONE) - 1
+    if count == size:
+        slot = _worst(best)
+        worst = best[slot, 0]
+    for y in range(h):
+        d, p = dist[y], penalty[y]
+        for x in range(w):
+            if d[x] > worst:  # a penalty only adds
+                continue
+            cost = np.int64(d[x]) + ((np.int64(p[x]) * unit) >> 16)
+            if count < size:
+                best[count, 0], best[count, 1], best[count, 2], best[count, 3] = cost, variant, y, x
+                count += 1
+                if count == size:
+                    slot = _worst(best)
+                    worst = best[slot, 0]
+            elif cost < worst:
+                best[slot, 0], best[slot, 1], best[slot, 2], best[slot, 3] = cost, variant, y, x
+                slot = _worst(best)
+                worst = best[slot, 0]
+    return count
+
+
+@kernel
+def _worst(best: Any) -> int:
+    """Return the slot of the largest cost; among equals the last position, so that earlier ones stay."""
+    slot = 0
+    for k in range(1, best.shape[0]):
+        for column in range(4):
+            if best[k, column] != best[slot, column]:
+                if best[k, column] > best[slot, column]:
+                    slot = k
+                break
+    return slot
+
+
+@kernel
+def row_spans(known: Any, spans: Any) -> None:
+    """Of every row, the first known pixel, one past the last, and 1 if all between are known."""
+    for i in range(known.shape[0]):
+        lo, hi, n = known.shape[1], 0, 0
+        for j in range(known.shape[1]):
+            if known[i, j]:
+                lo, hi, n = min(lo, j), j + 1, n + 1
+        spans[i, 0], spans[i, 1], spans[i, 2] = min(lo, hi), hi, n == hi - min(lo, hi)
+
+
+@kernel
+def distance(window: Any, known: Any, spans: Any, flat: Any, start: int, stride: int, step: int, limit: int) -> int:
+    """Sum the squared differences over the known pixels of every `step`-th row; stop once above `limit`.
+
+    `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` apart. Plainly:
+    sum over known pixels of (window - patch)**2. Unsigned offsets let the inner loop run in vector registers.
+    """
+    h, w = known.shape
+    channels = len(window) // (h * w)
+    total = np.int64(0)
+    for i in range(0, h, step):
+        lo, n = spans[i, 0], (spans[i, 1] - spans[i, 0]) * channels
+        a, b = np.uint64((i * w + lo) * channels), np.uint64(start + i * stride + lo * channels)
+        if spans[i, 2] and n <= 500:  # 500 * 2047**2 stays below 2**31
+            part = np.int32(0)
+            for k in range(np.uint64(n)):
+                d = np.int16(window[a + k] - flat[b + k])
+                part = np.int32(part + np.int32(d) * np.int32(d))
+            total += part
+        else:
+            for j in range(n // channels):
+                if known[i, lo + j]:
+                    part = np.int32(0)
+                    for k in range(np.uint64(j * channels), np.uint64((j + 1) * channels)):
+                        d = np.int16(window[a + k] - flat[b + k])
+                        part = np.int32(part + np.int32(d) * np.int32(d))
+                    total += part
+        if total > limit:
+            return total
+    return total
+
+
+@kernel
+def refine(
+    feats: Any, known: Any, flat: Any, table: Any, valid: Any, offsets: Any, coarse: Any, factor: int, found: Any
+) -> int:
+    """Follow coarse candidates to full resolution and measure them; return how many are left, best first.
+
+    `coarse` (n, 4): cost, variant, row, column in cells of `factor` px. `valid` is a flat uint8 table of
+    allowed first pixels, that of variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns.
+    `found` (n, 4) int64: exact distance, variant, row, column. A candidate moves to the best of its nine
+    neighbours on grids of half, a quarter ... of a cell, compared on some of the rows; what is written is exact.
+    """
+    h, w = known.shape
+    channels = feats.shape[2]
+    window = feats.reshape(h * w * channels)
+    spans = np.empty((h, 3), np.int64)
+    row_spans(known, spans)
+    count = 0
+    for n in range(len(coarse)):
+        v = coarse[n, 1]
+        rows, columns = offsets[v, 1], offsets[v, 2]
+        ok = valid[offsets[v, 0] : offsets[v, 0] + rows * columns]
+        stride = table[v, 3] * channels
+        y, x = coarse[n, 2] * factor, coarse[n, 3] * factor
+        step = factor
+        while step > 1:
+            step //= 2
+            near, cy, cx = FAR, y, x
+            for dy in range(-1, 2):
+                for dx in range(-1, 2):
+                    u, s = y + dy * step, x + dx * step
+                    if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
+                        continue
+                    start = table[v, 0] + u * stride + s * channels
+                    d = distance(window, known, spans, flat, start, stride, max(step, 1 + (h >= 24)), near)
+                    if d < near:
+                        near, cy, cx = d, u, s
+            y, x = cy, cx
+        if y < rows and x < columns and ok[y * columns + x]:
+            d = distance(window, known, spans, flat, table[v, 0] + y * stride + x * channels, stride, 1, FAR)
+            count = insert(found, count, d, v, y, x)
+    return count
+
+
+@kernel
+def insert(found: Any, count: int, d: int, v: int, u: int, s: int) -> int:
+    """Put a row into `found`, sorted by (distance, variant, row, column), without doubles; return the new count."""
+    at = count
+    while at > 0:
+        p = found[at - 1]
+        if p[0] < d or (p[0] == d and (p[1] < v or (p[1] == v and (p[2] < u or (p[2] == u and p[3] < s))))):
+            break
+        if p[0] == d and p[1] == v and p[2] == u and p[3] == s:
+            return count
+        at -= 1
+    for k in range(count, at, -1):
+        found[k] = found[k - 1]
+    found[at, 0], found[at, 1], found[at, 2], found[at, 3] = d, v, u, s
+    return count + 1

@@ -1,0 +1,194 @@
+"""Exact minimum cuts on the 4-neighbour grid of a window, whatever the shape of what is forced.
+
+The maximum flow is found by push and relabel in first-in, first-out order with breadth-first relabelling
+from time to time (Goldberg and Tarjan, J. ACM 1988; Cherkassky and Goldberg, Algorithmica 1997). On window
+grids this measured three to ten times faster than a plain version of Boykov and Kolmogorov's two search
+trees, whose paths become long where much lies between the forced pixels. Only the first phase is run: flow
+that cannot reach the end is left where it is stuck, for the cut is already known by then.
+
+The graph is implicit: the arcs of pixel `v` are the four residual capacities `room[4 * v + d]`, d = right,
+left, down, up, and `d ^ 1` is the arc back. A margin of one pixel without arcs spares every test for the
+window's edge. Costs are non-negative and below 2**30, for a residual may become the sum of both directions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .jit import kernel
+
+OLD = 0
+FREE = 1
+NEW = 2
+
+
+@kernel
+def cut_cost(mask: NDArray[np.uint8], right: NDArray[np.int32], down: NDArray[np.int32]) -> int:
+    """Add up the costs between all neighbouring pixels that lie on different sides of `mask`."""
+    height, width = mask.shape
+    total = 0
+    for y in range(height):
+        for x in range(width - 1):
+            if mask[y, x] != mask[y, x + 1]:
+                total += right[y, x]
+    for y in range(height - 1):
+        for x in range(width):
+            if mask[y, x] != mask[y + 1, x]:
+                total += down[y, x]
+    return total
+
+
+@kernel
+def _fill_room(
+    state: NDArray[np.uint8],
+    right: NDArray[np.int32],
+    down: NDArray[np.int32],
+    kind: NDArray[np.uint8],
+    room: NDArray[np.int32],
+) -> None:
+    """Lay out each pixel's kind and the capacities of its four arcs, inside a margin without arcs."""
+    height, width = state.shape
+    stride = width + 2
+    kind[:] = FREE
+    room[:] = 0
+    for y in range(height):
+        for x in range(width):
+            v = (y + 1) * stride + x + 1
+            s = state[y, x]
+            kind[v] = s
+            # Arcs between forced pixels carry nothing: their cost is paid either never or always.
+            if x + 1 < width and (s == FREE or state[y, x + 1] == FREE):
+                room[4 * v] = right[y, x]
+                room[4 * (v + 1) + 1] = right[y, x]
+            if y + 1 < height and (s == FREE or state[y + 1, x] == FREE):
+                room[4 * v + 2] = down[y, x]
+                room[4 * (v + stride) + 3] = down[y, x]
+
+
+@kernel
+def _measure_heights(
+    kind: NDArray[np.uint8],
+    room: NDArray[np.int32],
+    step: NDArray[np.int64],
+    level: NDArray[np.int32],
+    reached: NDArray[np.int32],
+) -> None:
+    """Count each pixel's arcs on the shortest way with room to an old one; the size stands for no way."""
+    size = kind.size
+    level[:] = size
+    tail = 0
+    for v in range(size):
+        if kind[v] == OLD:
+            level[v] = 0
+            reached[tail] = v
+            tail += 1
+    head = 0
+    while head < tail:
+        v = reached[head]
+        head += 1
+        for d in range(4):
+            u = v + step[d]
+            if room[4 * u + (d ^ 1)] > 0 and level[u] == size and kind[u] != NEW:
+                level[u] = level[v] + 1
+                reached[tail] = u
+                tail += 1
+
+
+@kernel
+def _drain(
+    kind: NDArray[np.uint8],
+    room: NDArray[np.int32],
+    step: NDArray[np.int64],
+    level: NDArray[np.int32],
+    excess: NDArray[np.int64],
+    queue: NDArray[np.int32],
+    queued: NDArray[np.uint8],
+    head: int,
+    tail: int,
+) -> tuple[int, int]:
+    """Push waiting flow downhill, raising pixels as needed, until none waits or heights are due anew."""
+    size = kind.size
+    raised = 0
+    while head != tail and 4 * raised <= size:  # of 1/20, 1/4 and 1 of the size this share measured best
+        v = queue[head]
+        head = head + 1 if head < size else 0
+        queued[v] = 0
+        here = excess[v]
+        mine = level[v]
+        while here > 0 and mine < size:
+            lowest = size
+            for d in range(4):
+                fits = room[4 * v + d]
+                if fits > 0:
+                    u = v + step[d]
+                    other = level[u]
+                    if other < mine:
+                        moved = fits if fits < here else here
+                        room[4 * v + d] -= moved
+                        room[4 * u + (d ^ 1)] += moved
+                        excess[u] += moved
+                        here -= moved
+                        if kind[u] == FREE and queued[u] == 0:
+                            queued[u] = 1
+                            queue[tail] = u
+                            tail = tail + 1 if tail < size else 0
+                        if here == 0:
+                            break
+                    elif other + 1 < lowest:
+                        lowest = other + 1
+            if here > 0:
+                mine = lowest
+                raised += 1
+        level[v] = mine
+        excess[v] = here
+    return head, tail
+
+
+@kernel
+def grid_min_cut(
+    state: NDArray[np.uint8], right: NDArray[np.int32], down: NDArray[np.int32], out: NDArray[np.uint8]
+) -> int:
+    """Split a window of any shape between old and new at the least cost; returns that cost.
+
+    `state` says 0 where a pixel must stay old, 2 where it must become new and 1 where it is free. `out`
+    becomes 1 where the new one is taken. Of several least cuts this is the one with the fewest old pixels:
+    those which an arc with room left still connects to an old one (that set is unique). Where nothing is
+    forced old all becomes new, and where nothing is forced new all stays old.
+    """
+    height, width = state.shape
+    any_old = np.any(state == OLD)
+    if not any_old or not np.any(state == NEW):
+        out[:] = 0 if any_old else 1
+        return 0
+    stride = width + 2
+    size = (height + 2) * stride
+    kind = np.empty(size, np.uint8)
+    room = np.empty(4 * size, np.int32)
+    level = np.empty(size, np.int32)
+    excess = np.zeros(size, np.int64)
+    reached = np.empty(size, np.int32)
+    queue = np.empty(size + 1, np.int32)
+    queued = np.zeros(size, np.uint8)
+    step = np.array([1, -1, stride, -stride])
+    _fill_room(state, right, down, kind, room)
+    _measure_heights(kind, room, step, level, reached)
+    head, tail = 0, 0
+    for v in range(size):
+        if kind[v] == NEW:
+            for d in range(4):
+                u = v + step[d]
+                room[4 * u + (d ^ 1)] += room[4 * v + d]
+                excess[u] += room[4 * v + d]
+                if room[4 * v + d] > 0 and kind[u] == FREE and queued[u] == 0:
+                    queued[u] = 1
+                    queue[tail] = u
+                    tail += 1
+                room[4 * v + d] = 0
+    while head != tail:
+        head, tail = _drain(kind, room, step, level, excess, queue, queued, head, tail)
+        _measure_heights(kind, room, step, level, reached)
+    for y in range(height):
+        for x in range(width):
+            out[y, x] = 0 if level[(y + 1) * stride + x + 1] < size else 1
+    return cut_cost(out, right, down)

@@ -1,0 +1,129 @@
+"""Kernels of repetition control: where patches were taken and laid, and what that costs a candidate.
+
+A placement is a row of int64: variant, row, column of the patch (in the variant), row, column of its window on
+the canvas, exemplar (-1: nothing placed), and twice the row and column of its centre in the upright exemplar.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .jit import kernel
+
+ONE = 256  # a full overlap of two patches
+
+
+@kernel
+def add_use(counts: Any, cy: int, cx: int, height: int, width: int, weight: Any) -> None:
+    """Add to `counts` (rows, columns) int32 how much a patch there shares with one at (cy, cx).
+
+    A full overlap adds ONE, falling linearly to 0 at `height`, `width`; `weight` (rows, columns) int32, 256 = 1.
+    """
+    rows, columns = counts.shape
+    x0, x1 = max(0, cx - width + 1), min(columns, cx + width)
+    across = np.empty(max(x1 - x0, 0), np.int32)
+    for x in range(x0, x1):
+        across[x - x0] = ONE * (width - abs(x - cx)) // width
+    for y in range(max(0, cy - height + 1), min(rows, cy + height)):
+        down = np.int32(ONE * (height - abs(y - cy)) // height)
+        target, w = counts[y, x0:x1], weight[y, x0:x1]
+        for k in range(len(across)):
+            target[k] += ((across[k] * down) >> 8) * w[k] >> 8
+
+
+@kernel
+def shared(a: Any, b: Any, h: int, w: int) -> int:
+    """How much of two patches is the same part of the exemplar, 0 .. ONE; rows 5..7 of placements."""
+    if a[5] != b[5]:
+        return 0
+    dy, dx = abs(a[6] - b[6]), abs(a[7] - b[7])
+    if dy >= 2 * h or dx >= 2 * w:
+        return 0
+    return ONE * (2 * h - dy) * (2 * w - dx) // (4 * h * w)
+
+
+@kernel
+def apart(a: int, b: int, length: int, wrap: int) -> int:
+    """Distance of two canvas coordinates along one axis, the short way round if it wraps."""
+    d = abs(a - b)
+    return min(d, length - d) if wrap else d
+
+
+@kernel
+def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, distance: int) -> bool:
+    """True where two patches would show the same exemplar pixel twice within `distance` px of the output."""
+    if a[5] != b[5]:
+        return False
+    if a[0] == b[0]:
+        if abs(a[1] - b[1]) >= h or abs(a[2] - b[2]) >= w:
+            return False
+        dy = apart(a[3] - a[1], b[3] - b[1], canvas[0], canvas[2])
+        dx = apart(a[4] - a[2], b[4] - b[2], canvas[1], canvas[3])
+        return dy * dy + dx * dx < distance * distance and (dy != 0 or dx != 0)
+    reach = max(h, w)
+    if abs(a[6] - b[6]) >= 2 * reach or abs(a[7] - b[7]) >= 2 * reach:
+        return False
+    # Poses differ: a pixel may lie anywhere in both, so the patches themselves are kept apart.
+    dy = max(apart(a[3], b[3], canvas[0], canvas[2]) - reach, 0)
+    dx = max(apart(a[4], b[4], canvas[1], canvas[3]) - reach, 0)
+    return dy * dy + dx * dx < distance * distance
+
+
+@kernel
+def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, out: Any) -> None:
+    """Write the placement row of the patch of variant `v` at (u, s) in the window at (y, x).
+
+    `frames` (V, 7): exemplar, first exemplar row and column shown, and J, row by row.
+    """
+    f = frames[v]
+    a, b = 2 * u + shape[0] - 1, 2 * s + shape[1] - 1
+    out[0], out[1], out[2], out[3], out[4], out[5] = v, u, s, y, x, f[0]
+    out[6] = 2 * f[1] + f[3] * a + f[4] * b
+    out[7] = 2 * f[2] + f[5] * a + f[6] * b
+
+
+@kernel
+def prices(
+    found: Any, grid: Any, row: int, column: int, at: Any, reach: int, shape: Any, canvas: Any, frames: Any, counts: Any,
+    striking: Any, offsets: Any, factor: int, steady: int, unit: int, distance: int, out: Any,
+) -> None:  # fmt: skip
+    """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
+
+    `found` (n, 4): distance, variant, row, column. `grid` (rows, columns, 8): the placements, looked at within
+    `reach` windows of (row, column). `at` (2,): first pixel of the window; `shape` (2,): patch; `canvas` (4,):
+    height, width, wraps. `counts`, `striking`: flat tables over the coarse positions of all variants, that of
+    variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns. `steady`: the price of a count of
+    ONE; `unit`: the additional price of a full repeat at the same place.
+    """
+    h, w = shape[0], shape[1]
+    area = 9 * h * w // 2  # 2 sigma**2 with sigma = 1.5 patches
+    rows, columns = grid.shape[0], grid.shape[1]
+    mine = np.empty(8, np.int64)
+    for k in range(found.shape[0]):
+        v = found[k, 1]
+        placement(frames, shape, v, found[k, 2], found[k, 3], at[0], at[1], mine)
+        cell = offsets[v, 0] + min(found[k, 2] // factor, offsets[v, 1] - 1) * offsets[v, 2]
+        cell += min(found[k, 3] // factor, offsets[v, 2] - 1)
+        total = np.int64(0)
+        for i in range(row - reach, row + reach + 1):
+            if total < 0 or (not canvas[2] and (i < 0 or i >= rows)) or i - row + reach >= rows:
+                continue
+            for j in range(column - reach, column + reach + 1):
+                if (not canvas[3] and (j < 0 or j >= columns)) or j - column + reach >= columns:
+                    continue
+                other = grid[i % rows, j % columns]
+                if other[5] < 0:
+                    continue
+                if distance > 0 and returns_too_near(mine, other, h, w, canvas, distance):
+                    total = np.int64(-1)
+                    break
+                share = shared(mine, other, h, w)
+                if share:
+                    dy = apart(mine[3], other[3], canvas[0], canvas[2])
+                    dx = apart(mine[4], other[4], canvas[1], canvas[3])
+                    near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
+                    total += (share * near * near) >> 16
+        price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
+        out[k] = -1 if total < 0 else found[k, 0] + price

@@ -1,0 +1,81 @@
+"""What every method offers, and the list of methods. Imports nothing heavy: listings must be quick."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+
+from .. import params
+from ..errors import ParameterError
+
+if TYPE_CHECKING:
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+    from ..sourcemap import Blend, SourceMap
+
+
+class Ability(StrEnum):
+    """What a method can be asked for beyond filling a plain canvas; every claim is tested."""
+
+    WRAP = "wrap"  # a canvas that continues in itself
+    START = "start"  # a canvas that is partly filled
+    MASK = "mask"  # exemplars with pixels that must not be sampled
+    GUIDE = "guide"  # labels or a target picture
+    ISOMETRIES = "isometries"  # mirrored and turned pieces
+    SEVERAL = "several"  # more than one exemplar
+    WINDOW = "window"  # any window of an endless canvas, alone
+
+
+class Method(Protocol):
+    """A published way to grow a texture: a frozen dataclass of its parameters, and one verb."""
+
+    slug: ClassVar[str]
+    paper: ClassVar[str]
+    summary: ClassVar[str]
+    supports: ClassVar[frozenset[Ability]]
+
+    @property
+    def blend(self) -> Blend:
+        """How the pieces are meant to be joined; follows from the parameters."""
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
+        """Return the method with every automatic parameter decided, or refuse what cannot work."""
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+        """Fill the canvas and return the map. The same arguments give the same map, whatever `run` holds."""
+
+
+METHODS = {
+    "image-quilting": ("image_quilting", "ImageQuilting"),
+    "random-tiling": ("random_tiling", "RandomTiling"),
+    "repeat": ("repeat", "Repeat"),
+}
+"""Slug -> module and class, in the order of the listings."""
+
+
+def method_class(slug: str) -> type[Any]:
+    """Return the class of the method named `slug`."""
+    if slug not in METHODS:
+        raise ParameterError(f"method={slug} is unknown; choose one of {', '.join(METHODS)}.")
+    module, name = METHODS[slug]
+    cls: type[Any] = getattr(importlib.import_module(f".{module}", __package__), name)
+    return cls
+
+
+def make(slug: str, values: dict[str, Any]) -> Method:
+    """Make the method `slug` with the given parameters, refusing any that it does not have."""
+    cls = method_class(slug)
+    known = [p.name for p in params.parameters(cls)]
+    for name in values:
+        if name not in known:
+            raise ParameterError(f"{name}: {slug} has no such parameter; it has {', '.join(known) or 'none'}.")
+    method: Method = cls(**values)
+    return method
+
+
+def settings(method: Method) -> dict[str, Any]:
+    """Return the parameters of a method as plain values, as recipes hold them."""
+    return {p.name: getattr(method, p.name) for p in params.parameters(method)}

@@ -1,0 +1,89 @@
+"""Random tiling: patches drawn blindly and laid side by side; the baseline that every other method must beat.
+
+The left-hand comparison of Efros and Freeman 2001, figure 2a, and of Robinson 2004 (source 002). No departures.
+
+Cost: none to speak of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from ..draws import draw
+from ..geometry import spread
+from ..lazy import lazy
+from ..params import AUTO, check, extent, param
+from .base import Ability
+
+if TYPE_CHECKING:
+    from .. import analysis, sourcemap
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+else:
+    analysis = lazy("intarsia.analysis")
+    sourcemap = lazy("intarsia.sourcemap")
+
+STAGE = 2000
+
+
+@dataclass(frozen=True)
+class RandomTiling:
+    """Lay patches drawn at random side by side, matching nothing."""
+
+    slug: ClassVar[str] = "random-tiling"
+    paper: ClassVar[str] = "Efros and Freeman 2001, figure 2a; Robinson 2004"
+    summary: ClassVar[str] = "random patches side by side, the baseline"
+    supports: ClassVar[frozenset[Ability]] = frozenset(
+        {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
+    )
+
+    patch: int | tuple[int, int] | None = param(
+        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+        low=1, high=1 << 16, unit="px",
+    )  # fmt: skip
+    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    @property
+    def pitch(self) -> tuple[int, int]:
+        """Step from patch to patch, (rows, columns) px; known once the patch is."""
+        return extent(self.patch or 0)
+
+    @property
+    def footprint(self) -> tuple[int, int]:
+        """Rows and columns of the exemplar that a patch needs."""
+        return extent(self.patch or 0)
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> RandomTiling:
+        """Decide the patch from the size of the texture's elements."""
+        patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
+        analysis.check_patch(patch, exemplars)
+        return replace(self, patch=patch)
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Draw a patch for every cell of the grid."""
+        patch = extent(self.settled(exemplars, canvas).patch or 1)
+        rows, height = spread(canvas.height, patch[0], 0, canvas.wrap.y)
+        columns, width = spread(canvas.width, patch[1], 0, canvas.wrap.x)
+        layout = analysis.Layout(
+            tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
+        )
+        shown = () if canvas.start is None else canvas.start.poses
+        poses = analysis.isometry_ids(self.isometries)
+        variants = analysis.variants(exemplars, analysis.features(exemplars), poses, (height, width), shown)
+        work = analysis.Patchwork.begin(variants, canvas, canvas.rim or 0)
+        for r, y in enumerate(rows):
+            run.tick(r, len(rows), lambda: work.map(exemplars, canvas, self.blend))
+            for c, x in enumerate(columns):
+                work.lay_over((y, x), analysis.random_patch(variants, draw(seed, STAGE, 0, r, c)), layout)
+        return work.map(exemplars, canvas, self.blend)

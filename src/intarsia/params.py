@@ -1,0 +1,168 @@
+"""A parameter is written once: range, unit and help beside the field; everything else reads it from there.
+
+Validation, command line, ``methods --json`` and the docs all use :func:`parameters` and :func:`check`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import ParameterError
+from .geometry import ISOMETRY_SETS
+
+AUTO = None  # a field left at AUTO is decided from the exemplar
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What is known of one parameter of a method."""
+
+    name: str
+    kind: str
+    default: Any
+    low: float | None
+    high: float | None
+    unit: str
+    choices: tuple[str, ...]
+    help: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the entry that ``methods --json`` prints."""
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(self).items()}
+
+    def allowed(self) -> str:
+        """Say in words what may be given."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        span = "any number"
+        if self.low is not None and self.high is not None:
+            span = f"{self.low:g} to {self.high:g}"
+        elif self.low is not None:
+            span = f"at least {self.low:g}"
+        unit = f" {self.unit}" if self.unit else ""
+        return {
+            "extent": f"{span}{unit}, one number or WIDTHxHEIGHT",
+            "weights": f"{span}, one for each channel",
+            "isometries": "none, 180, 90, both, or isometry numbers 0 to 7 such as 0,1,6",
+        }.get(self.kind, span + unit)
+
+
+def param(
+    default: Any,
+    kind: str,
+    help: str,  # noqa: A002 - the word that the command line uses
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    unit: str = "",
+    choices: Sequence[str] = (),
+) -> Any:
+    """Declare a field of a method: its default, its kind, and all that can be said about it.
+
+    Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
+    (a tuple of numbers), ``isometries``.
+    """
+    data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
+    return dataclasses.field(default=default, metadata={"param": data})
+
+
+def parameters(method: Any) -> list[Parameter]:
+    """List the parameters of a method (an instance or its class) in the order of its fields."""
+    return [
+        Parameter(name=f.name, default=f.default, **f.metadata["param"])
+        for f in dataclasses.fields(method)
+        if "param" in f.metadata
+    ]
+
+
+def check(method: Any) -> None:
+    """Refuse, in one line, every parameter that is out of its range; put the given values into normal form."""
+    for p in parameters(method):
+        value = getattr(method, p.name)
+        if value is AUTO and p.default is AUTO:
+            continue
+        try:
+            object.__setattr__(method, p.name, _normal(p, value))
+        except (TypeError, ValueError, OverflowError):
+            shown = "x".join(map(str, reversed(value))) if _is_pair(p, value) else value
+            raise ParameterError(f"{p.name}={shown} is not allowed; give {p.allowed()}.") from None
+
+
+def parse(p: Parameter, text: str) -> Any:
+    """Read a value as it is written on the command line (extents as WIDTHxHEIGHT, lists with commas)."""
+    try:
+        if p.kind == "int":
+            return int(text)
+        if p.kind == "float":
+            return float(text)
+        if p.kind == "extent":
+            numbers = [int(part) for part in text.lower().split("x")]
+            return numbers[0] if len(numbers) == 1 else tuple(reversed(numbers))
+        if p.kind == "weights":
+            return tuple(float(part) for part in text.split(","))
+        if p.kind == "isometries" and text not in ISOMETRY_SETS:
+            return tuple(int(part) for part in text.split(","))
+        return text
+    except ValueError:
+        raise ParameterError(f"{p.name}={text} is not allowed; give {p.allowed()}.") from None
+
+
+def extent(value: int | tuple[int, int]) -> tuple[int, int]:
+    """Return an extent as (rows, columns)."""
+    return value if isinstance(value, tuple) else (value, value)
+
+
+def _is_pair(p: Parameter, value: Any) -> bool:
+    return p.kind == "extent" and isinstance(value, tuple)
+
+
+def _normal(p: Parameter, value: Any) -> Any:
+    if p.kind == "choice":
+        if value not in p.choices:
+            raise ValueError
+        return str(value)
+    if p.kind == "isometries":
+        return _isometries(value)
+    if p.kind == "extent":
+        if isinstance(value, (tuple, list)):
+            rows, columns = (_whole(p, v) for v in value)
+            return rows if rows == columns else (rows, columns)
+        return _whole(p, value)
+    if p.kind == "weights":
+        weights = tuple(_number(p, v) for v in value)
+        if not weights or not any(weights):
+            raise ValueError
+        return weights
+    return _whole(p, value) if p.kind == "int" else _number(p, value)
+
+
+def _isometries(value: Any) -> str | tuple[int, ...]:
+    if isinstance(value, str):
+        if value not in ISOMETRY_SETS:
+            raise ValueError
+        return value
+    ids = tuple(sorted({int(v) for v in value}))
+    if not ids or ids[0] < 0 or ids[-1] > 7:
+        raise ValueError
+    return ids
+
+
+def _whole(p: Parameter, value: Any) -> int:
+    if isinstance(value, (bool, str)) or int(value) != value:
+        raise ValueError
+    return int(_number(p, int(value)))
+
+
+def _number(p: Parameter, value: Any) -> float:
+    if isinstance(value, (bool, str)):
+        raise ValueError
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError
+    if (p.low is not None and number < p.low) or (p.high is not None and number > p.high):
+        raise ValueError
+    return number

@@ -1,0 +1,275 @@
+"""Draw a map: every pixel is a vote of the pieces within the feather around it, or an exact copy without one.
+
+    out(p) = sum over taps of w E(u) / sum w,   q = p + tap,   u = S(q) + J(q) (p - q),   w = t(u)
+
+Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f + 1) // 2 + 1)), d the chessboard
+distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in cells, boxes of
+the output that know their surroundings within the feather; a cell never depends on how the canvas was cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_cdt
+
+from .colour import Curve
+from .errors import InputError, ParameterError
+from .exemplar import Exemplar
+from .geometry import Box
+from .image import Array, Kind, Plane
+from .kernels.mix import gather
+from .kernels.votes import HOLE, Ground, cut_window, make_plan
+from .mixing import Floats, Integers, Labels, Mixer, Normals, Spread
+from .normals import NormalCoding
+from .run import Run
+from .sourcemap import Blend, Mixing, SourceMap
+from .translucent import TranslucentFloats, TranslucentIntegers
+
+MAX_SPREAD = 2000
+"""The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
+
+_ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
+
+
+def render(
+    exemplars: Sequence[Exemplar],
+    smap: SourceMap,
+    name: str | None = None,
+    blend: Blend | None = None,
+    box: Box | None = None,
+    run: Run | None = None,
+) -> Plane:
+    """Draw a plane of a map.
+
+    Parameters
+    ----------
+    exemplars : sequence of Exemplar
+        In the order of their numbers in the map.
+    smap : SourceMap
+        Without holes where it is drawn.
+    name : str, optional
+        The plane; the first of the first exemplar by default. A plane s times larger than the base gives a
+        picture s times larger than the map, with a feather of s times as many px; one s times smaller gives one
+        s times smaller, averaged in blocks.
+    blend : Blend, optional
+        Feather and mixing; those of the map by default.
+    box : Box, optional
+        The window to draw, in px of the map; along wrapped axes it may lie anywhere. All by default.
+    run : Run, optional
+        Threads, progress, cancelling.
+
+    Returns
+    -------
+    Plane
+        Of the dtype, kind, transfer and meta of the exemplar's.
+
+    Raises
+    ------
+    ParameterError
+        for an unknown plane, a window outside the canvas, or sides that a smaller plane does not divide.
+    InputError
+        for holes, and for exemplars that do not fit the map or one another.
+    """
+    blend, run = blend or smap.blend, run or Run()
+    _check_exemplars(exemplars, smap)
+    planes, scale = _planes(exemplars, name)
+    box = box or Box(0, 0, smap.height, smap.width)
+    job = _Job.of(exemplars, planes, scale, smap, blend)
+    grow, shrink = max(scale, 1), max(-scale, 1)
+    rows = _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
+    columns = _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    if any(v % shrink for v in (box.y0, box.x0, box.height, box.width, smap.height, smap.width)):
+        raise ParameterError(
+            f"{box.width}x{box.height} px cannot be drawn by a plane {shrink} times smaller; use multiples of {shrink}."
+        )
+    out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, planes[0].channels), planes[0].pixels.dtype)
+    cells = [
+        (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
+        for y, ty, h in _steps(rows, max(_ROWS, job.feather) // grow, shrink)
+        for x, tx, w in _steps(columns, max(_COLUMNS, job.feather) // grow, shrink)
+    ]
+
+    def draw(cell: tuple[int, int, int, int, int, int]) -> None:
+        y, x, ty, tx, h, w = cell
+        codes = job.draw(y, x, h, w)
+        if shrink > 1:
+            codes = job.mixer.average(codes, shrink)
+        out[ty : ty + codes.shape[0], tx : tx + codes.shape[1]] = codes
+
+    with run.pool() as each:
+        batch = 8 * run.workers
+        for start in range(0, len(cells), batch):
+            each(draw, cells[start : start + batch])
+            run.tick(min(start + batch, len(cells)), len(cells))
+    return planes[0].like(out)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """All that a cell needs to be drawn."""
+
+    full: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]
+    wrap: tuple[bool, bool]
+    scale: int
+    feather: int  # in px of the plane
+    ground: Ground
+    samples: Array  # (N, C) codes of all exemplars
+    mixer: Mixer
+    coding: NormalCoding | None
+
+    @classmethod
+    def of(cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
+        grow, shrink = max(scale, 1), max(-scale, 1)
+        feather = blend.feather * grow
+        if feather > MAX_SPREAD:
+            raise ParameterError(
+                f"feather={blend.feather} is too wide for a plane {grow} times larger; at most {MAX_SPREAD // grow} px."
+            )
+        layers = [np.repeat(np.repeat(p.samples, shrink, 0), shrink, 1) if shrink > 1 else p.samples for p in planes]
+        flat = [layer.reshape(-1, layer.shape[2]) for layer in layers]
+        samples = flat[0] if len(flat) == 1 else np.concatenate(flat)
+        samples.flags.writeable = False
+        starts = np.cumsum([0] + [len(f) for f in flat[:-1]])
+        table = [(n, *la.shape[:2], e.toroidal) for n, la, e in zip(starts, layers, exemplars, strict=True)]
+        near = [_near(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
+        ground = Ground(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
+        none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
+        none.flags.writeable = False
+        coding = None
+        if planes[0].kind is Kind.NORMAL:
+            signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
+            coding = NormalCoding(planes[0].pixels.dtype, signed, planes[0].meta.get("normals", "gl") == "dx")
+        usable = _usable(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
+        return cls(
+            (smap.yx, none if smap.which is None else smap.which, none if smap.pose is None else smap.pose),
+            (smap.wrap.y, smap.wrap.x),
+            grow,
+            feather,
+            ground,
+            samples,
+            _mixer(planes[0], samples, coding, blend.mixing, usable),
+            coding,
+        )
+
+    def draw(self, y: int, x: int, height: int, width: int) -> Array:
+        """Return the codes (h, w, C) of a cell whose first pixel is (y, x)."""
+        f = self.feather
+        size = (height + f, width + f)
+        part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
+        origin = (y - f // 2, x - f // 2)
+        if not cut_window(self.full, origin, self.scale, self.wrap, self.ground.table, part):
+            raise InputError("the map points outside its exemplars; it belongs to others, or is damaged.")
+        core = (slice(f // 2, f // 2 + height), slice(f // 2, f // 2 + width))
+        if (part[1][core] == HOLE).any():
+            holes = int((self.full[1] == HOLE).sum())
+            raise InputError(f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without.")
+        if f == 0:
+            return self._own(*part)
+        codes, weight = self.mixer.vote(make_plan(part, origin, self.ground.table, f), self.ground)
+        lost = weight == 0  # nobody votes: the pixel speaks for itself
+        if lost.any():
+            codes[lost] = self._own(part[0][core], part[1][core], part[2][core])[lost]
+        return codes
+
+    def _own(self, yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]) -> Array:
+        codes = np.zeros((*which.shape, self.samples.shape[1]), self.samples.dtype)
+        bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
+        gather(np.ascontiguousarray(yx), np.ascontiguousarray(which), self.ground.table, self.samples.view(bits), codes.view(bits))
+        return codes if self.coding is None else self.coding.turned(codes, pose)
+
+
+def _mixer(
+    plane: Plane, samples: Array, coding: NormalCoding | None, mixing: Mixing, usable: NDArray[np.bool_] | None
+) -> Mixer:
+    if coding is not None:
+        return Normals(samples, coding.vectors(samples), coding)
+    if plane.kind is Kind.LABEL:
+        return Labels.of(samples)
+    curve = Curve.of(plane)
+    if mixing is Mixing.SOURCE:
+        curve = replace(curve, srgb=False)
+    # Kernels know no half floats; every half is a float32.
+    light = curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples) if plane.is_float else samples
+    spread = None
+    if mixing is Mixing.VARIANCE:
+        seen = np.flatnonzero(usable) if usable is not None and len(usable) == len(samples) else slice(None)
+        values = curve.linear(samples[seen])
+        spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
+    if plane.is_float:
+        return (TranslucentFloats if plane.alpha else Floats)(samples, light, curve, spread)
+    return (TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
+
+
+def _usable(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_] | None:
+    """Return which pixels of the exemplars laid end to end may be used; None where all or none may."""
+    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
+    flat = np.concatenate([np.repeat(np.repeat(m, grow, 0), grow, 1).reshape(-1) for m in masks])
+    return flat if flat.any() and not flat.all() else None
+
+
+def _near(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
+    """Measure how far every pixel is from what must not be read: 0 there, `cap` at most."""
+    height, width = exemplar.height * grow, exemplar.width * grow
+    if exemplar.usable is None:
+        if exemplar.toroidal:
+            return np.full((height, width), cap, np.uint16)
+        rows, columns = (np.minimum(np.arange(1, n + 1), np.arange(n, 0, -1)) for n in (height, width))
+        return np.minimum(np.minimum.outer(rows, columns), cap).astype(np.uint16)
+    usable = np.repeat(np.repeat(exemplar.usable, grow, 0), grow, 1)
+    edge = min(cap, max(height, width)) if exemplar.toroidal else 1
+    padded = np.pad(usable, edge, mode="wrap") if exemplar.toroidal else np.pad(usable, edge)
+    distance = distance_transform_cdt(padded, metric="chessboard")[edge:-edge, edge:-edge]
+    return np.minimum(distance, cap).astype(np.uint16)
+
+
+def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
+    if not exemplars or (smap.sources and len(smap.sources) != len(exemplars)):
+        raise InputError(f"the map is made of {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give those.")
+    for exemplar, source in zip(exemplars, smap.sources, strict=False):
+        if (exemplar.height, exemplar.width) != (source.height, source.width):
+            raise InputError(
+                f"{exemplar.name} is {exemplar.width}x{exemplar.height} px, the map wants {source.name} of "
+                f"{source.width}x{source.height}; give the exemplars that it was made of."
+            )
+
+
+def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:
+    """Find the plane in every exemplar; also how many times larger than the base it is (negative: smaller)."""
+    name = next(iter(exemplars[0].planes)) if name is None else name
+    if name not in exemplars[0].planes:
+        raise ParameterError(f"plane={name} is unknown; choose one of {', '.join(exemplars[0].planes)}.")
+    found: list[tuple[Plane, int]] = []
+    for exemplar in exemplars:
+        if name not in exemplar.planes:
+            raise InputError(f"{exemplar.name} has no plane {name}, {exemplars[0].name} has; give it one.")
+        plane = exemplar.planes[name]
+        larger = plane.height >= exemplar.height
+        found.append((plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height)))
+        if _coding_of(*found[-1]) != _coding_of(*found[0]):
+            raise InputError(
+                f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, channels, "
+                "kind, transfer or scale; make them equal."
+            )
+    return [plane for plane, _ in found], found[0][1]
+
+
+def _coding_of(plane: Plane, scale: int) -> tuple[object, ...]:
+    green = plane.meta.get("normals", "gl") if plane.kind is Kind.NORMAL else ""
+    return plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green
+
+
+def _segments(start: int, stop: int, length: int, wrap: bool, axis: str) -> list[tuple[int, int, int]]:
+    """Cut a stretch of an endless axis at the borders of the canvas: (first on the canvas, first drawn, length)."""
+    if stop <= start or (not wrap and (start < 0 or stop > length)):
+        raise ParameterError(f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas.")
+    cuts = [start, *range(start - start % length + length, stop, length), stop]
+    return [(a % length, a - start, b - a) for a, b in zip(cuts, cuts[1:], strict=False)]
+
+
+def _steps(segments: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
+    step = max(step // multiple, 1) * multiple
+    return [(y + i, t + i, min(step, n - i)) for y, t, n in segments for i in range(0, n, step)]

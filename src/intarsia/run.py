@@ -1,0 +1,85 @@
+"""How a synthesis runs: threads, progress, cancelling. Nothing here ever changes a pixel."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from threading import Event
+from typing import TYPE_CHECKING, TypeVar
+
+from .errors import CancelledError, ParameterError
+
+if TYPE_CHECKING:
+    from .sourcemap import SourceMap
+
+T = TypeVar("T")
+Step = Callable[[int, int, "Callable[[], SourceMap] | None"], object]
+
+
+def cores() -> int:
+    """Count the cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Run:
+    """Threads, progress and cancelling of one piece of work.
+
+    Parameters
+    ----------
+    threads : int, optional
+        Worker threads, at least 1; by default one for each core allowed. Never changes a byte of the result.
+    step : callable, optional
+        Called as ``step(done, total, draft)`` between units of work, from the calling thread; ``draft()`` makes
+        the map as far as it has grown (``None`` where a stage has no map).
+    cancel : threading.Event, optional
+        Once set, the work ends with :class:`~intarsia.errors.CancelledError` at the next unit.
+    """
+
+    threads: int | None = None
+    step: Step | None = None
+    cancel: Event | None = None
+
+    def __post_init__(self) -> None:
+        if self.threads is not None and not 1 <= self.threads <= 1024:
+            raise ParameterError(f"threads={self.threads}: give 1 to 1024, or leave it out for one a core.")
+
+    @property
+    def workers(self) -> int:
+        """The number of threads to use."""
+        return self.threads or cores()
+
+    def tick(self, done: int, total: int, draft: Callable[[], SourceMap] | None = None) -> None:
+        """Report progress, and stop here if the caller asked for it."""
+        if self.step is not None:
+            self.step(done, total, draft)
+        if self.cancel is not None and self.cancel.is_set():
+            raise CancelledError("cancelled; nothing was written.")
+
+    @contextmanager
+    def pool(self) -> Iterator[Callable[[Callable[[T], object], Iterable[T]], None]]:
+        """Yield ``each(function, items)``, which calls the function for every item, in parallel if allowed."""
+        if self.workers == 1:
+            yield _in_turn
+            return
+        with ThreadPoolExecutor(self.workers) as executor:
+
+            def each(function: Callable[[T], object], items: Iterable[T]) -> None:
+                items = list(items)
+                if len(items) < 2:
+                    _in_turn(function, items)
+                else:
+                    for _ in executor.map(function, items):
+                        pass
+
+            yield each
+
+
+def _in_turn(function: Callable[[T], object], items: Iterable[T]) -> None:
+    for item in items:
+        function(item)

@@ -1,0 +1,245 @@
+"""The map: for every output pixel, the exemplar pixel that it is. All else is a rendering of it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError, ParameterError
+from .geometry import Box, Wrap
+
+HOLE = 255
+"""Value of ``which`` where no exemplar pixel has been chosen yet."""
+
+
+class Mixing(StrEnum):
+    """How the votes of several pieces become one pixel."""
+
+    MEAN = "mean"  # in linear light
+    VARIANCE = "variance"  # in linear light, divided by the norm of the shares: keeps contrast
+    SOURCE = "source"  # of the code values, as the sources do
+
+
+@dataclass(frozen=True)
+class Blend:
+    """How far from the cut pieces mix: ``feather`` px, 0 for exact copies."""
+
+    feather: int = 0
+    mixing: Mixing = Mixing.MEAN
+
+    def __post_init__(self) -> None:
+        if isinstance(self.feather, bool) or not 0 <= self.feather <= 1024:
+            raise ParameterError(f"feather={self.feather} is not allowed; give 0 to 1024 px.")
+        object.__setattr__(self, "feather", int(self.feather))
+        object.__setattr__(self, "mixing", Mixing(self.mixing))
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a map remembers of an exemplar: a name, its size in px, and the digest of its content."""
+
+    name: str
+    height: int
+    width: int
+    digest: str
+
+
+@dataclass(frozen=True, eq=False)
+class SourceMap:
+    """For every output pixel one exemplar pixel, and how the exemplar lies there.
+
+    Parameters
+    ----------
+    yx : int32 array, shape (H, W, 2)
+        Row and column of the exemplar pixel; (0, 0) in holes.
+    which : uint8 array, shape (H, W), optional
+        Number of the exemplar; ``HOLE`` (255) where nothing is chosen. None: exemplar 0 everywhere.
+    pose : uint8 array, shape (H, W), optional
+        Isometry 0..7 around the pixel. None: upright everywhere.
+    sources : sequence of Source
+        The exemplars, in the order of their numbers.
+    wrap : Wrap
+        Along which axes the map closes on itself.
+    blend : Blend
+        The blend that the method proposes.
+    """
+
+    yx: NDArray[np.int32]
+    which: NDArray[np.uint8] | None = None
+    pose: NDArray[np.uint8] | None = None
+    sources: tuple[Source, ...] = ()
+    wrap: Wrap = Wrap.NONE
+    blend: Blend = field(default_factory=Blend)
+
+    def __post_init__(self) -> None:
+        _frozen(self, "yx", np.int32, None)
+        _frozen(self, "which", np.uint8, self.yx.shape[:2])
+        _frozen(self, "pose", np.uint8, self.yx.shape[:2])
+        object.__setattr__(self, "sources", tuple(self.sources))
+        object.__setattr__(self, "wrap", Wrap(self.wrap))
+
+    @property
+    def height(self) -> int:
+        """Rows of the output."""
+        return int(self.yx.shape[0])
+
+    @property
+    def width(self) -> int:
+        """Columns of the output."""
+        return int(self.yx.shape[1])
+
+    @property
+    def holes(self) -> NDArray[np.bool_]:
+        """True where no exemplar pixel is chosen."""
+        if self.which is None:
+            return np.zeros(self.yx.shape[:2], dtype=bool)
+        return self.which == HOLE
+
+    @property
+    def poses(self) -> tuple[int, ...]:
+        """The isometries that occur."""
+        if self.pose is None:
+            return (0,)
+        return tuple(int(p) for p in np.unique(self.pose[~self.holes]))
+
+    def window(self, box: Box) -> SourceMap:
+        """Cut out a box; along wrapped axes it may reach over the border, or lie anywhere."""
+        rows = _positions(box.y0, box.y1, self.height, self.wrap.y, "rows")
+        columns = _positions(box.x0, box.x1, self.width, self.wrap.x, "columns")
+        index = np.ix_(rows, columns)
+        return replace(
+            self,
+            yx=self.yx[index],
+            which=None if self.which is None else self.which[index],
+            pose=None if self.pose is None else self.pose[index],
+            wrap=Wrap.NONE,
+        )
+
+    def pieces(self) -> NDArray[np.int32]:
+        """Number the connected pieces: (H, W) int32, equal where one exemplar continues unbroken."""
+        from .kernels.votes import label_pieces
+
+        return label_pieces(self.yx, self._which(), self._pose())[0]
+
+    def usage(self) -> list[NDArray[np.int64]]:
+        """Count for each exemplar, shape (height, width), how often every pixel is shown."""
+        which = self._which()
+        counts = []
+        for number, source in enumerate(self.sources):
+            yx = self.yx[which == number]
+            flat = np.bincount(yx[:, 0].astype(np.int64) * source.width + yx[:, 1], minlength=source.height * source.width)
+            counts.append(flat.reshape(source.height, source.width))
+        return counts
+
+    def st_map(self) -> NDArray[np.float32]:
+        """Return an ST map for compositing tools: (H, W, 2) float32, (s, t) in 0..1, t upward, pixel centres.
+
+        Only a map of a single exemplar has one.
+        """
+        if len(self.sources) != 1:
+            raise ParameterError(f"an ST map shows one exemplar, this map has {len(self.sources)}; save the map itself.")
+        size = self.sources[0]
+        s = (self.yx[:, :, 1] + 0.5) / size.width
+        t = 1.0 - (self.yx[:, :, 0] + 0.5) / size.height
+        return np.stack([s, t], axis=2).astype(np.float32)
+
+    def save(self, path: str | Path) -> None:
+        """Write the map as .npz, arrays under their names; replaces the file whole or not at all."""
+        from .files import write_bytes
+
+        write_bytes(path, self.to_bytes(), force=True)
+
+    def to_bytes(self) -> bytes:
+        """Return the content of the .npz file; equal maps give equal bytes."""
+        about = {
+            "sources": [asdict(s) for s in self.sources],
+            "wrap": self.wrap.value,
+            "feather": self.blend.feather,
+            "mixing": self.blend.mixing.value,
+        }
+        arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
+        arrays |= {k: v for k, v in (("which", self.which), ("pose", self.pose)) if v is not None}
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, **arrays)
+        return buffer.getvalue()
+
+    @classmethod
+    def load(cls, path: str | Path) -> SourceMap:
+        """Read a map that :meth:`save` wrote; InputError for anything else."""
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                arrays = {k: data[k] for k in ("yx", "which", "pose") if k in data}
+                about = json.loads(bytes(data["about"]))
+            return cls(
+                **arrays,
+                sources=tuple(Source(**s) for s in about["sources"]),
+                wrap=Wrap(about["wrap"]),
+                blend=Blend(about["feather"], Mixing(about["mixing"])),
+            )
+        except FileNotFoundError:
+            raise InputError(f"{path} does not exist; give a map saved with --save-map.") from None
+        except Exception as e:  # a damaged archive can fail in any way
+            raise InputError(f"{path} is no map of intarsia ({type(e).__name__}); give one saved with --save-map.") from None
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the arrays and the wrap, as 64 hexadecimal digits."""
+        h = hashlib.sha256(f"{self.yx.shape}{self.wrap}".encode())
+        for part in (self.yx.astype("<i4", copy=False), self._which(), self._pose()):
+            h.update(np.ascontiguousarray(part).data)
+        return h.hexdigest()
+
+    def check_sources(self) -> None:
+        """Refuse a map that points outside its exemplars."""
+        which, pose = self._which(), self._pose()
+        if pose.max(initial=0) > 7:
+            raise InputError("the map holds isometries above 7; it is damaged.")
+        known = which != HOLE
+        if known.any() and int(which[known].max()) >= len(self.sources):
+            raise InputError("the map names exemplars that it does not list; it is damaged.")
+        for number, source in enumerate(self.sources):
+            yx = self.yx[which == number]
+            if yx.size and (yx.min() < 0 or yx[:, 0].max() >= source.height or yx[:, 1].max() >= source.width):
+                raise InputError(f"the map points outside its exemplar {source.name}; it is damaged.")
+
+    def _which(self) -> NDArray[np.uint8]:
+        return np.zeros(self.yx.shape[:2], np.uint8) if self.which is None else self.which
+
+    def _pose(self) -> NDArray[np.uint8]:
+        return np.zeros(self.yx.shape[:2], np.uint8) if self.pose is None else self.pose
+
+
+def identity(sources: Sequence[Source], number: int) -> SourceMap:
+    """Return the map that shows one exemplar as it is: the start of extending or healing it."""
+    source = sources[number]
+    yx = np.stack(np.mgrid[: source.height, : source.width], axis=2).astype(np.int32)
+    return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))
+
+
+def _frozen(owner: SourceMap, name: str, dtype: Any, shape: tuple[int, ...] | None) -> None:
+    value = getattr(owner, name)
+    if value is None:
+        return
+    array = np.ascontiguousarray(value, dtype=dtype)
+    if shape is None and (array.ndim != 3 or array.shape[2] != 2):
+        raise InputError(f"{name} of shape {array.shape} is no map; it needs (height, width, 2).")
+    if shape is not None and array.shape != shape:
+        raise InputError(f"{name} of shape {array.shape} does not fit the map of shape {shape}.")
+    array = array.view()
+    array.flags.writeable = False
+    object.__setattr__(owner, name, array)
+
+
+def _positions(start: int, stop: int, length: int, wrap: bool, axis: str) -> NDArray[np.int64]:
+    if stop <= start or (not wrap and (start < 0 or stop > length)):
+        raise ParameterError(f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas.")
+    return np.arange(start, stop) % length

@@ -1,0 +1,218 @@
+"""The pipeline in one function: exemplars, canvas, method, map; and what comes out of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import __version__
+from .canvas import Canvas
+from .draws import check_seed
+from .errors import InputError, MethodError, ParameterError
+from .exemplar import Exemplar
+from .geometry import Box, Wrap
+from .guide import Guide
+from .image import Plane
+from .methods.base import Ability, Method, make, settings
+from .render import render
+from .run import Run
+from .sourcemap import HOLE, Blend, SourceMap
+
+DEFAULT_METHOD = "image-quilting"
+
+ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """What a synthesis made: a map, the exemplars that it points into, and the recipe that repeats it.
+
+    Pictures are renderings of it: ``render()`` for the base plane, ``render("normal")`` for another.
+    """
+
+    exemplars: tuple[Exemplar, ...]
+    map: SourceMap
+    blend: Blend
+    method: Method
+    recipe: dict[str, Any] = field(default_factory=dict)
+
+    def render(
+        self, plane: str | None = None, *, feather: int | None = None, box: Box | None = None, run: Run | None = None
+    ) -> Plane:
+        """Render a plane, the base plane if none is named, all of it or a window, harder or softer."""
+        blend = self.blend if feather is None else Blend(feather, self.blend.mixing)
+        return render(self.exemplars, self.map, plane, blend, box, run or Run())
+
+    @property
+    def recipe_text(self) -> str:
+        """The recipe as JSON, the same bytes for the same recipe."""
+        return json.dumps(self.recipe, sort_keys=True, separators=(",", ":"))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self.render().pixels, dtype=dtype)
+
+    def _repr_png_(self) -> bytes:
+        return self.render()._repr_png_()
+
+
+def synthesize(
+    exemplar: ExemplarLike | Sequence[ExemplarLike],
+    size: int | tuple[int, int] | None = None,
+    method: Method | str = DEFAULT_METHOD,
+    *,
+    seed: int = 0,
+    wrap: Wrap | str = Wrap.NONE,
+    start: SourceMap | None = None,
+    guide: Guide | None = None,
+    blend: Blend | None = None,
+    run: Run | None = None,
+) -> Synthesis:
+    """Grow a texture from an example.
+
+    Parameters
+    ----------
+    exemplar : path, array, dict of arrays, Plane, Exemplar, or a list of them
+        Arrays are (H, W) or (H, W, C) of 8-bit, 16-bit or float pixels.
+    size : int or (height, width), optional
+        Size of the output in px; a number is a square. Default: twice the (first) exemplar, or that of `start`.
+    method : Method or str
+        For example ``ImageQuilting(patch=96)``, or the name of a method.
+    seed : int
+        0 to 2**64 - 1; the same seed gives the same bytes, on any machine and any number of threads.
+    wrap : {"none", "x", "y", "both"}
+        Along which axes the output must continue in itself.
+    start : SourceMap, optional
+        A partly filled map to continue.
+    guide : Guide, optional
+        What should be where, for methods that support it.
+    blend : Blend, optional
+        How pieces are joined; default: as the method means it.
+    run : Run, optional
+        Threads, progress, cancelling.
+
+    Returns
+    -------
+    Synthesis
+
+    Raises
+    ------
+    ParameterError, InputError, MethodError
+        before any work, where something cannot work.
+    """
+    exemplars = as_exemplars(exemplar)
+    canvas = _canvas(exemplars, size, wrap, start, guide)
+    chosen = make(method, {}) if isinstance(method, str) else method
+    _check_abilities(chosen, exemplars, canvas)
+    seed = check_seed(seed)
+    settled = chosen.settled(exemplars, canvas)
+    run = run or Run()
+    smap = settled.synthesize(exemplars, canvas, seed, run)
+    if bool(smap.holes.any()):
+        raise MethodError(f"{settled.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
+    joined = blend or settled.blend
+    return Synthesis(exemplars, smap, joined, settled, _recipe(settled, exemplars, canvas, seed, joined))
+
+
+def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
+    """Turn whatever may be given as exemplar into exemplars; a list or tuple gives several."""
+    items = list(given) if isinstance(given, (list, tuple)) else [given]
+    if not items:
+        raise InputError("no exemplar is given; give at least one picture.")
+    exemplars = tuple(_as_exemplar(item, number) for number, item in enumerate(items))
+    if len(exemplars) >= HOLE:
+        raise ParameterError(f"{len(exemplars)} exemplars are too many; give at most {HOLE - 1}.")
+    if not any(e.usable is None or e.usable.any() for e in exemplars):
+        raise InputError("the mask leaves no pixel of the exemplar to use; mark fewer.")
+    return exemplars
+
+
+def _as_exemplar(item: Any, number: int) -> Exemplar:
+    if isinstance(item, (str, Path)):
+        from .files import read
+
+        return read(item)
+    return Exemplar.of(item, name=f"exemplar {number + 1}")
+
+
+def _canvas(
+    exemplars: tuple[Exemplar, ...],
+    size: int | tuple[int, int] | None,
+    wrap: Wrap | str,
+    start: SourceMap | None,
+    guide: Guide | None,
+) -> Canvas:
+    if size is None:
+        size = (2 * exemplars[0].height, 2 * exemplars[0].width) if start is None else (start.height, start.width)
+    try:
+        height, width = (size, size) if isinstance(size, int) else (int(n) for n in size)
+        wrap = Wrap(wrap)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"size={size!r}, wrap={wrap!r}: give a size as (height, width) in px, and wrap as none, x, y or both."
+        ) from None
+    if start is not None:
+        _check_start(start, exemplars)
+    return Canvas(height, width, wrap, start, guide)
+
+
+def _check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
+    """A start map must point into the exemplars that are given."""
+    if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
+        raise InputError("the start map was made of exemplars of other sizes; give the same exemplars in the same order.")
+    start.check_sources()
+
+
+def _check_abilities(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas) -> None:
+    wanted = {
+        Ability.WRAP: canvas.wrap is not Wrap.NONE,
+        Ability.START: canvas.start is not None,
+        Ability.GUIDE: canvas.guide is not None,
+        Ability.MASK: any(e.usable is not None for e in exemplars),
+        Ability.SEVERAL: len(exemplars) > 1,
+    }
+    for ability, asked in wanted.items():
+        if asked and ability not in method.supports:
+            words = {
+                Ability.WRAP: "cannot wrap the output; drop wrap",
+                Ability.START: "cannot continue a start map; drop it",
+                Ability.GUIDE: "cannot follow a guide; drop it",
+                Ability.MASK: "cannot avoid masked pixels; drop the mask",
+                Ability.SEVERAL: "grows from one exemplar; give one",
+            }
+            raise ParameterError(f"{method.slug} {words[ability]}, or choose another method.")
+
+
+def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, seed: int, blend: Blend) -> dict[str, Any]:
+    """All that the map depends on, and nothing else: no path, date, timing or number of threads."""
+    sources = []
+    for e in exemplars:
+        entry: dict[str, Any] = {"sha256": e.digest, "size": [e.width, e.height]}
+        if e.name.startswith("sample:"):
+            entry["name"] = e.name
+        sources.append(entry)
+    recipe: dict[str, Any] = {
+        "intarsia": __version__,
+        "method": method.slug,
+        "parameters": {k: _xy(k, v) for k, v in settings(method).items()},
+        "seed": seed,
+        "size": [canvas.width, canvas.height],
+        "wrap": canvas.wrap.value,
+        "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
+        "exemplars": sources,
+    }
+    if canvas.start is not None:
+        recipe["start"] = canvas.start.digest
+    return recipe
+
+
+def _xy(name: str, value: Any) -> Any:
+    """Recipes are JSON, so extents stand x before y, and tuples are lists."""
+    if isinstance(value, tuple):
+        return list(reversed(value)) if name in ("patch", "overlap") else list(value)
+    return value
