@@ -25,19 +25,27 @@ def random_pixels(rng: np.random.Generator, shape: tuple[int, ...], dtype: str) 
     return rng.choice(rng.random(40), shape).astype(dtype)
 
 
-def random_map(rng: np.random.Generator, exemplars: list[Exemplar], size: tuple[int, int], wrap: Wrap, noise: float) -> SourceMap:
+def random_map(
+    rng: np.random.Generator, exemplars: list[Exemplar], size: tuple[int, int], wrap: Wrap, noise: float
+) -> SourceMap:
     """Draw a map of a few pieces in any pose, with a share of stray pixels."""
     height, width = size
     region = rng.integers(0, 4, (-(-height // 4), -(-width // 5))).repeat(4, 0).repeat(5, 1)[:height, :width]
     which, pose = np.zeros(size, np.uint8), np.zeros(size, np.uint8)
     yx = np.zeros((*size, 2), np.int32)
     keys = [
-        (rng.integers(len(exemplars)), rng.integers(8), rng.integers(0, 20), rng.integers(0, 20)) for _ in range(4)
+        (rng.integers(len(exemplars)), rng.integers(8), rng.integers(0, 20), rng.integers(0, 20))
+        for _ in range(4)
     ]
     for y, x in np.ndindex(size):
         w, p, oy, ox = keys[region[y, x]]
         if rng.random() < noise:
-            w, p, oy, ox = rng.integers(len(exemplars)), rng.integers(8), rng.integers(0, 20), rng.integers(0, 20)
+            w, p, oy, ox = (
+                rng.integers(len(exemplars)),
+                rng.integers(8),
+                rng.integers(0, 20),
+                rng.integers(0, 20),
+            )
         (a, b), (c, d) = ISOMETRIES[p].j
         e = exemplars[w]
         which[y, x], pose[y, x] = w, p
@@ -45,7 +53,9 @@ def random_map(rng: np.random.Generator, exemplars: list[Exemplar], size: tuple[
     return SourceMap(yx, which, pose, tuple(e.source for e in exemplars), wrap)
 
 
-def scene(seed: int, dtype: str, channels: int, kind: Kind = Kind.COLOUR, transfer: str = "srgb") -> tuple[list[Exemplar], SourceMap]:
+def scene(
+    seed: int, dtype: str, channels: int, kind: Kind = Kind.COLOUR, transfer: str = "srgb"
+) -> tuple[list[Exemplar], SourceMap]:
     """Draw two exemplars of unequal size, one or both with a mask or toroidal, and a map of them."""
     rng = np.random.default_rng(seed)
     exemplars = []
@@ -81,7 +91,9 @@ def test_pieces_are_found_as_by_flooding(seed: int) -> None:
     st.sampled_from([Mixing.MEAN, Mixing.SOURCE]),
     st.sampled_from(["srgb", "linear"]),
 )
-def test_integers_equal_the_sum_over_taps(seed: int, f: int, depth: tuple[str, int], mixing: Mixing, transfer: str) -> None:
+def test_integers_equal_the_sum_over_taps(
+    seed: int, f: int, depth: tuple[str, int], mixing: Mixing, transfer: str
+) -> None:
     exemplars, smap = scene(seed, *depth, transfer=transfer)
     got = render(exemplars, smap, blend=Blend(f, mixing), run=ONE)
     assert (got.samples == NaiveRenderer(exemplars, smap, f, mixing).render()).all()
@@ -91,22 +103,39 @@ def test_integers_equal_the_sum_over_taps(seed: int, f: int, depth: tuple[str, i
 @given(seeds, feathers, st.sampled_from(["uint8", "uint16"]), st.integers(1, 3))
 def test_data_equal_the_sum_over_taps(seed: int, f: int, dtype: str, channels: int) -> None:
     exemplars, smap = scene(seed, dtype, channels, Kind.DATA)
-    assert (render(exemplars, smap, blend=Blend(f), run=ONE).samples == NaiveRenderer(exemplars, smap, f).render()).all()
+    assert (
+        render(exemplars, smap, blend=Blend(f), run=ONE).samples == NaiveRenderer(exemplars, smap, f).render()
+    ).all()
 
 
 @settings(max_examples=20, deadline=None)
-@given(seeds, feathers, st.sampled_from(["float16", "float32", "float64"]), st.integers(1, 4), st.sampled_from(["srgb", "linear"]))
+@given(
+    seeds,
+    feathers,
+    st.sampled_from(["float16", "float32", "float64"]),
+    st.integers(1, 4),
+    st.sampled_from(["srgb", "linear"]),
+)
 def test_floats_equal_the_sum_over_taps(seed: int, f: int, dtype: str, channels: int, transfer: str) -> None:
     exemplars, smap = scene(seed, dtype, channels, transfer=transfer)
     got = render(exemplars, smap, blend=Blend(f), run=ONE).samples
     want = NaiveRenderer(exemplars, smap, f).render()
     assert got.dtype == np.dtype(dtype)
-    np.testing.assert_allclose(got, want, rtol=2e-3 if dtype == "float16" else 3e-7 if dtype == "float32" else 1e-12)
+    np.testing.assert_allclose(
+        got, want, rtol=2e-3 if dtype == "float16" else 3e-7 if dtype == "float32" else 1e-12
+    )
 
 
 @settings(max_examples=20, deadline=None)
-@given(seeds, feathers, st.sampled_from([("uint8", 3), ("uint16", 4), ("float64", 1), ("float32", 4)]), st.sampled_from(list(Kind)[:2]))
-def test_keeping_the_contrast_equals_its_formula(seed: int, f: int, depth: tuple[str, int], kind: Kind) -> None:
+@given(
+    seeds,
+    feathers,
+    st.sampled_from([("uint8", 3), ("uint16", 4), ("float64", 1), ("float32", 4)]),
+    st.sampled_from(list(Kind)[:2]),
+)
+def test_keeping_the_contrast_equals_its_formula(
+    seed: int, f: int, depth: tuple[str, int], kind: Kind
+) -> None:
     exemplars, smap = scene(seed, *depth, kind=kind)
     got = render(exemplars, smap, blend=Blend(f, Mixing.VARIANCE), run=ONE).samples
     want = NaiveRenderer(exemplars, smap, f, Mixing.VARIANCE).render()
@@ -127,13 +156,24 @@ def test_labels_equal_the_sum_over_taps(seed: int, f: int, depth: tuple[str, int
     dtype, channels = depth
     exemplars, smap = scene(seed, "uint8" if dtype == "bool" else dtype, channels, Kind.LABEL)
     if dtype == "bool":
-        exemplars = [Exemplar({"id": Plane(e.base.pixels > 99, Kind.LABEL)}, e.usable, e.toroidal) for e in exemplars]
-    assert (render(exemplars, smap, blend=Blend(f), run=ONE).samples == NaiveRenderer(exemplars, smap, f).render()).all()
+        exemplars = [
+            Exemplar({"id": Plane(e.base.pixels > 99, Kind.LABEL)}, e.usable, e.toroidal) for e in exemplars
+        ]
+    assert (
+        render(exemplars, smap, blend=Blend(f), run=ONE).samples == NaiveRenderer(exemplars, smap, f).render()
+    ).all()
 
 
 @settings(max_examples=25, deadline=None)
-@given(seeds, st.sampled_from([0, 1, 5, 8]), st.sampled_from([("uint8", 3), ("float32", 3), ("float64", 4)]), st.data())
-def test_a_window_is_the_crop_of_the_whole(seed: int, f: int, depth: tuple[str, int], data: st.DataObject) -> None:
+@given(
+    seeds,
+    st.sampled_from([0, 1, 5, 8]),
+    st.sampled_from([("uint8", 3), ("float32", 3), ("float64", 4)]),
+    st.data(),
+)
+def test_a_window_is_the_crop_of_the_whole(
+    seed: int, f: int, depth: tuple[str, int], data: st.DataObject
+) -> None:
     exemplars, smap = scene(seed, *depth)
     whole = render(exemplars, smap, blend=Blend(f), run=ONE).samples
     spans = []
@@ -150,7 +190,9 @@ def test_a_window_is_the_crop_of_the_whole(seed: int, f: int, depth: tuple[str, 
 def test_cells_and_threads_change_no_byte(depth: tuple[str, int], monkeypatch: pytest.MonkeyPatch) -> None:
     exemplars, _ = scene(5, *depth)
     smap = random_map(np.random.default_rng(3), exemplars, (70, 50), Wrap.X, 0.02)
-    results = {render(exemplars, smap, blend=Blend(7), run=Run(threads=n)).pixels.tobytes() for n in (1, 2, 4)}
+    results = {
+        render(exemplars, smap, blend=Blend(7), run=Run(threads=n)).pixels.tobytes() for n in (1, 2, 4)
+    }
     for rows, columns in ((9, 13), (1, 200)):
         monkeypatch.setattr("intarsia.render._ROWS", rows)
         monkeypatch.setattr("intarsia.render._COLUMNS", columns)
@@ -174,7 +216,9 @@ def test_more_labels_than_slots() -> None:
     labels = rng.integers(0, 1 << 32, (20, 20), dtype=np.uint32)
     exemplars = [Exemplar({"id": Plane(labels, Kind.LABEL)})]
     smap = random_map(rng, exemplars, (12, 13), Wrap.BOTH, 1.0)
-    assert (render(exemplars, smap, blend=Blend(6), run=ONE).samples == NaiveRenderer(exemplars, smap, 6).render()).all()
+    assert (
+        render(exemplars, smap, blend=Blend(6), run=ONE).samples == NaiveRenderer(exemplars, smap, 6).render()
+    ).all()
 
 
 def test_the_largest_feather_of_16_bit_opacity_stays_within_64_bits() -> None:

@@ -1,4 +1,4 @@
-"""From codes to light and back: the sRGB curve, exact for integers; and the numbers that matching starts from."""
+"""Codes to light and back by the sRGB curve, exact for integers; and the numbers that matching starts from."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ class Curve:
     @classmethod
     def of(cls, plane: Plane) -> Curve:
         """Return the curve of a plane: sRGB for colours that say so."""
-        return cls(plane.pixels.dtype, plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB, plane.alpha)
+        return cls(
+            plane.pixels.dtype, plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB, plane.alpha
+        )
 
     @property
     def integer(self) -> bool:
@@ -48,7 +50,11 @@ class Curve:
     @property
     def table(self) -> NDArray[np.int32]:
         """Integers only: the light of every code."""
-        return light_table(self.dtype.itemsize) if self.srgb else np.arange(1 << 8 * self.dtype.itemsize, dtype=np.int32)
+        return (
+            light_table(self.dtype.itemsize)
+            if self.srgb
+            else np.arange(1 << 8 * self.dtype.itemsize, dtype=np.int32)
+        )
 
     def linear(self, samples: Array) -> Array:
         """Return the light of codes (..., C): int32 fixed point, or float64; as they are without a curve."""
@@ -96,7 +102,7 @@ def to_linear(plane: Plane) -> Array:
 
 
 def from_linear(values: Array, plane: Plane) -> Array:
-    """Return light (H, W, C) in the coding of `plane`; ``from_linear(to_linear(plane), plane)`` is exact for integers."""
+    """Return light (H, W, C) in the coding of `plane`: the way back of :func:`to_linear`, exact for integers."""
     return Curve.of(plane).code(values)
 
 
@@ -153,17 +159,22 @@ def _float_from_linear(v: NDArray[np.float64]) -> NDArray[np.float64]:
 def code_values(plane: Plane) -> NDArray[np.int32]:
     """Return the whole numbers that matching starts from, (H, W, C) int32, equal for equal data of any depth.
 
-    White, or the top of the range, is 65535: round half up of 65535 v, clipped to +-2**24. Colours in linear
-    light go through a logarithm first, straight between powers of two, 0 at 0 and about 65535 at 1, odd. It is
-    read off the bits of float32(\\|v\\| + 2**-8), so no rounding of a machine's library decides anything. Labels
-    keep their value (beyond 2**31 they count on from -2**31). What is not finite counts as 0.
+    White, or the top of the range, is 65535: round half up of 65535 v, clipped to +-2**24. Colours in
+    linear light, integers too, go through a logarithm first, straight between powers of two: 0 at 0, about
+    65535 at 1, odd. It is read off the bits of float32(abs(v) + 2**-8), so no rounding of a machine's library
+    decides anything. Labels keep their value (beyond 2**31 they count on from -2**31). What is not finite
+    counts as 0.
     """
     samples = plane.samples
     if plane.kind is Kind.LABEL:
         whole = np.rint(np.nan_to_num(samples)) if plane.is_float else samples
         return whole.astype(np.int64).astype(np.int32)
     values = np.empty(samples.shape, np.int32)
-    curved = samples.shape[2] - plane.alpha if plane.kind is Kind.COLOUR and plane.transfer is Transfer.LINEAR else 0
+    curved = (
+        samples.shape[2] - plane.alpha
+        if plane.kind is Kind.COLOUR and plane.transfer is Transfer.LINEAR
+        else 0
+    )
     values[..., :curved] = _logarithm(_shares(samples[..., :curved]))
     if plane.is_float:
         v = _shares(samples[..., curved:])

@@ -1,8 +1,8 @@
 """How the votes of several pieces become one pixel: integers, floats, normals and labels.
 
-A mixer belongs to one plane of all exemplars. It votes in one cell and returns the codes and, for every pixel,
-the weight of all votes (0: nobody votes, the code means nothing). It also averages blocks, for planes that are
-smaller than the map. Opacity has its own file, translucent.py.
+A mixer belongs to one plane of all exemplars. It votes in one cell and returns the codes and, for every
+pixel, the weight of all votes (0: nobody votes, the code means nothing). It also averages blocks, for planes
+that are smaller than the map. Opacity has its own file, translucent.py.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Spread:
 
     @classmethod
     def of(cls, light: Array, share: Array | None = None) -> Spread:
-        """Measure pixels (N, C), each counting by its `share`; exactly rounded, equal pixels give that pixel."""
+        """Measure pixels (N, C), each counting by its `share`; the mean of equal pixels is that pixel."""
         base = light[0].astype(np.float64)
         away = light - base
         if share is None or not share.any():
@@ -52,7 +52,9 @@ class Spread:
         mean = base + np.array([fsum(away[:, c] * share) / count for c in range(light.shape[1])])
         return cls(mean, light.min(axis=0).astype(np.float64), light.max(axis=0).astype(np.float64))
 
-    def widen(self, mean: NDArray[np.float64], weight: Array, squares: NDArray[np.float64]) -> NDArray[np.float64]:
+    def widen(
+        self, mean: NDArray[np.float64], weight: Array, squares: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         """Push means away from the overall mean by sum w / sqrt(sum w^2), not beyond the exemplar's range."""
         gain = np.maximum(weight, 1e-300) / np.sqrt(np.where(squares > 0, squares, 1.0))
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
@@ -130,7 +132,11 @@ class Floats:
     def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         total = np.zeros((*shape, self.samples.shape[1]))
-        first, weight, squares = np.full(shape, -1), np.zeros(shape, np.int64), squares_for(self.spread, shape)
+        first, weight, squares = (
+            np.full(shape, -1),
+            np.zeros(shape, np.int64),
+            squares_for(self.spread, shape),
+        )
         vote_relative(plan, ground, self.light, (_IN_PLACE, _UPRIGHT), total, first, weight, squares)
         base = np.maximum(first >> 3, 0)
         light, codes = self.light[base], self.samples[base]
@@ -174,7 +180,9 @@ class Normals:
         return self._settled(vector, (total == 0).all(axis=2), codes), weight
 
     def average(self, codes: Array, s: int) -> Array:
-        vectors = blocks(self.coding.vectors(codes), s).astype(np.int64 if self.coding.dtype.kind == "u" else np.float64)
+        vectors = blocks(self.coding.vectors(codes), s).astype(
+            np.int64 if self.coding.dtype.kind == "u" else np.float64
+        )
         vector = vectors.sum(axis=2)
         same = (vectors == vectors[:, :, :1]).all(axis=(2, 3)) | ~vector.any(axis=2)
         return self._settled(vector, same, blocks(codes, s)[:, :, 0])
@@ -196,7 +204,9 @@ class Labels:
     @classmethod
     def of(cls, samples: Array) -> Labels:
         """Number the labels of pixels (N, C); several channels are one name."""
-        names, ranks = np.unique(samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True)
+        names, ranks = np.unique(
+            samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True
+        )
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
     def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
@@ -205,7 +215,10 @@ class Labels:
         todo = [(0, shape[0], 4)]
         while todo:  # few pixels hear more than four labels; where they do, take fewer rows with more room
             begin, end, room = todo.pop()
-            slots = (np.zeros((end - begin, shape[1], room), np.int32), np.zeros((end - begin, shape[1], room), np.int64))
+            slots = (
+                np.zeros((end - begin, shape[1], room), np.int32),
+                np.zeros((end - begin, shape[1], room), np.int64),
+            )
             if vote_label(plan, ground, self.ranks, begin, end, slots):
                 settle_label(*slots, out[begin:end], weight[begin:end])
             elif end - begin == 1:
@@ -218,7 +231,9 @@ class Labels:
     def average(self, codes: Array, s: int) -> Array:
         names, ranks = np.unique(codes.reshape(-1, codes.shape[2]), axis=0, return_inverse=True)
         block = blocks(ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
-        votes = (block[..., None, :] == block[..., :, None]).sum(axis=2)  # how many of the block agree with each
+        votes = (block[..., None, :] == block[..., :, None]).sum(
+            axis=2
+        )  # how many of the block agree with each
         best = np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)
         chosen: NDArray[Any] = names[best]
         return chosen

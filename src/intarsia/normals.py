@@ -36,7 +36,7 @@ class NormalCoding:
         return int(np.iinfo(self.dtype).max) if self.dtype.kind == "u" else 1
 
     def turn(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return (channel, sign), (8, 3) each: vector component c of a piece laid with a pose is sign * old[channel].
+        """Return (channel, sign), (8, 3) each: laid with a pose, component c is sign * old[channel].
 
         Slopes pull back: n_yx' = J^T n_yx with n_z kept (ALGORITHMS F-9), in the picture's axes, x right and
         y down. Green up is -y, which changes the sign of whatever crosses from red to green and back.
@@ -70,7 +70,7 @@ class NormalCoding:
         return share.astype(self.dtype)
 
     def turned(self, codes: Array, pose: NDArray[np.integer[Any]]) -> Array:
-        """Return codes (h, w, 3) turned by the poses (h, w) of their pieces; exact, but for 1 - v in floats."""
+        """Return codes (h, w, 3) turned by the poses (h, w) of their pieces; only 1 - v of floats rounds."""
         if not pose.any():
             return codes
         channel, sign = self.turn()

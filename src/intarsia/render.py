@@ -86,7 +86,9 @@ def render(
         raise ParameterError(
             f"{box.width}x{box.height} px cannot be drawn by a plane {shrink} times smaller; use multiples of {shrink}."
         )
-    out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, planes[0].channels), planes[0].pixels.dtype)
+    out = np.zeros(
+        (box.height * grow // shrink, box.width * grow // shrink, planes[0].channels), planes[0].pixels.dtype
+    )
     cells = [
         (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
         for y, ty, h in _steps(rows, max(_ROWS, job.feather) // grow, shrink)
@@ -122,14 +124,18 @@ class _Job:
     coding: NormalCoding | None
 
     @classmethod
-    def of(cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
+    def of(
+        cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend
+    ) -> _Job:
         grow, shrink = max(scale, 1), max(-scale, 1)
         feather = blend.feather * grow
         if feather > MAX_SPREAD:
             raise ParameterError(
                 f"feather={blend.feather} is too wide for a plane {grow} times larger; at most {MAX_SPREAD // grow} px."
             )
-        layers = [np.repeat(np.repeat(p.samples, shrink, 0), shrink, 1) if shrink > 1 else p.samples for p in planes]
+        layers = [
+            np.repeat(np.repeat(p.samples, shrink, 0), shrink, 1) if shrink > 1 else p.samples for p in planes
+        ]
         flat = [layer.reshape(-1, layer.shape[2]) for layer in layers]
         samples = flat[0] if len(flat) == 1 else np.concatenate(flat)
         samples.flags.writeable = False
@@ -166,7 +172,9 @@ class _Job:
         core = (slice(f // 2, f // 2 + height), slice(f // 2, f // 2 + width))
         if (part[1][core] == HOLE).any():
             holes = int((self.full[1] == HOLE).sum())
-            raise InputError(f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without.")
+            raise InputError(
+                f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without."
+            )
         if f == 0:
             return self._own(*part)
         codes, weight = self.mixer.vote(make_plan(part, origin, self.ground.table, f), self.ground)
@@ -178,12 +186,22 @@ class _Job:
     def _own(self, yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]) -> Array:
         codes = np.zeros((*which.shape, self.samples.shape[1]), self.samples.dtype)
         bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
-        gather(np.ascontiguousarray(yx), np.ascontiguousarray(which), self.ground.table, self.samples.view(bits), codes.view(bits))
+        gather(
+            np.ascontiguousarray(yx),
+            np.ascontiguousarray(which),
+            self.ground.table,
+            self.samples.view(bits),
+            codes.view(bits),
+        )
         return codes if self.coding is None else self.coding.turned(codes, pose)
 
 
 def _mixer(
-    plane: Plane, samples: Array, coding: NormalCoding | None, mixing: Mixing, usable: NDArray[np.bool_] | None
+    plane: Plane,
+    samples: Array,
+    coding: NormalCoding | None,
+    mixing: Mixing,
+    usable: NDArray[np.bool_] | None,
 ) -> Mixer:
     if coding is not None:
         return Normals(samples, coding.vectors(samples), coding)
@@ -193,7 +211,11 @@ def _mixer(
     if mixing is Mixing.SOURCE:
         curve = replace(curve, srgb=False)
     # Kernels know no half floats; every half is a float32.
-    light = curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples) if plane.is_float else samples
+    light = (
+        curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples)
+        if plane.is_float
+        else samples
+    )
     spread = None
     if mixing is Mixing.VARIANCE:
         seen = np.flatnonzero(usable) if usable is not None and len(usable) == len(samples) else slice(None)
@@ -228,7 +250,9 @@ def _near(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
 
 def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
     if not exemplars or (smap.sources and len(smap.sources) != len(exemplars)):
-        raise InputError(f"the map is made of {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give those.")
+        raise InputError(
+            f"the map is made of {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give those."
+        )
     for exemplar, source in zip(exemplars, smap.sources, strict=False):
         if (exemplar.height, exemplar.width) != (source.height, source.width):
             raise InputError(
@@ -248,7 +272,9 @@ def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane
             raise InputError(f"{exemplar.name} has no plane {name}, {exemplars[0].name} has; give it one.")
         plane = exemplar.planes[name]
         larger = plane.height >= exemplar.height
-        found.append((plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height)))
+        found.append(
+            (plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height))
+        )
         if _coding_of(*found[-1]) != _coding_of(*found[0]):
             raise InputError(
                 f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, channels, "
@@ -265,7 +291,9 @@ def _coding_of(plane: Plane, scale: int) -> tuple[object, ...]:
 def _segments(start: int, stop: int, length: int, wrap: bool, axis: str) -> list[tuple[int, int, int]]:
     """Cut a stretch of an endless axis at the borders of the canvas: (first on the canvas, first drawn, length)."""
     if stop <= start or (not wrap and (start < 0 or stop > length)):
-        raise ParameterError(f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas.")
+        raise ParameterError(
+            f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas."
+        )
     cuts = [start, *range(start - start % length + length, stop, length), stop]
     return [(a % length, a - start, b - a) for a, b in zip(cuts, cuts[1:], strict=False)]
 

@@ -1,7 +1,7 @@
 """Mixing colours with opacity: premultiplied, so that what is invisible never tints what is seen.
 
-Colour = sum w a C / sum w a, opacity = sum w a / sum w; where every voter is wholly transparent the colours mix
-plainly. Keeping the contrast applies to the colours; opacity is always the mean.
+Colour = sum w a C / sum w a, opacity = sum w a / sum w; where every voter is wholly transparent the colours
+mix plainly. Keeping the contrast applies to the colours; opacity is always the mean.
 """
 
 from __future__ import annotations

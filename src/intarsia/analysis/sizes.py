@@ -11,6 +11,7 @@ from .elements import ElementSize, element_size
 from .features import features
 
 LEAST = 16
+USUAL = 64
 LARGEST_SHARE = 0.6  # of the exemplar's shorter side
 
 
@@ -20,11 +21,15 @@ def elements(exemplar: Exemplar) -> ElementSize:
 
 
 def default_patch(exemplars: Sequence[Exemplar]) -> int:
-    """Return a patch side in px: the size of the largest elements, as far as the smallest exemplar holds it."""
+    """Return a patch side in px: the size of the largest elements, or two small elements up to 64 px.
+
+    Half an element breaks everything, and a fine regular texture keeps its rows only if a patch covers some.
+    """
     usable = _sampled(exemplars)
     side = min(min(e.height, e.width) for e in usable)
-    wanted = max(elements(e).size for e in usable)
-    return int(min(max(wanted, LEAST), max(LARGEST_SHARE * side, min(side, 3)), side))
+    element = max(elements(e).size for e in usable)
+    wanted = max(element, min(2 * element, USUAL), LEAST)
+    return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
 
 
 def check_patch(patch: int | tuple[int, int], exemplars: Sequence[Exemplar]) -> None:

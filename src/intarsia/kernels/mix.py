@@ -1,7 +1,7 @@
 """Add up the votes of all groups of a cell, one kernel for each way to mix; and copy without mixing.
 
-Every kernel walks the groups in the order of the plan, so that floating point sums never depend on the window.
-Arrays named `squares` (sum of squared weights) are filled unless they are empty.
+Every kernel walks the groups in the order of the plan, so that floating point sums never depend on the
+window. Arrays named `squares` (sum of squared weights) are filled unless they are empty.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ LIMB = 14
 
 
 @kernel
-def gather(yx: NDArray[np.int32], which: NDArray[np.uint8], exemplars: NDArray[np.int64], samples: Array, out: Array) -> None:
+def gather(
+    yx: NDArray[np.int32], which: NDArray[np.uint8], exemplars: NDArray[np.int64], samples: Array, out: Array
+) -> None:
     """Copy for every pixel its exemplar pixel; nothing is drawn where there is a hole."""
     for y in range(which.shape[0]):
         for x in range(which.shape[1]):
@@ -132,7 +134,7 @@ def vote_alpha(
     weight: NDArray[np.int64],
     squares: NDArray[np.float64],
 ) -> None:
-    """Integer pixels with opacity a: add w a * light in two limbs; plain w * light while all are transparent."""
+    """Integer pixels with opacity a: add w a * light in two limbs; w * light while all are transparent."""
     columns, hits = scratch(plan)
     high, low = limbs
     colours = samples.shape[1] - 1
@@ -239,7 +241,9 @@ def vote_label(
 
 
 @kernel
-def settle_label(label: NDArray[np.int32], share: NDArray[np.int64], out: NDArray[np.int32], weight: NDArray[np.int64]) -> None:
+def settle_label(
+    label: NDArray[np.int32], share: NDArray[np.int64], out: NDArray[np.int32], weight: NDArray[np.int64]
+) -> None:
     """Choose the label with the largest share, the smallest of equals."""
     for y in range(label.shape[0]):
         for x in range(label.shape[1]):

@@ -77,7 +77,9 @@ def _first_pass(
                     other = _root(parent, labels[y - 1, x])
                     if label < 0:
                         label = other
-                    elif label != other:  # the smaller number stays the root, so roots come first in the raster
+                    elif (
+                        label != other
+                    ):  # the smaller number stays the root, so roots come first in the raster
                         parent[max(label, other)] = min(label, other)
                         label = min(label, other)
             if label < 0:
@@ -94,9 +96,9 @@ def label_pieces(
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Number the connected pieces of a map in the order of their first pixels.
 
-    Four-neighbours belong together when exemplar and pose are equal and the exemplar continues from one to the
-    other; holes are a class of their own. Returns the numbers (H, W) and a table (n, 8): exemplar, pose, offset
-    ``S(q) - J q`` (row, column), box (top, left, bottom, right).
+    Four-neighbours belong together when exemplar and pose are equal and the exemplar continues from one to
+    the other; holes are a class of their own. Returns the numbers (H, W) and a table (n, 8): exemplar, pose,
+    offset ``S(q) - J q`` (row, column), box (top, left, bottom, right).
     """
     height, width = which.shape
     labels = np.empty((height, width), np.int32)
@@ -127,51 +129,6 @@ def label_pieces(
             row[LEFT] = min(row[LEFT], x)
             row[RIGHT] = max(row[RIGHT], x + 1)
     return labels, table
-
-
-@kernel
-def cut_window(
-    full: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-    origin: tuple[int, int],
-    scale: int,
-    wrap: tuple[bool, bool],
-    exemplars: NDArray[np.int64],
-    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-) -> bool:
-    """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
-
-    `origin` is the first pixel in enlarged px, `part` receives (yx, which, pose). Enlarging turns the s x s
-    sub-pixels of a pixel with its pose: S' = s S + (J (2 d - (s - 1)) + (s - 1)) / 2. Returns False where the
-    map points outside its exemplars.
-    """
-    yx, which, pose = full
-    out, out_which, out_pose = part
-    rows, columns = which.shape
-    for i in range(out_which.shape[0]):
-        my = (origin[0] + i) // scale
-        ty = 2 * (origin[0] + i - my * scale) - (scale - 1)
-        if wrap[0]:
-            my %= rows
-        for j in range(out_which.shape[1]):
-            mx = (origin[1] + j) // scale
-            tx = 2 * (origin[1] + j - mx * scale) - (scale - 1)
-            if wrap[1]:
-                mx %= columns
-            out_which[i, j] = HOLE
-            out_pose[i, j] = 0
-            out[i, j, 0] = out[i, j, 1] = 0
-            if not (0 <= my < rows and 0 <= mx < columns) or which[my, mx] == HOLE:
-                continue
-            w, p = which[my, mx], pose[my, mx]
-            if w >= exemplars.shape[0] or p > 7:
-                return False
-            u = scale * yx[my, mx, 0] + (J[p, 0] * ty + J[p, 1] * tx + scale - 1) // 2
-            v = scale * yx[my, mx, 1] + (J[p, 2] * ty + J[p, 3] * tx + scale - 1) // 2
-            if not (0 <= u < exemplars[w, 1] and 0 <= v < exemplars[w, 2]):
-                return False
-            out[i, j, 0], out[i, j, 1] = u, v
-            out_which[i, j], out_pose[i, j] = w, p
-    return True
 
 
 @kernel
@@ -213,9 +170,9 @@ def make_plan(
 ) -> Plan:
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
-    Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window it
-    is seen. Offsets compare alike from everywhere, for they all shift together; only around toroidal exemplars
-    they are taken modulo its size, and so from a fixed origin.
+    Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
+    it is seen. Offsets compare alike from everywhere, for they all shift together; only around toroidal
+    exemplars they are taken modulo its size, and so from a fixed origin.
     """
     labels, table = label_pieces(*part)
     known = table[:, WHICH] != HOLE
@@ -230,7 +187,9 @@ def make_plan(
 
 
 @kernel
-def _add_row(labels: NDArray[np.int32], y: int, box: NDArray[np.int64], g: int, columns: NDArray[np.int32], sign: int) -> None:
+def _add_row(
+    labels: NDArray[np.int32], y: int, box: NDArray[np.int64], g: int, columns: NDArray[np.int32], sign: int
+) -> None:
     if box[TOP] <= y < box[BOTTOM]:
         for x in range(box[LEFT], box[RIGHT]):
             columns[x - box[LEFT]] += sign * (labels[y, x] == g)
@@ -257,7 +216,13 @@ def open_group(plan: Plan, g: int, begin: int, end: int, columns: NDArray[np.int
 
 @kernel
 def weigh_row(
-    plan: Plan, ground: Ground, g: int, y: int, first: int, columns: NDArray[np.int32], hits: NDArray[np.int64]
+    plan: Plan,
+    ground: Ground,
+    g: int,
+    y: int,
+    first: int,
+    columns: NDArray[np.int32],
+    hits: NDArray[np.int64],
 ) -> int:
     """List the votes of group `g` in row `y` (rows must come in turn from `first`); returns how many hits."""
     box, f = plan.groups[g], plan.feather

@@ -1,0 +1,146 @@
+"""PPM, PGM, PBM and PFM: read strictly, written plainly."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ..errors import InputError
+from ..image import Array
+from .formats import check_size
+
+_TOKEN = re.compile(rb"(?:[ \t\r\n\v\f]|#[^\r\n]*(?:[\r\n]|\Z))*([^ \t\r\n\v\f#]+)")
+_COMMENT = re.compile(rb"#[^\r\n]*")
+HEADER = 1 << 20
+"""A header, comments included, is at most this long."""
+
+
+def decode(data: bytes, name: str) -> Array:
+    """Read any netpbm picture; grey is (H, W), colour (H, W, 3), pixels are scaled to the full range."""
+    kind = data[1:2]
+    if kind in b"Ff":
+        return _float(data, name, 3 if kind == b"F" else 1)
+    channels = 3 if kind in b"36" else 1
+    width, height, pos = _number(data, 2, name, "width")[0], 0, 0
+    _, pos = _number(data, 2, name, "width")
+    height, pos = _number(data, pos, name, "height")
+    check_size(name, width, height)
+    maxval = 1
+    if kind not in b"14":
+        maxval, pos = _number(data, pos, name, "maximum")
+        if not 1 <= maxval <= 65535:
+            raise InputError(f"{name} has the maximum value {maxval}; allowed are 1 to 65535, so save it again.")
+    shape = (height, width) if channels == 1 else (height, width, 3)
+    if kind in b"123":
+        values = _plain(data[pos:], height * width * channels, name, bits=kind == b"1")
+    elif kind == b"4":
+        values = _packed(data, _one_blank(data, pos, name), height, width, name)
+    else:
+        values = _raw(data, _one_blank(data, pos, name), height * width * channels, maxval, name)
+    if int(values.max()) > maxval:
+        raise InputError(f"{name} holds values above its maximum of {maxval}; it is damaged, save it again.")
+    if kind in b"14":
+        values = 1 - values  # netpbm: 1 is black
+    return _full_range(values, maxval).reshape(shape)
+
+
+def encode(pixels: Array, name: str) -> bytes:
+    """Write P5, P6 or PFM; `name` is ppm, pgm or pfm."""
+    height, width = pixels.shape[:2]
+    colour = pixels.ndim == 3 and pixels.shape[2] == 3
+    if name == "pfm":
+        head = f"{'PF' if colour else 'Pf'}\n{width} {height}\n-1.0\n"
+        return head.encode() + pixels[::-1].astype("<f4").tobytes()
+    head = f"{'P6' if colour else 'P5'}\n{width} {height}\n{65535 if pixels.dtype == np.uint16 else 255}\n"
+    return head.encode() + pixels.astype(pixels.dtype.newbyteorder(">")).tobytes()
+
+
+def _number(data: bytes, pos: int, name: str, what: str) -> tuple[int, int]:
+    found = _TOKEN.match(data, pos, pos + HEADER)
+    if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
+        raise InputError(f"{name} states no {what} in its header; it is damaged, save it again.")
+    return int(found[1]), found.end()
+
+
+def _one_blank(data: bytes, pos: int, name: str) -> int:
+    """Skip what ends the header: comments, then exactly one blank, where CR LF counts as one."""
+    while found := re.compile(rb"[ \t]*#[^\r\n]*(?=[\r\n])").match(data, pos, pos + HEADER):
+        pos = found.end()
+    if data[pos : pos + 1] not in (b" ", b"\t", b"\r", b"\n", b"\v", b"\f"):
+        raise InputError(f"{name} ends within its header; it is damaged, save it again.")
+    return pos + 1
+
+
+def _missing(name: str, have: int, need: int) -> InputError:
+    return InputError(f"{name} ends too early ({have} of {need} bytes of pixels); it is damaged, copy or save it again.")
+
+
+def _raw(data: bytes, pos: int, count: int, maxval: int, name: str) -> Array:
+    dtype = np.dtype(np.uint8 if maxval < 256 else ">u2")
+    pos = _after_crlf(data, pos, count * dtype.itemsize)
+    if len(data) - pos < count * dtype.itemsize:
+        raise _missing(name, len(data) - pos, count * dtype.itemsize)
+    return np.frombuffer(data, dtype, count, pos).astype(dtype.newbyteorder("="))
+
+
+def _packed(data: bytes, pos: int, height: int, width: int, name: str) -> Array:
+    row = (width + 7) // 8
+    pos = _after_crlf(data, pos, row * height)
+    if len(data) - pos < row * height:
+        raise _missing(name, len(data) - pos, row * height)
+    packed = np.frombuffer(data, np.uint8, row * height, pos).reshape(height, row)
+    return np.unpackbits(packed, axis=1)[:, :width].reshape(-1)
+
+
+def _after_crlf(data: bytes, pos: int, need: int) -> int:
+    """A header with CR LF: the LF belongs to it, where the bytes that remain allow it."""
+    crlf = data[pos - 1 : pos + 1] == b"\r\n" and len(data) - pos > need
+    return pos + 1 if crlf else pos
+
+
+def _plain(text: bytes, count: int, name: str, bits: bool) -> Array:
+    text = _COMMENT.sub(b" ", text)
+    if bits:
+        digits = np.frombuffer(text, np.uint8)
+        digits = digits[(digits == 48) | (digits == 49)][:count]
+        values = (digits - 48).astype(np.uint8)
+    else:
+        words = text.split(None, count)[:count]
+        if not all(w.isdigit() and len(w) <= 5 for w in words):
+            raise InputError(f"{name} holds something that is no number from 0 to 65535; it is damaged, save it again.")
+        values = np.array(words, dtype="S5").astype(np.int64) if words else np.zeros(0, np.int64)
+    if values.size < count:
+        raise InputError(f"{name} ends too early ({values.size} of {count} values); it is damaged, copy or save it again.")
+    return values
+
+
+def _full_range(values: Array, maxval: int) -> Array:
+    top = 255 if maxval < 256 else 65535
+    dtype = np.uint8 if top == 255 else np.uint16
+    if maxval == top:
+        return values.astype(dtype)
+    table = (np.arange(maxval + 1, dtype=np.int64) * top + maxval // 2) // maxval
+    return np.asarray(table.astype(dtype)[values])
+
+
+def _float(data: bytes, name: str, channels: int) -> Array:
+    """PFM: rows from the bottom up; the sign of the scale tells the byte order, its size is ignored."""
+    width, pos = _number(data, 2, name, "width")
+    height, pos = _number(data, pos, name, "height")
+    check_size(name, width, height)
+    found = _TOKEN.match(data, pos, pos + HEADER)
+    try:
+        scale = float(found[1]) if found else 0.0
+    except ValueError:
+        scale = 0.0
+    if not found or not np.isfinite(scale) or scale == 0.0:
+        raise InputError(f"{name} states no scale in its header; it is damaged, save it again.")
+    pos = _one_blank(data, found.end(), name)
+    count = width * height * channels
+    pos = _after_crlf(data, pos, count * 4)
+    if len(data) - pos < count * 4:
+        raise _missing(name, len(data) - pos, count * 4)
+    values = np.frombuffer(data, "<f4" if scale < 0 else ">f4", count, pos).astype(np.float32)
+    shape = (height, width) if channels == 1 else (height, width, 3)
+    return np.ascontiguousarray(values.reshape(shape)[::-1])
