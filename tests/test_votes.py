@@ -76,7 +76,7 @@ feathers = st.sampled_from([1, 2, 3, 5, 8])
 @settings(max_examples=25, deadline=None)
 @given(seeds)
 def test_pieces_are_found_as_by_flooding(seed: int) -> None:
-    exemplars, smap = scene(seed, "uint8", 1)
+    _, smap = scene(seed, "uint8", 1)
     which = smap.which.copy()
     which[np.random.default_rng(seed).random(which.shape) < 0.1] = HOLE
     smap = SourceMap(smap.yx, which, smap.pose)

@@ -1,4 +1,4 @@
-"""Codes to light and back by the sRGB curve, exact for integers; and the numbers that matching starts from."""
+"""Codes to light and back by the sRGB curve, exact for integers; and the numbers matching starts from."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def to_linear(plane: Plane) -> Array:
 
 
 def from_linear(values: Array, plane: Plane) -> Array:
-    """Return light (H, W, C) in the coding of `plane`: the way back of :func:`to_linear`, exact for integers."""
+    """Return light (H, W, C) in the coding of `plane`: the way back of `to_linear`, exact for integers."""
     return Curve.of(plane).code(values)
 
 

@@ -1,28 +1,31 @@
-"""Draw a map: every pixel is a vote of the pieces within the feather around it, or an exact copy without one.
+"""Draw a map: every pixel is a vote of the pieces within the feather around it; without one, an exact copy.
 
     out(p) = sum over taps of w E(u) / sum w,   q = p + tap,   u = S(q) + J(q) (p - q),   w = t(u)
 
-Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f + 1) // 2 + 1)), d the chessboard
-distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in cells, boxes of
-the output that know their surroundings within the feather; a cell never depends on how the canvas was cut.
+Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f + 1) // 2 + 1)), d the
+chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in
+cells, boxes of the output that know their surroundings within the feather; a cell never depends on how the
+canvas was cut. `grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt
 
 from .colour import Curve
 from .errors import InputError, ParameterError
 from .exemplar import Exemplar
 from .geometry import Box
+from .ground import enlarged, lay_out, usable_pixels
 from .image import Array, Kind, Plane
+from .kernels.cutout import cut_window
 from .kernels.mix import gather
-from .kernels.votes import HOLE, Ground, cut_window, make_plan
+from .kernels.votes import HOLE, Ground, make_plan
 from .mixing import Floats, Integers, Labels, Mixer, Normals, Spread
 from .normals import NormalCoding
 from .run import Run
@@ -53,8 +56,8 @@ def render(
         Without holes where it is drawn.
     name : str, optional
         The plane; the first of the first exemplar by default. A plane s times larger than the base gives a
-        picture s times larger than the map, with a feather of s times as many px; one s times smaller gives one
-        s times smaller, averaged in blocks.
+        picture s times larger than the map, with a feather of s times as many px; one s times smaller gives
+        one s times smaller, averaged in blocks.
     blend : Blend, optional
         Feather and mixing; those of the map by default.
     box : Box, optional
@@ -84,7 +87,7 @@ def render(
     columns = _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
     if any(v % shrink for v in (box.y0, box.x0, box.height, box.width, smap.height, smap.width)):
         raise ParameterError(
-            f"{box.width}x{box.height} px cannot be drawn by a plane {shrink} times smaller; use multiples of {shrink}."
+            f"{box.width}x{box.height} px do not suit a plane {shrink}x smaller; give multiples of {shrink}."
         )
     out = np.zeros(
         (box.height * grow // shrink, box.width * grow // shrink, planes[0].channels), planes[0].pixels.dtype
@@ -130,26 +133,18 @@ class _Job:
         grow, shrink = max(scale, 1), max(-scale, 1)
         feather = blend.feather * grow
         if feather > MAX_SPREAD:
+            most = MAX_SPREAD // grow
             raise ParameterError(
-                f"feather={blend.feather} is too wide for a plane {grow} times larger; at most {MAX_SPREAD // grow} px."
+                f"feather={blend.feather} is too wide on a {grow}x larger plane; at most {most} px."
             )
-        layers = [
-            np.repeat(np.repeat(p.samples, shrink, 0), shrink, 1) if shrink > 1 else p.samples for p in planes
-        ]
-        flat = [layer.reshape(-1, layer.shape[2]) for layer in layers]
-        samples = flat[0] if len(flat) == 1 else np.concatenate(flat)
-        samples.flags.writeable = False
-        starts = np.cumsum([0] + [len(f) for f in flat[:-1]])
-        table = [(n, *la.shape[:2], e.toroidal) for n, la, e in zip(starts, layers, exemplars, strict=True)]
-        near = [_near(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
-        ground = Ground(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
+        samples, ground = lay_out(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, feather)
         none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
         none.flags.writeable = False
         coding = None
         if planes[0].kind is Kind.NORMAL:
             signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
             coding = NormalCoding(planes[0].pixels.dtype, signed, planes[0].meta.get("normals", "gl") == "dx")
-        usable = _usable(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
+        usable = usable_pixels(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
         return cls(
             (smap.yx, none if smap.which is None else smap.which, none if smap.pose is None else smap.pose),
             (smap.wrap.y, smap.wrap.x),
@@ -218,7 +213,7 @@ def _mixer(
     )
     spread = None
     if mixing is Mixing.VARIANCE:
-        seen = np.flatnonzero(usable) if usable is not None and len(usable) == len(samples) else slice(None)
+        seen = slice(None) if usable is None else np.flatnonzero(usable)
         values = curve.linear(samples[seen])
         spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
     if plane.is_float:
@@ -226,32 +221,10 @@ def _mixer(
     return (TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
 
 
-def _usable(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_] | None:
-    """Return which pixels of the exemplars laid end to end may be used; None where all or none may."""
-    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
-    flat = np.concatenate([np.repeat(np.repeat(m, grow, 0), grow, 1).reshape(-1) for m in masks])
-    return flat if flat.any() and not flat.all() else None
-
-
-def _near(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
-    """Measure how far every pixel is from what must not be read: 0 there, `cap` at most."""
-    height, width = exemplar.height * grow, exemplar.width * grow
-    if exemplar.usable is None:
-        if exemplar.toroidal:
-            return np.full((height, width), cap, np.uint16)
-        rows, columns = (np.minimum(np.arange(1, n + 1), np.arange(n, 0, -1)) for n in (height, width))
-        return np.minimum(np.minimum.outer(rows, columns), cap).astype(np.uint16)
-    usable = np.repeat(np.repeat(exemplar.usable, grow, 0), grow, 1)
-    edge = min(cap, max(height, width)) if exemplar.toroidal else 1
-    padded = np.pad(usable, edge, mode="wrap") if exemplar.toroidal else np.pad(usable, edge)
-    distance = distance_transform_cdt(padded, metric="chessboard")[edge:-edge, edge:-edge]
-    return np.minimum(distance, cap).astype(np.uint16)
-
-
 def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
     if not exemplars or (smap.sources and len(smap.sources) != len(exemplars)):
         raise InputError(
-            f"the map is made of {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give those."
+            f"the map has {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give its own."
         )
     for exemplar, source in zip(exemplars, smap.sources, strict=False):
         if (exemplar.height, exemplar.width) != (source.height, source.width):
@@ -262,7 +235,7 @@ def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
 
 
 def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:
-    """Find the plane in every exemplar; also how many times larger than the base it is (negative: smaller)."""
+    """Find the plane in every exemplar, and how many times larger than the base (negative: smaller)."""
     name = next(iter(exemplars[0].planes)) if name is None else name
     if name not in exemplars[0].planes:
         raise ParameterError(f"plane={name} is unknown; choose one of {', '.join(exemplars[0].planes)}.")
@@ -277,8 +250,8 @@ def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane
         )
         if _coding_of(*found[-1]) != _coding_of(*found[0]):
             raise InputError(
-                f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, channels, "
-                "kind, transfer or scale; make them equal."
+                f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, "
+                "channels, kind, transfer or scale; make them equal."
             )
     return [plane for plane, _ in found], found[0][1]
 
@@ -289,13 +262,13 @@ def _coding_of(plane: Plane, scale: int) -> tuple[object, ...]:
 
 
 def _segments(start: int, stop: int, length: int, wrap: bool, axis: str) -> list[tuple[int, int, int]]:
-    """Cut a stretch of an endless axis at the borders of the canvas: (first on the canvas, first drawn, length)."""
+    """Cut a stretch of an endless axis at the canvas's borders: (first on canvas, first drawn, length)."""
     if stop <= start or (not wrap and (start < 0 or stop > length)):
         raise ParameterError(
             f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas."
         )
     cuts = [start, *range(start - start % length + length, stop, length), stop]
-    return [(a % length, a - start, b - a) for a, b in zip(cuts, cuts[1:], strict=False)]
+    return [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
 
 
 def _steps(segments: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:

@@ -75,10 +75,10 @@ class Patchwork:
         windows.overlay(self.variant, self.yx, self.locked, self.variants.table, *at, *pick, layout.patch)
 
     def map(self, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> SourceMap:
-        """The map as far as it has grown."""
+        """The map as far as it has grown; it shares its memory with this one where it can."""
         yx, which, pose = self.variants.to_exemplars(self.yx, self.variant)
         return SourceMap(
-            yx.copy() if yx is self.yx else yx,
+            yx,
             which if len(exemplars) > 1 or bool((which == HOLE).any()) else None,
             pose if self.variants.pose.any() else None,
             tuple(e.source for e in exemplars),
@@ -95,10 +95,18 @@ def waves(layout: Layout, wanted: NDArray[np.bool_]) -> list[list[Window]]:
     """
     rows = _neighbours(layout.rows, layout.patch[0], layout.height, layout.wrap_y)
     columns = _neighbours(layout.columns, layout.patch[1], layout.width, layout.wrap_x)
-    slope = 1 + max((b - a for a, near in enumerate(columns) for b in near if b - a < len(columns) // 2 + 1), default=0)
+    reach = [b - a for a, near in enumerate(columns) for b in near]
+    slope = 1 + max((r for r in reach if r <= len(columns) // 2), default=0)
+    out: list[list[Window]] = []
+    if not (layout.wrap_y or layout.wrap_x) and wanted.all():  # what the loop below finds, in closed form
+        r, c = np.indices(wanted.shape)
+        level = (c + slope * r).ravel()
+        order = np.lexsort((r.ravel(), level))
+        begins = np.flatnonzero(np.diff(level[order], prepend=-1))
+        cells = list(zip(r.ravel()[order].tolist(), c.ravel()[order].tolist(), strict=True))
+        return [cells[a:b] for a, b in zip(begins, [*begins[1:], None], strict=True)]
     order = sorted(zip(*np.nonzero(wanted), strict=True), key=lambda w: (w[1] + slope * w[0], w[0]))
     level = np.full(wanted.shape, -1)
-    out: list[list[Window]] = []
     for row, column in order:
         mine = 1 + max((int(level[r, c]) for r in rows[row] for c in columns[column]), default=-1)
         level[row, column] = mine

@@ -7,12 +7,15 @@ The price is in units of the usual distance, so a perfect repeat has a price, to
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..kernels import usage
 from .features import Features
@@ -22,6 +25,7 @@ from .variants import Variants
 
 REACH = 4  # blocks around a window in which nearness counts
 LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
+MATCH = 0.25  # a perfect match counts as this share of the usual distance when the tolerance is applied
 STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
 
 Array = NDArray[Any]
@@ -89,6 +93,21 @@ class Repetition:
         )  # fmt: skip
         return out
 
+    def pick(
+        self, row: int, column: int, found: Candidates, tolerance: float, bits: int
+    ) -> tuple[int, int, int] | None:
+        """Draw among the candidates whose price is within the tolerance of the best; None if all are forbidden.
+
+        The tolerance is relative to the best price, or to a quarter of the usual distance if that is more, so
+        that an exact continuation is not the only choice (D2-4).
+        """
+        prices = self.prices(row, column, found)
+        k = usage.pick(prices, tolerance, int(MATCH * found.usual), bits >> 32)
+        if k < 0:
+            return None
+        _, v, u, s = found.rows[k].tolist()
+        return v, u, s
+
     def add(self, row: int, column: int, v: int, u: int, s: int) -> None:
         """Note that the patch of variant v at (u, s) was laid at a window."""
         place = self.grid[row, column]
@@ -109,15 +128,17 @@ def _frame(variants: Variants, v: int) -> tuple[int, ...]:
     return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1]
 
 
-def striking(feats: Features, search: PatchSearch) -> list[Array]:
+def striking(exemplars: Sequence[Exemplar], feats: Features, search: PatchSearch) -> list[Array]:
     """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
     variants, patch = search.variants, search.patch
     out = []
-    known: dict[int, tuple[Array, int]] = {}
+    side = max(1, sum(patch) // 2)
+    known = [
+        e.memo(("rarity", side), functools.partial(rarity, picture, side))
+        for e, picture in zip(exemplars, feats.pictures, strict=True)
+    ]
     for v, valid in enumerate(search.valid):
         number = int(variants.exemplar[v])
-        if number not in known:
-            known[number] = rarity(feats.pictures[number], max(1, sum(patch) // 2))
         grid, step = known[number]
         y, x = (np.arange(n) * search.factor for n in valid.shape)
         _, first, second, a, b, c, d = _frame(variants, v)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from .variants import Variants
 
 SHORT_LIST = 16
 AXES = 2
+MASKS = 64
 BATCH_BYTES = 2 << 20  # spectra of one batch stay in the cache of a core
 FINEST_SIDE = 300  # exemplars up to about this side are searched at half resolution
 Array = NDArray[Any]
@@ -59,8 +61,9 @@ class PatchSearch:
         self.factor = 1 if exact else _factor(variants, patch, overlap)
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
         self.mean, self.axes, self.scale = self._reduction()
-        self._energies: dict[bytes, list[Array]] = {}
+        self._lock = Lock()
         self._load()
+        self._forget_masks()
 
     def _reduction(self) -> tuple[Array, Array, float]:
         """Mean, the axes along which the reduced pictures vary most, and the scale of these pictures.
@@ -83,7 +86,7 @@ class PatchSearch:
 
     def _load(self) -> None:
         f, (h, w) = self.factor, self.cells
-        self.coarse, self.spectra, self.squares, self.valid = [], [], [], []
+        self.coarse, self.spectra, self.square_spectra, self.valid = [], [], [], []
         offsets, flat_valid, begin = [], [], 0
         for v in range(len(self.variants)):
             picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes)
@@ -91,7 +94,7 @@ class PatchSearch:
             energy = (picture.astype(np.float64) ** 2).sum(axis=0)
             self.coarse.append(shape)
             self.spectra.append(scipy.fft.rfft2(picture, shape).astype(np.complex64))
-            self.squares.append((scipy.fft.rfft2(energy, shape), energy.shape))
+            self.square_spectra.append(scipy.fft.rfft2(energy, shape))
             valid = self.variants.valid[v]
             rows, columns = max(picture.shape[1] - h + 1, 0), max(picture.shape[2] - w + 1, 0)
             self.valid.append(_reachable(valid, f, rows, columns))
@@ -112,72 +115,63 @@ class PatchSearch:
         `penalties`: for every variant an int32 map over its coarse positions, 256 = one full repeat; `weight`
         in 1/65536 of the usual distance.
         """
-        feats, known = self._gather(variant, yx, at)
-        templates, masks, energies = self._templates(feats, known)
+        n, (h, w) = len(at), self.patch
+        feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
+        windows.gather_all(variant, yx, self.variants.flat, self.variants.table, at, feats, known)
+        templates = np.empty((n, len(self.axes), *self.cells), np.float32)
+        masks = np.empty((n, *self.cells), np.float32)
+        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, templates, masks)
+        slots, squares = self._slots(masks)
         spectra = {s: scipy.fft.fft(scipy.fft.rfft(templates, s[1], axis=3), s[0], axis=2) for s in set(self.coarse)}
-        n = len(at)
         best = np.empty((n, SHORT_LIST, 4), np.int64)
-        counts, usual = [0] * n, [-1] * n
+        counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
         for v, shape in enumerate(self.coarse):
-            if not self.valid[v].size:
-                continue
-            correlation = self._correlation(v, spectra[shape])
-            for k in range(n):
-                dist = np.empty(self.valid[v].shape, np.int32)
-                own = self._energy(v, masks[k])
-                q = match.distances(correlation[k], own, energies[k], self.valid[v], dist)
-                usual[k] = max(usual[k], q) if usual[k] < 0 else usual[k]
-                unit = weight * max(usual[k], 0) >> 8
-                counts[k] = match.keep_best(dist, penalties[v], unit, v, best[k], counts[k])
-        return [self._refined(feats[k], known[k], best[k, : counts[k]], usual[k]) for k in range(n)]
-
-    def _gather(self, variant: Array, yx: Array, at: Array) -> tuple[Array, Array]:
-        h, w = self.patch
-        feats = np.empty((len(at), h, w, self.variants.channels), np.int16)
-        known = np.empty((len(at), h, w), np.uint8)
-        for k, (y0, x0) in enumerate(at):
-            windows.gather(variant, yx, self.variants.flat, self.variants.table, y0, x0, feats[k], known[k])
-        return feats, known
-
-    def _templates(self, feats: Array, known: Array) -> tuple[Array, Array, list[int]]:
-        templates = np.empty((len(feats), len(self.axes), *self.cells), np.float32)
-        masks = np.empty((len(feats), *self.cells), np.float32)
-        energies = [
-            match.coarse_template(feats[k], known[k], self.factor, self.mean, self.axes, templates[k], masks[k])
-            for k in range(len(feats))
+            if self.valid[v].size:
+                correlations = self._correlations(v, spectra[shape])
+                match.short_list(
+                    correlations, squares[v], slots, energies, self.valid[v], penalties[v], weight, v, best,
+                    counts, usual,
+                )  # fmt: skip
+        found = np.empty((n, SHORT_LIST, 4), np.int64)
+        match.refine_all(
+            feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets, best, counts,
+            self.factor, found,
+        )  # fmt: skip
+        unit = self.factor**2 / self.scale**2
+        return [
+            Candidates(found[k, : max(c, 0)], max(round(u * unit), 0), feats[k], known[k], free=c < 0)
+            for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
         ]
-        return templates, masks, energies
 
-    def _correlation(self, v: int, spectra: Array) -> Array:
-        shape, (rows, columns) = self.coarse[v], self.valid[v].shape
+    def _correlations(self, v: int, spectra: Array) -> Array:
+        shape, rows = self.coarse[v], self.valid[v].shape[0]
         product = np.empty((len(spectra), *spectra.shape[2:]), np.complex64)
         match.correlate(self.spectra[v], spectra, product)
         inner = scipy.fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
-        return np.asarray(scipy.fft.irfft(inner, shape[1], axis=2)[:, :, :columns])
+        return np.asarray(scipy.fft.irfft(inner, shape[1], axis=2))
 
-    def _energy(self, v: int, mask: Array) -> Array:
-        """Sum of the exemplar's squares under the mask, for every position; few masks occur, so they are kept."""
+    def _slots(self, masks: Array) -> tuple[Array, list[Array]]:
+        """Number of each mask, and the sums of squares under the numbered masks; few masks occur again and again."""
+        with self._lock:
+            if len(self._known_masks) + len(masks) > MASKS:
+                self._forget_masks()
+            return np.array([self._slot(mask) for mask in masks], np.int64), self._squares
+
+    def _slot(self, mask: Array) -> int:
         key = mask.tobytes()
-        if key not in self._energies:
-            if len(self._energies) >= 64:
-                self._energies.clear()
-            self._energies[key] = [self._energy_map(i, mask) for i in range(len(self.coarse))]
-        return self._energies[key][v]
+        slot = self._known_masks.get(key)
+        if slot is None:
+            slot = self._known_masks[key] = len(self._known_masks)
+            for v, shape in enumerate(self.coarse):
+                product = self.square_spectra[v] * np.conj(scipy.fft.rfft2(mask.astype(np.float64), shape))
+                rows, columns = self.valid[v].shape
+                self._squares[v][slot] = np.rint(scipy.fft.irfft2(product, shape)[:rows, :columns])
+        return slot
 
-    def _energy_map(self, v: int, mask: Array) -> Array:
-        shape, (rows, columns) = self.coarse[v], self.valid[v].shape
-        product = self.squares[v][0] * np.conj(scipy.fft.rfft2(mask.astype(np.float64), shape))
-        return np.rint(scipy.fft.irfft2(product, shape)[:rows, :columns]).astype(np.int32)
-
-    def _refined(self, feats: Array, known: Array, coarse: Array, usual: int) -> Candidates:
-        found = np.empty((len(coarse), 4), np.int64)
-        if not known.any():
-            return Candidates(found[:0], 0, feats, known, free=True)
-        count = match.refine(
-            feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets, coarse,
-            self.factor, found,
-        )  # fmt: skip
-        return Candidates(found[:count], max(round(usual * self.factor**2 / self.scale**2), 0), feats, known)
+    def _forget_masks(self) -> None:
+        # Fresh arrays: another thread may still be reading the old ones.
+        self._known_masks: dict[bytes, int] = {}
+        self._squares = [np.empty((MASKS, *v.shape), np.int32) for v in self.valid]
 
 
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from .formats import check_size
 
 _TOKEN = re.compile(rb"(?:[ \t\r\n\v\f]|#[^\r\n]*(?:[\r\n]|\Z))*([^ \t\r\n\v\f#]+)")
 _COMMENT = re.compile(rb"#[^\r\n]*")
+_LAST_COMMENT = re.compile(rb"[ \t]*#[^\r\n]*(?=[\r\n])")
 HEADER = 1 << 20
 """A header, comments included, is at most this long."""
 
@@ -22,8 +24,7 @@ def decode(data: bytes, name: str) -> Array:
     if kind in b"Ff":
         return _float(data, name, 3 if kind == b"F" else 1)
     channels = 3 if kind in b"36" else 1
-    width, height, pos = _number(data, 2, name, "width")[0], 0, 0
-    _, pos = _number(data, 2, name, "width")
+    width, pos = _number(data, 2, name, "width")
     height, pos = _number(data, pos, name, "height")
     check_size(name, width, height)
     maxval = 1
@@ -35,9 +36,11 @@ def decode(data: bytes, name: str) -> Array:
     if kind in b"123":
         values = _plain(data[pos:], height * width * channels, name, bits=kind == b"1")
     elif kind == b"4":
-        values = _packed(data, _one_blank(data, pos, name), height, width, name)
+        row = (width + 7) // 8
+        packed = _raw(data, pos, row * height, np.dtype(np.uint8), name).reshape(height, row)
+        values = np.unpackbits(packed, axis=1)[:, :width].reshape(-1)
     else:
-        values = _raw(data, _one_blank(data, pos, name), height * width * channels, maxval, name)
+        values = _raw(data, pos, height * width * channels, np.dtype(np.uint8 if maxval < 256 else ">u2"), name)
     if int(values.max()) > maxval:
         raise InputError(f"{name} holds values above its maximum of {maxval}; it is damaged, save it again.")
     if kind in b"14":
@@ -63,48 +66,32 @@ def _number(data: bytes, pos: int, name: str, what: str) -> tuple[int, int]:
     return int(found[1]), found.end()
 
 
-def _one_blank(data: bytes, pos: int, name: str) -> int:
-    """Skip what ends the header: comments, then exactly one blank, where CR LF counts as one."""
-    while found := re.compile(rb"[ \t]*#[^\r\n]*(?=[\r\n])").match(data, pos, pos + HEADER):
-        pos = found.end()
+def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> Array:
+    """Read the pixels that follow the header: after one blank, where CR LF counts as one."""
+    need = count * dtype.itemsize
+    if comment := _LAST_COMMENT.match(data, pos, pos + HEADER):
+        # "255 #..." may also be a pixel of value 35: the length of the file decides.
+        touching = data[pos : pos + 1] == b"#"
+        if touching or (len(data) - pos - 1 > need and len(data) - comment.end() - 1 >= need):
+            pos = comment.end()
     if data[pos : pos + 1] not in (b" ", b"\t", b"\r", b"\n", b"\v", b"\f"):
         raise InputError(f"{name} ends within its header; it is damaged, save it again.")
-    return pos + 1
-
-
-def _missing(name: str, have: int, need: int) -> InputError:
-    return InputError(f"{name} ends too early ({have} of {need} bytes of pixels); it is damaged, copy or save it again.")
-
-
-def _raw(data: bytes, pos: int, count: int, maxval: int, name: str) -> Array:
-    dtype = np.dtype(np.uint8 if maxval < 256 else ">u2")
-    pos = _after_crlf(data, pos, count * dtype.itemsize)
-    if len(data) - pos < count * dtype.itemsize:
-        raise _missing(name, len(data) - pos, count * dtype.itemsize)
+    pos += 1
+    if data[pos - 1 : pos + 1] == b"\r\n" and len(data) - pos > need:
+        pos += 1
+    if len(data) - pos < need:
+        have = max(0, len(data) - pos)
+        raise InputError(f"{name} ends too early ({have} of {need} bytes of pixels); it is damaged, copy or save it again.")
     return np.frombuffer(data, dtype, count, pos).astype(dtype.newbyteorder("="))
-
-
-def _packed(data: bytes, pos: int, height: int, width: int, name: str) -> Array:
-    row = (width + 7) // 8
-    pos = _after_crlf(data, pos, row * height)
-    if len(data) - pos < row * height:
-        raise _missing(name, len(data) - pos, row * height)
-    packed = np.frombuffer(data, np.uint8, row * height, pos).reshape(height, row)
-    return np.unpackbits(packed, axis=1)[:, :width].reshape(-1)
-
-
-def _after_crlf(data: bytes, pos: int, need: int) -> int:
-    """A header with CR LF: the LF belongs to it, where the bytes that remain allow it."""
-    crlf = data[pos - 1 : pos + 1] == b"\r\n" and len(data) - pos > need
-    return pos + 1 if crlf else pos
 
 
 def _plain(text: bytes, count: int, name: str, bits: bool) -> Array:
     text = _COMMENT.sub(b" ", text)
     if bits:
-        digits = np.frombuffer(text, np.uint8)
-        digits = digits[(digits == 48) | (digits == 49)][:count]
-        values = (digits - 48).astype(np.uint8)
+        digits = b"".join(text.split())[:count]
+        if digits.strip(b"01"):
+            raise InputError(f"{name} holds something else than 0 and 1; it is damaged, save it again.")
+        values = np.frombuffer(digits, np.uint8) - np.uint8(48)
     else:
         words = text.split(None, count)[:count]
         if not all(w.isdigit() and len(w) <= 5 for w in words):
@@ -136,11 +123,7 @@ def _float(data: bytes, name: str, channels: int) -> Array:
         scale = 0.0
     if not found or not np.isfinite(scale) or scale == 0.0:
         raise InputError(f"{name} states no scale in its header; it is damaged, save it again.")
-    pos = _one_blank(data, found.end(), name)
-    count = width * height * channels
-    pos = _after_crlf(data, pos, count * 4)
-    if len(data) - pos < count * 4:
-        raise _missing(name, len(data) - pos, count * 4)
-    values = np.frombuffer(data, "<f4" if scale < 0 else ">f4", count, pos).astype(np.float32)
+    dtype = np.dtype("<f4" if scale < 0 else ">f4")
+    values = _raw(data, found.end(), width * height * channels, dtype, name).astype(np.float32)
     shape = (height, width) if channels == 1 else (height, width, 3)
     return np.ascontiguousarray(values.reshape(shape)[::-1])

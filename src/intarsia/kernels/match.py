@@ -44,7 +44,10 @@ def quantised(total: Any, count: int, mean: Any, axis: Any) -> int:
     q = np.int64(0)
     for c in range(len(axis)):
         q += (total[c] - mean[c] * count) * axis[c]
-    q = (q // count + (1 << 23)) >> 24
+    if count == 4:  # by far the most frequent, and a shift is much faster than a division
+        q = ((q >> 2) + (1 << 23)) >> 24
+    else:
+        q = (q // count + (1 << 23)) >> 24
     return min(max(q, -CLIP), CLIP)
 
 
@@ -77,6 +80,15 @@ def coarse_template(feats: Any, known: Any, factor: int, mean: Any, axes: Any, t
 
 
 @kernel
+def coarse_templates(feats: Any, known: Any, factor: int, mean: Any, axes: Any, templates: Any, masks: Any) -> Any:
+    """Apply :func:`coarse_template` to n windows; return their energies (n,) int64."""
+    energies = np.empty(len(feats), np.int64)
+    for k in range(len(feats)):
+        energies[k] = coarse_template(feats[k], known[k], factor, mean, axes, templates[k], masks[k])
+    return energies
+
+
+@kernel
 def correlate(spectra: Any, templates: Any, out: Any) -> None:
     """Multiply the exemplar's spectra (K, h, w) with conjugates (n, K, h, w), and add up the K pictures."""
     n, channels, h, w = templates.shape
@@ -105,7 +117,8 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
     for y in range(h):
         cor, own, ok, d = correlation[y], energies[y], valid[y], out[y]
         for x in range(w):
-            value = np.int32(own[x]) + np.int32(energy) - np.int32(2) * np.int32(np.rint(cor[x]))
+            whole = np.int32(np.floor(cor[x] + np.float32(0.5)))
+            value = np.int32(own[x] + np.int32(energy) - np.int32(2) * whole)
             d[x] = value if ok[x] else NONE
     step = max(1, int(np.sqrt(h * w / 500.0)))
     sample = np.empty(((h + step - 1) // step) * ((w + step - 1) // step), np.int32)
@@ -122,6 +135,25 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
 
 
 @kernel
+def short_list(
+    correlations: Any, squares: Any, slots: Any, energies: Any, valid: Any, penalty: Any, weight: int, variant: int,
+    best: Any, counts: Any, usual: Any,
+) -> None:  # fmt: skip
+    """Put the best positions of one variant for n windows into `best` (n, K, 4), as :func:`keep_best` does.
+
+    `correlations` (n, >= rows, >= columns); `squares` (m, rows, columns): the exemplar's energy under m masks,
+    of which ``slots`` (n,) says which one is meant; `usual` (n,): the 5 % quantile, -1 while unknown.
+    """
+    dist = np.empty(valid.shape, np.int32)
+    for k in range(len(slots)):
+        q = distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
+        if usual[k] < 0:
+            usual[k] = q
+        unit = weight * max(usual[k], 0) >> 8
+        counts[k] = keep_best(dist, penalty, unit, variant, best[k], counts[k])
+
+
+@kernel
 def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count: int) -> int:
     """Put the positions of smallest (distance + penalty * unit / 2**16) into `best`; return how many it holds.
 
@@ -135,8 +167,13 @@ def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count
         worst = best[slot, 0]
     for y in range(h):
         d, p = dist[y], penalty[y]
+        least = NONE
         for x in range(w):
-            if d[x] > worst:  # a penalty only adds
+            least = min(least, d[x])
+        if least > worst:  # a penalty only adds
+            continue
+        for x in range(w):
+            if d[x] > worst:
                 continue
             cost = np.int64(d[x]) + ((np.int64(p[x]) * unit) >> 16)
             if count < size:
@@ -235,20 +272,33 @@ def refine(
         while step > 1:
             step //= 2
             near, cy, cx = FAR, y, x
-            for dy in range(-1, 2):
-                for dx in range(-1, 2):
-                    u, s = y + dy * step, x + dx * step
-                    if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
-                        continue
-                    start = table[v, 0] + u * stride + s * channels
-                    d = distance(window, known, spans, flat, start, stride, max(step, 1 + (h >= 24)), near)
-                    if d < near:
-                        near, cy, cx = d, u, s
+            for k in range(9):  # the middle first: it makes the limit small
+                u, s = y + ((k + 4) // 3 % 3 - 1) * step, x + ((k + 4) % 3 - 1) * step
+                if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
+                    continue
+                start = table[v, 0] + u * stride + s * channels
+                d = distance(window, known, spans, flat, start, stride, max(step, 1 + (h >= 24)), near)
+                if d < near:
+                    near, cy, cx = d, u, s
             y, x = cy, cx
         if y < rows and x < columns and ok[y * columns + x]:
             d = distance(window, known, spans, flat, table[v, 0] + y * stride + x * channels, stride, 1, FAR)
             count = insert(found, count, d, v, y, x)
     return count
+
+
+@kernel
+def refine_all(
+    feats: Any, known: Any, flat: Any, table: Any, valid: Any, offsets: Any, coarse: Any, counts: Any, factor: int,
+    found: Any,
+) -> None:  # fmt: skip
+    """Apply :func:`refine` to n windows; `counts` (n,) say how many candidates there are, before and after."""
+    for k in range(len(feats)):
+        if known[k].any():
+            rows = coarse[k, : counts[k]]
+            counts[k] = refine(feats[k], known[k], flat, table, valid, offsets, rows, factor, found[k])
+        else:
+            counts[k] = -1
 
 
 @kernel

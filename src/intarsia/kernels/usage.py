@@ -127,3 +127,29 @@ def prices(
                     total += (share * near * near) >> 16
         price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
         out[k] = -1 if total < 0 else found[k, 0] + price
+
+
+@kernel
+def pick(prices: Any, tolerance: float, floor: int, bits: int) -> int:
+    """Choose among the candidates whose price is within the tolerance of the best; -1 if all are forbidden.
+
+    The tolerance applies to the best price, or to `floor` if that is more: a perfect match leaves a choice, too.
+    `bits`: 32 drawn bits.
+    """
+    best = np.int64(-1)
+    for p in prices:
+        if p >= 0 and (best < 0 or p < best):
+            best = p
+    if best < 0:
+        return -1
+    limit = best + np.int64(tolerance * max(best, floor))
+    n = 0
+    for p in prices:
+        n += 0 <= p <= limit
+    skip = (bits * n) >> 32
+    for k in range(len(prices)):
+        if 0 <= prices[k] <= limit:
+            if skip == 0:
+                return k
+            skip -= 1
+    return -1

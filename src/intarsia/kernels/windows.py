@@ -46,6 +46,13 @@ def gather(variant: Any, yx: Any, flat: Any, table: Any, y0: int, x0: int, feats
 
 
 @kernel
+def gather_all(variant: Any, yx: Any, flat: Any, table: Any, at: Any, feats: Any, known: Any) -> None:
+    """Apply :func:`gather` to the windows that begin at `at` (n, 2)."""
+    for k in range(len(at)):
+        gather(variant, yx, flat, table, at[k, 0], at[k, 1], feats[k], known[k])
+
+
+@kernel
 def mark(variant: Any, locked: Any, y0: int, x0: int, wrap_y: bool, wrap_x: bool, known: Any, state: Any) -> None:
     """Say of every pixel of a window whether it must stay, must be new, or may be either.
 
@@ -81,14 +88,16 @@ def mark(variant: Any, locked: Any, y0: int, x0: int, wrap_y: bool, wrap_x: bool
 def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
     """Write the patch of variant `v` at (u, s) into the window, wherever `take` says so."""
     height, width = variant.shape
+    rows, columns = table[v, 1], table[v, 2]
     for i in range(take.shape[0]):
         y = (y0 + i) % height
+        row = (u + i) % rows
         for j in range(take.shape[1]):
             if take[i, j]:
-                x = (x0 + j) % width
+                x = x0 + j if x0 + j < width else x0 + j - width
                 variant[y, x] = v
-                yx[y, x, 0] = (u + i) % table[v, 1]
-                yx[y, x, 1] = (s + j) % table[v, 2]
+                yx[y, x, 0] = row
+                yx[y, x, 1] = s + j if s + j < columns else (s + j) % columns
 
 
 @kernel
@@ -108,12 +117,13 @@ def paste(
         stride = table[v, 3] * channels
         new = np.empty((h, w, channels), np.int16)
         for i in range(h):
-            start = table[v, 0] + (u + i) * stride + s * channels
-            here, there = new[i].reshape(w * channels), feats[i].reshape(w * channels)
-            for k in range(w * channels):
-                here[k] = flat[start + k]
-                if not known[i, k // channels]:
-                    there[k] = here[k]  # nothing to differ from
+            k = table[v, 0] + (u + i) * stride + s * channels
+            for j in range(w):
+                for c in range(channels):
+                    new[i, j, c] = flat[k]
+                    if not known[i, j]:
+                        feats[i, j, c] = flat[k]  # nothing to differ from
+                    k += 1
         right, down = seam_costs(feats, new, gradient)
         min_cut(state, right, down, take)
     write(variant, yx, table, y0, x0, v, u, s, take)

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..draws import below, draw
+from ..draws import draw
 from ..errors import MethodError, ParameterError
 from ..geometry import spread
 from ..lazy import lazy
@@ -35,7 +35,6 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2002  # keeps this method's draws apart from those of others
-MATCHES = 0.25  # a perfect match counts as this share of the usual distance when the tolerance is applied
 
 
 @dataclass(frozen=True)
@@ -132,7 +131,7 @@ class _Growth:
         poses = analysis.isometry_ids(method.isometries)
         self.variants = analysis.variants(exemplars, feats, poses, (height, width), shown)
         self.finder = analysis.PatchSearch(self.variants, (height, width), min(overlap), method.search == "exact")
-        striking = analysis.striking(feats, self.finder) if method.usage else None
+        striking = analysis.striking(exemplars, feats, self.finder) if method.usage else None
         self.repetition = analysis.Repetition(
             self.finder, self.layout, method.usage, method.min_repeat_distance, striking
         )
@@ -162,17 +161,13 @@ class _Growth:
         if found.free:  # nothing is known here yet: any patch will do
             pick = analysis.random_patch(self.variants, bits)
         else:
-            prices = self.repetition.prices(*window, found)
-            allowed = np.flatnonzero(prices >= 0)
-            if not len(allowed):
+            chosen = self.repetition.pick(*window, found, self.method.tolerance, bits)
+            if chosen is None:
                 raise MethodError(
                     f"min_repeat_distance={self.method.min_repeat_distance} px leaves no patch for some place; "
                     "choose a smaller distance, a smaller patch, or a larger exemplar."
                 )
-            best = int(prices[allowed].min())
-            slack = int(self.method.tolerance * max(best, MATCHES * found.usual))
-            near = allowed[prices[allowed] <= best + slack]
-            pick = tuple(found.rows[near[below(len(near), bits)], 1:].tolist())
+            pick = chosen
         self.repetition.add(*window, *pick)
         return pick
 

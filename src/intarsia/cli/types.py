@@ -1,0 +1,117 @@
+"""What may be written behind an option: sizes, boxes, colours, seeds; x before y. Imports nothing heavy."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from typing import Any
+
+import click
+
+from ..draws import SEED_LIMIT
+
+MAX_PIXELS = 1 << 31
+MAX_SEEDS = 10_000
+
+
+class Size(click.ParamType):
+    """WIDTHxHEIGHT, or one number for a square; gives (width, height)."""
+
+    name = "WIDTHxHEIGHT"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        parts = str(value).lower().split("x")
+        if not 1 <= len(parts) <= 2 or not all(re.fullmatch(r"[0-9]{1,12}", p) for p in parts):
+            self.fail(f"{value} is no size; give WIDTHxHEIGHT in px such as 1024x768, or one number.", param, ctx)
+        width, height = int(parts[0]), int(parts[-1])
+        if min(width, height) < 1 or width * height > MAX_PIXELS:
+            self.fail(f"{value} is not allowed; give sides of at least 1 px, at most 2**31 px in all.", param, ctx)
+        return width, height
+
+
+class Rectangle(click.ParamType):
+    """X,Y,WIDTH,HEIGHT in px; gives the four numbers."""
+
+    name = "X,Y,WIDTH,HEIGHT"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        parts = str(value).split(",")
+        if len(parts) != 4 or not all(re.fullmatch(r"-?[0-9]{1,12}", p) for p in parts):
+            self.fail(f"{value} is no rectangle; give X,Y,WIDTH,HEIGHT in px such as 0,0,256,256.", param, ctx)
+        x, y, width, height = (int(p) for p in parts)
+        if min(width, height) < 1:
+            self.fail(f"{value} is empty; give a width and a height of at least 1 px.", param, ctx)
+        return x, y, width, height
+
+
+class Scale(click.ParamType):
+    """1/2, 1/3, 0.25, ...; gives the whole number n of 1/n."""
+
+    name = "1/N"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if isinstance(value, int):
+            return value
+        try:
+            times = 1 / Fraction(str(value))
+        except (ValueError, ZeroDivisionError):
+            times = Fraction(0)
+        if times.denominator != 1 or not 1 <= times <= 1024:
+            self.fail(f"{value} is not allowed; give 1/2, 1/3, ... (blocks of pixels are averaged).", param, ctx)
+        return int(times)
+
+
+class Colour(click.ParamType):
+    """#rrggbb; gives (red, green, blue)."""
+
+    name = "#RRGGBB"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if not re.fullmatch(r"#[0-9a-fA-F]{6}", str(value)):
+            self.fail(f"{value} is no colour; give #rrggbb such as #ff00ff (quote it for the shell).", param, ctx)
+        return tuple(bytes.fromhex(value[1:]))
+
+
+class Seed(click.ParamType):
+    """A whole number, or `random`, which draws one."""
+
+    name = "N|random"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if value == "random":
+            import secrets
+
+            return secrets.randbits(32)
+        if not re.fullmatch(r"[0-9]{1,20}", str(value)) or int(value) >= SEED_LIMIT:
+            self.fail(f"{value} is no seed; give a whole number from 0 to 2**64 - 1, or random.", param, ctx)
+        return int(value)
+
+
+class Seeds(click.ParamType):
+    """Ranges and numbers, as 1..9 or 1,4,7; gives a tuple of seeds."""
+
+    name = "A..B|A,B,C"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        seeds: list[int] = []
+        for part in str(value).split(","):
+            ends = part.split("..")
+            if not 1 <= len(ends) <= 2 or not all(re.fullmatch(r"[0-9]{1,20}", e) for e in ends):
+                self.fail(f"{value} is no list of seeds; give 1..9, or 1,4,7.", param, ctx)
+            first, last = int(ends[0]), int(ends[-1])
+            if last < first or last >= SEED_LIMIT or last - first + len(seeds) >= MAX_SEEDS:
+                self.fail(f"{value}: give rising ranges, at most {MAX_SEEDS} seeds below 2**64.", param, ctx)
+            seeds.extend(range(first, last + 1))
+        return tuple(dict.fromkeys(seeds))
+
+
+class NamedFile(click.ParamType):
+    """NAME=FILE; gives the pair."""
+
+    name = "NAME=FILE"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        name, equals, path = str(value).partition("=")
+        if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
+            self.fail(f"{value} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.", param, ctx)
+        return name, path

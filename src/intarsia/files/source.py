@@ -1,0 +1,126 @@
+"""A file or some bytes, looked at with care before anything is decoded."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import InputError, ResourceError
+from .formats import READABLE, shown, sniff
+
+HEAD = 1 << 16
+MAX_WHOLE = 1 << 32
+"""Formats that are read into memory whole may have this many bytes."""
+
+_SUFFIX = {"jpeg": ".jpg", "tiff": ".tif"}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture file that may be opened: what to call it, its format, and where its bytes are."""
+
+    name: str
+    format: str
+    path: Path | None
+    held: bytes | None
+
+    def head(self) -> bytes:
+        """The first 64 KiB."""
+        if self.held is not None:
+            return self.held[:HEAD]
+        assert self.path is not None
+        return _read(self.path, self.name, HEAD)
+
+    def data(self) -> bytes:
+        """All bytes."""
+        if self.held is not None:
+            return self.held
+        assert self.path is not None
+        data = _read(self.path, self.name, MAX_WHOLE + 1)
+        if len(data) > MAX_WHOLE:
+            raise InputError(f"{self.name} is larger than {MAX_WHOLE >> 30} GiB; crop it, or save it as TIFF or EXR.")
+        return data
+
+    @contextmanager
+    def plain_path(self, data: bytes | None = None) -> Iterator[str]:
+        """Lend a path with the true ending and no surprising characters, for libraries that judge by name."""
+        held = self.held if data is None else data
+        with tempfile.TemporaryDirectory(prefix="intarsia-") as folder:
+            target = os.path.join(folder, "picture" + _SUFFIX.get(self.format, "." + self.format))
+            if held is not None:
+                Path(target).write_bytes(held)
+            else:
+                assert self.path is not None
+                _lend(os.path.abspath(self.path), target)
+            yield target
+
+
+def look(source: str | os.PathLike[str] | bytes) -> Picture:
+    """Find out what a path or some bytes hold; never waits, whatever lies there."""
+    if isinstance(source, bytes | bytearray | memoryview):
+        return _picture("the data", None, bytes(source), len(source))
+    text = os.fspath(source)
+    if text == "-":
+        data = sys.stdin.buffer.read(MAX_WHOLE + 1)
+        return _picture("the standard input", None, data, len(data))
+    path, name = Path(text), shown(text)
+    if not text:
+        raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
+    size = _ordinary(path, name)
+    return _picture(name, path, None, size)
+
+
+def _ordinary(path: Path, name: str) -> int:
+    """Return the size of an ordinary file, and refuse all else without opening it."""
+    try:
+        state = os.stat(path)
+    except FileNotFoundError:
+        if os.path.islink(path):
+            raise InputError(f"{name} is a link to a file that does not exist; mend the link.") from None
+        raise InputError(f"{name} does not exist; check the name, or give a sample such as sample:brick.") from None
+    except (OSError, ValueError) as e:
+        reason = getattr(e, "strerror", None) or str(e)
+        raise InputError(f"{name} cannot be opened ({reason.lower()}); check the name and the permissions.") from None
+    if stat.S_ISDIR(state.st_mode):
+        raise InputError(f"{name} is a folder; name a picture in it.")
+    if not stat.S_ISREG(state.st_mode):
+        raise InputError(f"{name} is no ordinary file but a pipe or a device; name a picture file, or - for the standard input.")
+    return state.st_size
+
+
+def _picture(name: str, path: Path | None, held: bytes | None, size: int) -> Picture:
+    if size == 0:
+        raise InputError(f"{name} is empty (0 bytes); copy or save it again.")
+    head = held[:HEAD] if held is not None else _read(path or Path(), name, HEAD)
+    kind, seems = sniff(head[:4096], size)
+    if kind is None:
+        raise InputError(f"{name} seems to be {seems}; only {READABLE} are read, so convert it first.")
+    return Picture(name, kind, path, held)
+
+
+def _read(path: Path, name: str, limit: int) -> bytes:
+    try:
+        # Not blocking: should the file have become a pipe since it was looked at, this returns at once.
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with os.fdopen(number, "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise InputError(f"{name} is no ordinary file; name a picture file.")
+            return file.read(min(limit, os.fstat(file.fileno()).st_size))
+    except MemoryError:
+        raise ResourceError(f"{name} does not fit into memory; crop it first.") from None
+    except OSError as e:
+        raise InputError(f"{name} cannot be read ({(e.strerror or str(e)).lower()}); check the permissions.") from None
+
+
+def _lend(path: str, target: str) -> None:
+    try:
+        os.symlink(path, target)
+    except OSError:  # no links here, as on some Windows machines
+        shutil.copyfile(path, target)
