@@ -39,12 +39,17 @@ class Canvas:
 
     def __post_init__(self) -> None:
         if min(self.height, self.width) < 1 or self.height * self.width > MAX_PIXELS:
-            raise ParameterError(f"size={self.width}x{self.height} is not allowed; give sides of at least 1 px, at most 2**31 px in all.")
+            raise ParameterError(
+                f"size={self.width}x{self.height} is not allowed; give sides of at least 1 px, at most 2**31 px in all."
+            )
         object.__setattr__(self, "wrap", Wrap(self.wrap))
         if self.start is not None and (self.start.height, self.start.width) != (self.height, self.width):
-            raise InputError(f"the start map is {self.start.width}x{self.start.height} px, the canvas {self.width}x{self.height}; make them equal.")
+            raise InputError(self._unequal("start map", self.start.width, self.start.height))
         target = None if self.guide is None else self.guide.target
         if target is not None and (target.height, target.width) != (self.height, self.width):
-            raise InputError(f"the guide's target is {target.width}x{target.height} px, the canvas {self.width}x{self.height}; make them equal.")
+            raise InputError(self._unequal("guide's target", target.width, target.height))
         if self.rim is not None and self.rim < 0:
             raise ParameterError(f"rim={self.rim} is not allowed; give at least 0 px.")
+
+    def _unequal(self, what: str, width: int, height: int) -> str:
+        return f"the {what} is {width}x{height} px, the canvas {self.width}x{self.height}; make them equal."

@@ -72,7 +72,8 @@ class Exemplar:
             usable = np.array(self.usable, dtype=bool)
             if usable.shape != (self.height, self.width):
                 raise InputError(
-                    f"the mask is {usable.shape[-1]}x{usable.shape[0]} px, the exemplar {self.width}x{self.height}; make them equal."
+                    f"the mask is {usable.shape[-1]}x{usable.shape[0]} px, the exemplar "
+                    f"{self.width}x{self.height}; make them equal."
                 )
             usable.flags.writeable = False
             object.__setattr__(self, "usable", None if usable.all() else usable)
@@ -160,7 +161,8 @@ class Exemplar:
             bad &= self.usable
         if bad.any():
             raise InputError(
-                f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; repair them, or mask them out (--mask)."
+                f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "
+                "repair them, or mask them out (--mask)."
             )
 
 

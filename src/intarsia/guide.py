@@ -39,4 +39,6 @@ class Guide:
         if self.source.kind is Kind.LABEL:
             missing = sorted(set(self.target.pixels.ravel().tolist()) - set(self.source.pixels.ravel().tolist()))
             if missing:
-                raise InputError(f"the target's labels {missing[:8]} do not occur beside the exemplar; map them to others.")
+                raise InputError(
+                    f"the target's labels {missing[:8]} do not occur beside the exemplar; map them to others."
+                )

@@ -15,7 +15,7 @@ import importlib
 from typing import Any
 
 
-class lazy:  # noqa: N801 - used like a function
+class lazy:
     """Stand for the module `name`; the first attribute asked of it imports it."""
 
     def __init__(self, name: str) -> None:

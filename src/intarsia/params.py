@@ -54,7 +54,7 @@ class Parameter:
 def param(
     default: Any,
     kind: str,
-    help: str,  # noqa: A002 - the word that the command line uses
+    help: str,
     *,
     low: float | None = None,
     high: float | None = None,

@@ -102,7 +102,7 @@ class SourceMap:
         """True where no exemplar pixel is chosen."""
         if self.which is None:
             return np.zeros(self.yx.shape[:2], dtype=bool)
-        return self.which == HOLE
+        return np.asarray(self.which == HOLE)
 
     @property
     def poses(self) -> tuple[int, ...]:
@@ -136,7 +136,8 @@ class SourceMap:
         counts = []
         for number, source in enumerate(self.sources):
             yx = self.yx[which == number]
-            flat = np.bincount(yx[:, 0].astype(np.int64) * source.width + yx[:, 1], minlength=source.height * source.width)
+            pixels = source.height * source.width
+            flat = np.bincount(yx[:, 0].astype(np.int64) * source.width + yx[:, 1], minlength=pixels)
             counts.append(flat.reshape(source.height, source.width))
         return counts
 
@@ -146,7 +147,9 @@ class SourceMap:
         Only a map of a single exemplar has one.
         """
         if len(self.sources) != 1:
-            raise ParameterError(f"an ST map shows one exemplar, this map has {len(self.sources)}; save the map itself.")
+            raise ParameterError(
+                f"an ST map shows one exemplar, this map has {len(self.sources)}; save the map itself."
+            )
         size = self.sources[0]
         s = (self.yx[:, :, 1] + 0.5) / size.width
         t = 1.0 - (self.yx[:, :, 0] + 0.5) / size.height
@@ -188,7 +191,9 @@ class SourceMap:
         except FileNotFoundError:
             raise InputError(f"{path} does not exist; give a map saved with --save-map.") from None
         except Exception as e:  # a damaged archive can fail in any way
-            raise InputError(f"{path} is no map of intarsia ({type(e).__name__}); give one saved with --save-map.") from None
+            raise InputError(
+                f"{path} is no map of intarsia ({type(e).__name__}); give one saved with --save-map."
+            ) from None
 
     @property
     def digest(self) -> str:
@@ -221,7 +226,7 @@ class SourceMap:
 def identity(sources: Sequence[Source], number: int) -> SourceMap:
     """Return the map that shows one exemplar as it is: the start of extending or healing it."""
     source = sources[number]
-    yx = np.stack(np.mgrid[: source.height, : source.width], axis=2).astype(np.int32)
+    yx = np.moveaxis(np.indices((source.height, source.width), dtype=np.int32), 0, 2)
     return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))
 
 
@@ -241,5 +246,7 @@ def _frozen(owner: SourceMap, name: str, dtype: Any, shape: tuple[int, ...] | No
 
 def _positions(start: int, stop: int, length: int, wrap: bool, axis: str) -> NDArray[np.int64]:
     if stop <= start or (not wrap and (start < 0 or stop > length)):
-        raise ParameterError(f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas.")
+        raise ParameterError(
+            f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas."
+        )
     return np.arange(start, stop) % length

@@ -164,7 +164,9 @@ def _canvas(
 def _check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
     """A start map must point into the exemplars that are given."""
     if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
-        raise InputError("the start map was made of exemplars of other sizes; give the same exemplars in the same order.")
+        raise InputError(
+            "the start map was made of exemplars of other sizes; give the same exemplars in the same order."
+        )
     start.check_sources()
 
 

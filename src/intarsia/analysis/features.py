@@ -108,7 +108,7 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
     pictures = []
     for e, stack in zip(exemplars, stacks, strict=True):
         picture = np.concatenate(stack, axis=2).astype(np.int16)
-        if e.usable is not None:
+        if e.usable is not None and e.usable.any():  # one wholly unusable lies under a start map: it is matched
             picture[~e.usable] = 0
         pictures.append(picture)
     return Features(tuple(pictures), tuple(normals))
@@ -138,12 +138,13 @@ def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
         blocks = values.reshape(exemplar.height, s, exemplar.width, s, -1).astype(np.int64)
         return (blocks.sum(axis=(1, 3)) // (s * s)).astype(np.int32)
     s = exemplar.height // values.shape[0]
-    return values if s == 1 else values.repeat(s, axis=0).repeat(s, axis=1)
+    return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
 
 
 def _stretched(values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane) -> tuple[list[Int32], bool]:
     """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat."""
     usable = [v if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)]
+    usable = [v for v in usable if v.size]
     low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
     if plane.kind is Kind.NORMAL:
         middle = 0 if low < 0 else 65535  # twice the value of a zero component

@@ -100,10 +100,10 @@ def waves(layout: Layout, wanted: NDArray[np.bool_]) -> list[list[Window]]:
     out: list[list[Window]] = []
     if not (layout.wrap_y or layout.wrap_x) and wanted.all():  # what the loop below finds, in closed form
         r, c = np.indices(wanted.shape)
-        level = (c + slope * r).ravel()
-        order = np.lexsort((r.ravel(), level))
-        begins = np.flatnonzero(np.diff(level[order], prepend=-1))
-        cells = list(zip(r.ravel()[order].tolist(), c.ravel()[order].tolist(), strict=True))
+        number = (c + slope * r).ravel()
+        by_wave = np.lexsort((r.ravel(), number))
+        begins = np.flatnonzero(np.diff(number[by_wave], prepend=-1))
+        cells = list(zip(r.ravel()[by_wave].tolist(), c.ravel()[by_wave].tolist(), strict=True))
         return [cells[a:b] for a, b in zip(begins, [*begins[1:], None], strict=True)]
     order = sorted(zip(*np.nonzero(wanted), strict=True), key=lambda w: (w[1] + slope * w[0], w[0]))
     level = np.full(wanted.shape, -1)

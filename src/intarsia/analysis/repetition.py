@@ -8,6 +8,7 @@ The price is in units of the usual distance, so a perfect repeat has a price, to
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -72,7 +73,7 @@ class Repetition:
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
         begins = np.cumsum([0] + [a * b for a, b in shapes])
         self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
-        self.counts = [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets]
+        self.counts = [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
         self._shape = np.array(layout.patch, np.int64)
         self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
@@ -85,7 +86,7 @@ class Repetition:
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
         out = np.empty(len(found.rows), np.int64)
-        at = np.array((self.layout.rows[row], self.layout.columns[column]), np.int64)
+        at = (self.layout.rows[row], self.layout.columns[column])
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
         usage.prices(
             found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._flat,
@@ -108,16 +109,12 @@ class Repetition:
         _, v, u, s = found.rows[k].tolist()
         return v, u, s
 
-    def add(self, row: int, column: int, v: int, u: int, s: int) -> None:
-        """Note that the patch of variant v at (u, s) was laid at a window."""
-        place = self.grid[row, column]
-        usage.placement(self._frames, self._shape, v, u, s, self.layout.rows[row], self.layout.columns[column], place)
-        if not self.strength:
-            return
-        f, cells, variants = self.search.factor, self.search.cells, self.search.variants
-        for other in np.flatnonzero(variants.exemplar == variants.exemplar[v]).tolist():
-            y, x = _origin(variants, other, self.layout.patch, int(place[6]), int(place[7]))
-            usage.add_use(self.counts[other], y // f, x // f, *cells, self.striking[other])
+    def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
+        """Note that a patch (variant, row, column) was laid at a window."""
+        usage.note(
+            self._frames, self._shape, pick, (self.layout.rows[row], self.layout.columns[column]),
+            self.grid[row, column], self._offsets, self.search.factor, self._flat, self._flat_striking,
+        )  # fmt: skip
 
 
 def _frame(variants: Variants, v: int) -> tuple[int, ...]:
@@ -149,12 +146,5 @@ def striking(exemplars: Sequence[Exemplar], feats: Features, search: PatchSearch
     return out
 
 
-def _origin(variants: Variants, v: int, patch: tuple[int, int], cy: int, cx: int) -> tuple[int, int]:
-    """First pixel, in variant v, of the patch whose doubled centre in the upright exemplar is (cy, cx)."""
-    _, first, second, a, b, c, d = _frame(variants, v)
-    dy, dx = cy - 2 * first, cx - 2 * second  # the inverse of an isometry is its transpose
-    return (a * dy + c * dx - patch[0] + 1) // 2, (b * dy + d * dx - patch[1] + 1) // 2
-
-
 def _least_step(starts: tuple[int, ...], length: int) -> int:
-    return min((b - a for a, b in zip(starts, starts[1:], strict=False)), default=length)
+    return min((b - a for a, b in itertools.pairwise(starts)), default=length)

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 from ..errors import ParameterError
 from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES
 from ..params import extent
 from .elements import ElementSize, element_size
 from .features import features
+from .variants import isometry_ids
 
 LEAST = 16
 USUAL = 64
@@ -32,9 +34,13 @@ def default_patch(exemplars: Sequence[Exemplar]) -> int:
     return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
 
 
-def check_patch(patch: int | tuple[int, int], exemplars: Sequence[Exemplar]) -> None:
-    """Refuse a patch that does not fit into every exemplar that is sampled."""
+def check_patch(
+    patch: int | tuple[int, int], exemplars: Sequence[Exemplar], isometries: str | tuple[int, ...] = "none"
+) -> None:
+    """Refuse a patch that does not fit into every exemplar that is sampled, or that cannot be turned."""
     rows, columns = extent(patch)
+    if rows != columns and any(ISOMETRIES[p].swaps for p in isometry_ids(isometries)):
+        raise ParameterError(f"patch={columns}x{rows} is not square; rotations need a square patch.")
     for e in _sampled(exemplars):
         if (rows > e.height or columns > e.width) and not e.toroidal:
             raise ParameterError(

@@ -88,14 +88,14 @@ def variants(
     Raises
     ------
     ParameterError
-        where a pose turns a patch that is not square, or there are too many variants.
+        where there are too many variants.
     MethodError
         where no window of any exemplar is free of masked pixels.
     """
     if len(exemplars) * len(poses) > MAX_VARIANTS:
-        raise ParameterError(f"{len(exemplars)} exemplars in {len(poses)} poses are too many; at most {MAX_VARIANTS} in all.")
-    if patch[0] != patch[1] and any(ISOMETRIES[p].swaps for p in poses):
-        raise ParameterError(f"patch={patch[1]}x{patch[0]} is not square; rotations need a square patch.")
+        raise ParameterError(
+            f"{len(exemplars)} exemplars in {len(poses)} poses are too many; at most {MAX_VARIANTS} in all."
+        )
     blocks, rows, which, pose, valid = [], [], [], [], []
     begin = 0
     for number, exemplar in enumerate(exemplars):
@@ -114,7 +114,8 @@ def variants(
             begin += picture.size
     if not any(v.any() for v in valid):
         raise MethodError(
-            f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; choose a smaller patch, or mask less."
+            f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; "
+            "choose a smaller patch, or mask less."
         )
     flat = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
     return Variants(
@@ -146,4 +147,4 @@ def _valid(
 def _lookup(table: NDArray[np.uint8], variant: NDArray[Any]) -> NDArray[np.uint8]:
     full = np.full(256, HOLE, np.uint8)
     full[: len(table)] = table
-    return full[variant]
+    return np.asarray(full[variant])

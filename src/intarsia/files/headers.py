@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from ..errors import InputError
 from .formats import check_size
 
+PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
+
 MAX_UNPACKED = 1 << 26
 """Compressed texts and profiles inside a PNG may unpack to this many bytes together."""
 

@@ -7,7 +7,7 @@ Every kernel of the package goes through :func:`kernel`; nothing else calls numb
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -16,18 +16,19 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def kernel(function: F) -> F:
     """Compile `function` at its first call; without a writable cache folder it is compiled in every process."""
+    compiled: Any
     try:
         compiled = numba.njit(cache=True, nogil=True)(function)
     except RuntimeError:  # numba finds no folder that it may write to
         compiled = numba.njit(nogil=True)(function)
-    return compiled  # type: ignore[no-any-return]
+    return cast(F, compiled)
 
 
 def on_first_compilation(announce: Callable[[], None]) -> None:
     """Call `announce` once, just before the first kernel that no cache holds is compiled in this process."""
     from numba.core import event
 
-    class _Listener(event.Listener):  # type: ignore[misc]
+    class _Listener(event.Listener):
         told = False
 
         def on_start(self, event: Any) -> None:
@@ -38,4 +39,5 @@ def on_first_compilation(announce: Callable[[], None]) -> None:
         def on_end(self, event: Any) -> None:
             pass
 
-    event.register("numba:compile", _Listener())
+    register: Any = event.register
+    register("numba:compile", _Listener())

@@ -13,7 +13,9 @@ import numpy as np
 from .jit import kernel
 
 CLIP = 31
+ROWS = 20  # neighbours are compared on about this many rows of a window
 FAR = np.int64(1) << 62
+HALF = np.float32(0.5)
 NONE = np.int32((1 << 31) - 1)
 
 
@@ -39,23 +41,21 @@ def coarse_picture(picture: Any, factor: int, mean: Any, axes: Any) -> Any:
 
 
 @kernel
-def quantised(total: Any, count: int, mean: Any, axis: Any) -> int:
+def quantised(total: Any, count: int, mean: Any, axis: Any) -> Any:
     """Turn the sums (C,) of `count` feature values into a whole number from -31 to 31 along an axis."""
     q = np.int64(0)
     for c in range(len(axis)):
         q += (total[c] - mean[c] * count) * axis[c]
-    if count == 4:  # by far the most frequent, and a shift is much faster than a division
-        q = ((q >> 2) + (1 << 23)) >> 24
-    else:
-        q = (q // count + (1 << 23)) >> 24
+    q = q >> 2 if count == 4 else q // count  # 4 by far the most often, and a shift is much faster
+    q = (q + (1 << 23)) >> 24
     return min(max(q, -CLIP), CLIP)
 
 
 @kernel
-def coarse_template(feats: Any, known: Any, factor: int, mean: Any, axes: Any, template: Any, mask: Any) -> int:
+def coarse_template(feats: Any, known: Any, factor: int, mean: Any, axes: Any, template: Any, mask: Any) -> Any:
     """Reduce a window as :func:`coarse_picture` does; cells at least half known count. Returns sum of squares.
 
-    `template` float32 (K, rows, columns), 0 where `mask` float32 (rows, columns) is 0.
+    `template` float (K, rows, columns), 0 where `mask` float32 (rows, columns) is 0.
     """
     axis, rows, columns = template.shape
     channels = feats.shape[2]
@@ -117,7 +117,7 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
     for y in range(h):
         cor, own, ok, d = correlation[y], energies[y], valid[y], out[y]
         for x in range(w):
-            whole = np.int32(np.floor(cor[x] + np.float32(0.5)))
+            whole = np.int32(np.floor(cor[x] + HALF))
             value = np.int32(own[x] + np.int32(energy) - np.int32(2) * whole)
             d[x] = value if ok[x] else NONE
     step = max(1, int(np.sqrt(h * w / 500.0)))
@@ -214,7 +214,7 @@ def row_spans(known: Any, spans: Any) -> None:
 
 
 @kernel
-def distance(window: Any, known: Any, spans: Any, flat: Any, start: int, stride: int, step: int, limit: int) -> int:
+def distance(window: Any, known: Any, spans: Any, flat: Any, start: int, stride: int, step: int, limit: Any) -> Any:
     """Sum the squared differences over the known pixels of every `step`-th row; stop once above `limit`.
 
     `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` apart. Plainly:
@@ -277,7 +277,7 @@ def refine(
                 if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
                     continue
                 start = table[v, 0] + u * stride + s * channels
-                d = distance(window, known, spans, flat, start, stride, max(step, 1 + (h >= 24)), near)
+                d = distance(window, known, spans, flat, start, stride, max(h // ROWS, 1), near)
                 if d < near:
                     near, cy, cx = d, u, s
             y, x = cy, cx

@@ -34,7 +34,7 @@ def add_use(counts: Any, cy: int, cx: int, height: int, width: int, weight: Any)
 
 
 @kernel
-def shared(a: Any, b: Any, h: int, w: int) -> int:
+def shared(a: Any, b: Any, h: int, w: int) -> Any:
     """How much of two patches is the same part of the exemplar, 0 .. ONE; rows 5..7 of placements."""
     if a[5] != b[5]:
         return 0
@@ -48,7 +48,7 @@ def shared(a: Any, b: Any, h: int, w: int) -> int:
 def apart(a: int, b: int, length: int, wrap: int) -> int:
     """Distance of two canvas coordinates along one axis, the short way round if it wraps."""
     d = abs(a - b)
-    return min(d, length - d) if wrap else d
+    return length - d if wrap and length - d < d else d
 
 
 @kernel
@@ -85,9 +85,33 @@ def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, o
 
 
 @kernel
+def note(
+    frames: Any, shape: Any, pick: Any, at: Any, place: Any, offsets: Any, factor: int, counts: Any, striking: Any
+) -> None:
+    """Note that patch `pick` (variant, row, column) is laid at `at`: write its placement, count its use.
+
+    `counts`, `striking`: flat tables over the coarse positions (cells of `factor` px) of all variants, that of
+    variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns. All variants of the exemplar count.
+    """
+    placement(frames, shape, pick[0], pick[1], pick[2], at[0], at[1], place)
+    height, width = shape[0] // factor, shape[1] // factor
+    for v in range(len(frames)):
+        f = frames[v]
+        if f[0] != place[5]:
+            continue
+        dy, dx = place[6] - 2 * f[1], place[7] - 2 * f[2]  # the inverse of an isometry is its transpose
+        y = ((f[3] * dy + f[5] * dx - shape[0] + 1) // 2) // factor
+        x = ((f[4] * dy + f[6] * dx - shape[1] + 1) // 2) // factor
+        rows, columns = offsets[v, 1], offsets[v, 2]
+        cells = slice(offsets[v, 0], offsets[v, 0] + rows * columns)
+        weight = striking[cells].reshape(rows, columns)
+        add_use(counts[cells].reshape(rows, columns), y, x, height, width, weight)
+
+
+@kernel
 def prices(
-    found: Any, grid: Any, row: int, column: int, at: Any, reach: int, shape: Any, canvas: Any, frames: Any, counts: Any,
-    striking: Any, offsets: Any, factor: int, steady: int, unit: int, distance: int, out: Any,
+    found: Any, grid: Any, row: int, column: int, at: Any, reach: int, shape: Any, canvas: Any, frames: Any,
+    counts: Any, striking: Any, offsets: Any, factor: int, steady: int, unit: int, distance: int, out: Any,
 ) -> None:  # fmt: skip
     """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
 
@@ -136,13 +160,13 @@ def pick(prices: Any, tolerance: float, floor: int, bits: int) -> int:
     The tolerance applies to the best price, or to `floor` if that is more: a perfect match leaves a choice, too.
     `bits`: 32 drawn bits.
     """
-    best = np.int64(-1)
+    best = -1
     for p in prices:
         if p >= 0 and (best < 0 or p < best):
             best = p
     if best < 0:
         return -1
-    limit = best + np.int64(tolerance * max(best, floor))
+    limit = best + int(tolerance * (best if best > floor else floor))
     n = 0
     for p in prices:
         n += 0 <= p <= limit

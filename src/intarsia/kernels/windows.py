@@ -76,7 +76,7 @@ def mark(variant: Any, locked: Any, y0: int, x0: int, wrap_y: bool, wrap_x: bool
                 if a < 0 or a >= h or b < 0 or b >= w:
                     y, x = y0 + a, x0 + b
                     outside = (not wrap_y and (y < 0 or y >= height)) or (not wrap_x and (x < 0 or x >= width))
-                    around = h == height and wrap_y and (a < 0 or a >= h) or w == width and wrap_x and (b < 0 or b >= w)
+                    around = (h == height and (a < 0 or a >= h)) or (w == width and (b < 0 or b >= w))
                     if not outside and not around and variant[y % height, x % width] != HOLE:
                         state[i, j] = OLD
                         break
@@ -130,7 +130,9 @@ def paste(
 
 
 @kernel
-def overlay(variant: Any, yx: Any, locked: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int, shape: Any) -> None:
+def overlay(
+    variant: Any, yx: Any, locked: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int, shape: Any
+) -> None:
     """Lay the patch of variant `v` at (u, s) over all of the window that is not locked."""
     take = np.empty((shape[0], shape[1]), np.uint8)
     for i in range(shape[0]):

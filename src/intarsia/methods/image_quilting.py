@@ -53,18 +53,22 @@ class ImageQuilting:
         low=1, high=1 << 16, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
-        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch", low=0, high=1 << 16, unit="px"
-    )
+        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
     channel_weights: tuple[float, ...] | None = param(
-        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue", low=0, high=1e6
-    )
+        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
+        low=0, high=1e6,
+    )  # fmt: skip
     isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
     usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
     min_repeat_distance: int = param(
         0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
     )
-    search: str = param("fast", "choice", "short-list at reduced resolution, or all positions", choices=("fast", "exact"))
+    search: str = param(
+        "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+    )
     seam: str = param(
         "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
         choices=("difference", "gradient"),
@@ -96,7 +100,7 @@ class ImageQuilting:
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
         """Decide patch and overlap from the size of the texture's elements."""
         patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
-        analysis.check_patch(patch, exemplars)
+        analysis.check_patch(patch, exemplars, self.isometries)
         rows, columns = extent(patch)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
         return replace(self, patch=patch, overlap=third if self.overlap is AUTO else self.overlap)
@@ -142,7 +146,8 @@ class _Growth:
     def search(self, wave: list[tuple[int, int]], each: Any, workers: int) -> list[Any]:
         """Find candidates for all windows of a wave."""
         found: list[Any] = [None] * len(wave)
-        size = max(1, min(self.finder.batch(), -(-len(wave) // workers)))
+        parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
+        size = -(-len(wave) // parts)
         at = np.array([(self.layout.rows[r], self.layout.columns[c]) for r, c in wave], np.int64)
 
         def part(begin: int) -> None:
@@ -168,7 +173,7 @@ class _Growth:
                     "choose a smaller distance, a smaller patch, or a larger exemplar."
                 )
             pick = chosen
-        self.repetition.add(*window, *pick)
+        self.repetition.add(*window, pick)
         return pick
 
     def paste(self, chosen: list[tuple[Any, Any, Any]], each: Any, workers: int) -> None:

@@ -67,7 +67,7 @@ class RandomTiling:
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> RandomTiling:
         """Decide the patch from the size of the texture's elements."""
         patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
-        analysis.check_patch(patch, exemplars)
+        analysis.check_patch(patch, exemplars, self.isometries)
         return replace(self, patch=patch)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:

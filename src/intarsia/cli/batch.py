@@ -1,0 +1,173 @@
+"""The work behind ``grow`` and ``replay``: plan everything, refuse what cannot work, then make one after another."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from .. import files
+from ..exemplar import Exemplar
+from ..image import Kind, Plane, Transfer
+from ..run import Run
+from ..sourcemap import SourceMap
+from ..synthesis import Synthesis, synthesize
+from .exemplars import Shelf, sets_of
+from .exits import CANCEL
+from .outputs import Staging, check_all
+from .plan import Order, blend_of, orders_of, patches_of
+from .report import Meter, Report
+from .request import Inputs, Targets, Wish
+from .sheet import contact_sheet, thumbnail
+
+
+@dataclass
+class Batch:
+    """Textures to grow, one after another; mostly one."""
+
+    shelf: Shelf
+    orders: list[Order]
+    wish: Wish
+    targets: Targets
+    report: Report
+    sheet: str | None = None
+    thumbnails: list[Plane] = field(default_factory=list)
+
+    @classmethod
+    def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report) -> Batch:
+        """Read and check everything that can be checked; nothing is written yet."""
+        sets = sets_of(inputs, report)
+        shelf = Shelf([[found] for found in sets] if "{stem}" in targets.out else [sets], inputs, report)
+        orders: list[Order] = []
+        for lot in range(len(shelf.lots)):
+            orders += orders_of(shelf, lot, wish, seeds, targets)
+            check_all((path for order in orders for path in order.paths), targets.force)
+        return cls(shelf, orders, wish, targets, report)
+
+    def add_sheet(self, path: str) -> None:
+        """Ask for a contact sheet as well."""
+        check_all([*(p for order in self.orders for p in order.paths), path], self.targets.force)
+        self.sheet = path
+
+    def tell_plan(self) -> None:
+        """Say what would be made."""
+        told = []
+        for order in self.orders:
+            about = _about(order, self.wish, None) | {
+                "patches": patches_of(order, self.wish.wrap),
+                "memory_mib": order.memory >> 20,
+            }
+            told.append(about)
+            patches = "" if about["patches"] is None else f"{about['patches']} patches, "
+            self.report.note(
+                f"{', '.join(order.paths)}: {order.size[0]}x{order.size[1]} px, {order.method.slug}, seed {order.seed}, "
+                f"{patches}about {about['memory_mib']} MiB; not written (--dry-run)"
+            )
+        self.report.result({"dry_run": True, **(told[0] if len(told) == 1 else {"results": told})})
+
+    def carry_out(self, threads: int | None) -> None:
+        """Make everything, and report it."""
+        results = []
+        with self.report.watching(len(self.orders)) as meter:
+            for order in self.orders:
+                results.append(self._make(order, threads, meter))
+                meter.next_part()
+        if self.sheet is not None:
+            self._write_sheet(self.sheet)
+        together: dict[str, Any] = results[0] if len(results) == 1 else {"results": results}
+        self.report.result(together | ({} if self.sheet is None else {"sheet": self.sheet}))
+
+    def _make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
+        began = time.perf_counter()
+        exemplars = self.shelf.get(order.lot)
+        clock = {"read": time.perf_counter() - began}
+        grown = self._grow(order, exemplars, Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL))
+        clock["grow"] = time.perf_counter() - began - sum(clock.values())
+        with Staging(self.targets.force) as staging:
+            share = 0.1 / len(order.pictures)
+            for number, (name, path) in enumerate(order.pictures.items()):
+                begin = 0.9 + share * number
+                run = Run(threads, meter.stage("render", begin, begin + share), CANCEL)
+                self._write(grown.render(name, run=run), path, grown.recipe_text, staging)
+                if number == 0 and self.sheet is not None:
+                    self.thumbnails.append(thumbnail(grown.render(name)))
+            if order.save_map is not None:
+                smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
+                files.write_bytes(staging.place(order.save_map), smap.to_bytes())
+            if order.st_map is not None:
+                files.write(staging.place(order.st_map), _st_plane(grown.map))
+            staging.commit()
+        clock["write"] = time.perf_counter() - began - sum(clock.values())
+        clock["total"] = time.perf_counter() - began
+        self.report.note(
+            f"{', '.join(order.paths)}: {order.size[0]}x{order.size[1]} px, {order.method.slug}, seed {order.seed}, "
+            f"{clock['total']:.1f} s"
+        )
+        return _about(order, self.wish, grown) | {"timings": {k: round(v, 3) for k, v in clock.items()}}
+
+    def _grow(self, order: Order, exemplars: tuple[Exemplar, ...], run: Run) -> Synthesis:
+        width, height = order.size
+        grown = synthesize(
+            list(exemplars),
+            (height, width),
+            order.method,
+            seed=order.seed,
+            wrap=self.wish.wrap,
+            blend=blend_of(self.wish, order.method),
+            run=run,
+        )
+        more: dict[str, Any] = {}
+        if said := self.shelf.inputs.recipe():
+            more["inputs"] = said
+        if self.targets.depth is not None:
+            more["depth"] = self.targets.depth
+        return replace(grown, recipe=grown.recipe | more)
+
+    def _write(self, plane: Plane, path: str, recipe: str, staging: Staging) -> None:
+        place = path if path == "-" else staging.place(path)
+        files.write(place, plane, depth=self.targets.depth, recipe=recipe)
+
+    def _write_sheet(self, path: str) -> None:
+        with Staging(self.targets.force) as staging:
+            files.write(staging.place(path), contact_sheet(self.thumbnails))
+            staging.commit()
+        self.report.note(f"{path}: contact sheet of {len(self.thumbnails)}")
+
+
+def _st_plane(smap: SourceMap) -> Plane:
+    """An ST map as red and green; blue is 0, so that every program opens it as colour."""
+    st = smap.st_map()
+    return Plane(np.dstack([st, np.zeros(st.shape[:2], np.float32)]), Kind.DATA, Transfer.LINEAR)
+
+
+def _about(order: Order, wish: Wish, grown: Synthesis | None) -> dict[str, Any]:
+    """What JSON says of a result, x before y."""
+    held = [{"path": path, "holds": name} for name, path in order.pictures.items()]
+    held += [{"path": p, "holds": w} for p, w in ((order.save_map, "map"), (order.st_map, "st map")) if p is not None]
+    spans = {k: getattr(order.method, k, None) for k in ("pitch", "footprint")}
+    blend = blend_of(wish, order.method)
+    told: dict[str, Any] = {
+        "files": held,
+        "size": list(order.size),
+        "seed": order.seed,
+        "wrap": wish.wrap,
+        "method": order.method.slug,
+        "parameters": parameters_xy(order.method),
+        **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
+        "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
+    }
+    return told if grown is None else told | {"exemplars": grown.recipe["exemplars"]}
+
+
+def parameters_xy(method: Any) -> dict[str, Any]:
+    """Return the parameters of a method as JSON has them: extents x before y, tuples as lists."""
+    from ..methods.base import settings
+    from ..params import parameters
+
+    kinds = {p.name: p.kind for p in parameters(method)}
+    return {
+        name: (list(reversed(value)) if kinds[name] == "extent" else list(value)) if isinstance(value, tuple) else value
+        for name, value in settings(method).items()
+    }

@@ -1,0 +1,74 @@
+"""From files on the command line to exemplars: which belong together, what they are called, reading them once."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from .. import files
+from ..errors import ParameterError
+from ..exemplar import Exemplar
+from .adapt import adapted
+from .report import Report
+from .request import Inputs
+
+Set = dict[str, str]
+"""The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
+
+
+def sets_of(inputs: Inputs, report: Report) -> list[Set]:
+    """Sort the files into exemplars, add what --map and --mask name, and tell how they were read."""
+    sets: list[Set] = [
+        {name: os.fspath(path) for name, path in found.items()} for found in files.group(inputs.files, inputs.how)
+    ]
+    by_name: dict[str, list[str]] = {}
+    for name, path in [*inputs.maps, *(("mask", path) for path in inputs.masks)]:
+        by_name.setdefault(name, []).append(path)
+    for name, paths in by_name.items():
+        option = "--mask" if name == "mask" else f"--map {name}="
+        if len(paths) != len(sets):
+            raise ParameterError(
+                f"{option}: {len(paths)} given for {len(sets)} exemplar{'s' * (len(sets) > 1)}; "
+                "give it once for each, in the same order."
+            )
+        for found, path in zip(sets, paths, strict=True):
+            if name in found:
+                raise ParameterError(f"{option}: {found[name]} already is the plane {name}; drop one of the two.")
+            found[name] = path
+    if len(inputs.files) > 1 or os.path.isdir(inputs.files[0]):
+        for line in files.describe(sets).splitlines():
+            report.note(line)
+    return sets
+
+
+def stem_of(found: Set) -> str:
+    """Return what {stem} stands for: the file name, or what the files of a set share."""
+    pictures = [path for name, path in found.items() if name != "mask"]
+    first = pictures[0]
+    if first == "-":
+        return "stdin"
+    if first.startswith("sample:"):
+        return first.partition(":")[2]
+    if len(pictures) == 1:
+        return Path(first).stem
+    return files.sets.name_of(first)[0] or Path(first).stem
+
+
+class Shelf:
+    """Reads exemplars when they are asked for and keeps the last, so that a long batch does not fill memory."""
+
+    def __init__(self, lots: list[list[Set]], inputs: Inputs, report: Report) -> None:
+        self.lots, self.inputs, self._report = lots, inputs, report
+        self._held: tuple[int, tuple[Exemplar, ...]] | None = None
+
+    def get(self, number: int) -> tuple[Exemplar, ...]:
+        """Return the exemplars of a lot, cropped and reduced as asked."""
+        if self._held is None or self._held[0] != number:
+            self._held = None
+            self._held = (number, tuple(self._read(found) for found in self.lots[number]))
+        return self._held[1]
+
+    def _read(self, found: Set) -> Exemplar:
+        exemplar = files.read_set(found, alpha=self.inputs.alpha)
+        before = list(self._report.warnings)
+        return adapted(exemplar, self.inputs, lambda line: None if line in before else self._report.warn(line))

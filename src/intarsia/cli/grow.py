@@ -1,0 +1,122 @@
+"""``intarsia grow``: a larger, tileable texture from an example. Imports nothing heavy before the work starts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..errors import ParameterError
+from ..methods.base import METHODS, make, method_class
+from ..params import parameters, parse
+from .options import (
+    FILE,
+    common,
+    gathered,
+    grown_target_options,
+    input_options,
+    method_option,
+    method_parameters,
+    opt,
+    report_options,
+)
+from .report import Report
+from .request import Inputs, Targets, Wish
+from .values import Seed, Seeds, Size
+
+DEFAULT_METHOD = "image-quilting"
+SAMPLES = ("brick", "grass", "gravel")
+
+OWN = (
+    opt("size", "--size", "-s", type=Size(), help="Size of the output in px; by default twice the exemplar."),
+    opt(
+        "method", "--method", "-m", type=click.Choice(list(METHODS)), default=DEFAULT_METHOD, show_default=True,
+        help="How to grow; `intarsia methods` tells of each.",
+    ),
+    opt(
+        "wrap", "--wrap", type=click.Choice(["none", "x", "y", "both"]), default="none", show_default=True,
+        help="Along which axes the output must continue in itself (tile).",
+    ),
+    opt(
+        "feather", "--feather", type=click.IntRange(0, 1024), metavar="PX",
+        help="Soften the seams over so many px; 0 copies exactly. By default as the method means it.",
+    ),
+    opt(
+        "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
+        help="How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
+    ),
+)  # fmt: skip
+
+UNION = method_parameters({o.field for o in OWN})
+PARAMETERS = tuple(method_option(p, owners, len(owners) == len(METHODS)) for p, owners in UNION.values())
+
+
+def _wish(method: str, feather: int | None, mixing: str | None, **given: Any) -> Wish:
+    size, wrap = given.pop("size"), given.pop("wrap")
+    own = {p.name: p for p in parameters(method_class(method))}
+    values = {n: parse(own.get(n, UNION[n][0]), text) for n, text in given.items() if text is not None}
+    if feather is not None and "feather" in own:  # a method may have a feather of its own
+        values["feather"], feather = feather, None
+    return Wish(make(method, values), size, wrap, feather, mixing)
+
+
+@click.command(
+    name="grow",
+    epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, {{method}}, "
+    "{w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
+)
+@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
+@grown_target_options
+@gathered(*OWN, *PARAMETERS, into="wish", make=_wish)
+@click.option("--seed", type=Seed(), help="The same number gives the same picture. Default: 0.")
+@click.option("--seeds", type=Seeds(), help="A batch, one output for each seed; put {seed} into -o.")
+@click.option("--sheet", type=FILE, metavar="FILE.png", help="A contact sheet of the batch.")
+@click.option("--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing.")
+@common
+@report_options
+def command(
+    inputs: Inputs,
+    targets: Targets,
+    wish: Wish,
+    report: Report,
+    seed: int | None,
+    seeds: tuple[int, ...] | None,
+    threads: int | None,
+    **more: Any,
+) -> None:
+    """Grow a larger texture from an EXEMPLAR: a picture, a set of planes, or several.
+
+    \b
+    intarsia grow brick.png -o wall.png --size 2048x1024 --wrap both
+    intarsia grow albedo.png --map normal=n.png --map height=h.exr -o out.png
+        writes out.png, out_normal.png and out_height.exr
+    intarsia grow *.jpg -o "big/{stem}_{seed}.png" --seeds 1..3 --sheet sheet.png
+    """
+    if seed is not None and seeds is not None:
+        raise ParameterError("--seed and --seeds exclude each other; drop one.")
+    sheet, dry_run = more["sheet"], more["dry_run"]
+    check_stdout(targets, report)
+    if seeds is not None and "{seed}" not in targets.out:
+        raise ParameterError(f"-o {targets.out}: all seeds would write one file; put {{seed}} into the name.")
+    if sheet is not None and not sheet.lower().endswith(".png"):
+        raise ParameterError(f"--sheet {sheet}: a contact sheet is a PNG; end its name in .png.")
+
+    from .batch import Batch
+
+    batch = Batch.plan(inputs, targets, wish, seeds if seeds is not None else (seed or 0,), report)
+    if sheet is not None:
+        batch.add_sheet(sheet)
+    if dry_run:
+        batch.tell_plan()
+    else:
+        batch.carry_out(threads)
+
+
+def check_stdout(targets: Targets, report: Report) -> None:
+    """Refuse what would mix a picture with other things on the standard output."""
+    if not targets.to_stdout:
+        return
+    if report.as_json:
+        raise ParameterError("--json and -o - both want the standard output; write the picture to a file.")
+    if click.get_binary_stream("stdout").isatty():
+        raise ParameterError("-o - would print a picture on the terminal; redirect it, or name a file.")

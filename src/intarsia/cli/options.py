@@ -1,0 +1,163 @@
+"""The options that commands share; each decorator gathers its options into one noun. Imports nothing heavy."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from ..errors import ParameterError
+from ..params import Parameter, parameters
+from .report import Report
+from .request import Inputs, Targets
+from .values import Colour, NamedFile, Rectangle, Scale
+
+Command = Callable[..., Any]
+
+FILE = click.Path(allow_dash=True)
+
+
+@dataclass(frozen=True)
+class Opt:
+    """One option (or, without names, an argument) of a gathered group, and the field that it fills."""
+
+    field: str
+    names: tuple[str, ...]
+    facts: dict[str, Any]
+
+    def attach(self, command: Command) -> Command:
+        """Give the option to a command."""
+        if not self.names:
+            return click.argument(self.field, **self.facts)(command)
+        return click.option(self.field, *self.names, **self.facts)(command)
+
+
+def opt(field: str, *names: str, **facts: Any) -> Opt:
+    """Declare an option under the name of the field that it fills."""
+    return Opt(field, names, facts)
+
+
+def gathered(*options: Opt, into: str, make: Callable[..., Any]) -> Callable[[Command], Command]:
+    """Return a decorator: add the options, and hand their values to the command as one argument `into`."""
+
+    def decorate(command: Command) -> Command:
+        @functools.wraps(command)
+        def wrapper(**given: Any) -> Any:
+            values = {o.field: given.pop(o.field) for o in options}
+            return command(**{into: make(**values)}, **given)
+
+        for option in reversed(options):
+            option.attach(wrapper)
+        return wrapper
+
+    return decorate
+
+
+INPUT_OPTIONS = (
+    opt(
+        "maps", "--map", multiple=True, type=NamedFile(),
+        help="A further plane of the exemplar, such as normal=n.png or height=h.exr; once for each.",
+    ),
+    opt(
+        "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
+        help="White where exemplar pixels may be used; one for each exemplar.",
+    ),
+    opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
+    opt(
+        "alpha", "--alpha", type=click.Choice(["auto", "channel", "mask"]), default="auto", show_default=True,
+        help="Opacity is a channel to grow, or a mask of the pixels that may be used.",
+    ),
+    opt("toroidal", "--toroidal", is_flag=True, help="The exemplar continues across its borders."),
+    opt("crop", "--crop", type=Rectangle(), help="Use this part of the exemplar only."),
+    opt(
+        "scale", "--scale", type=Scale(), default=1,
+        help="Reduce the exemplar to 1/2, 1/3, ... first (after --crop): blocks are averaged in linear light.",
+    ),
+    opt("as_set", "--set", is_flag=True, help="All files are planes of one exemplar, whatever their names."),
+    opt(
+        "several", "--several", is_flag=True,
+        help="Every file is an exemplar of its own. By default names decide: x_albedo and x_normal are one set.",
+    ),
+)  # fmt: skip
+
+TARGET_OPTIONS = (
+    opt(
+        "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
+        help="The picture to write; further planes lie beside it as OUT_NAME. - is the standard output (PNG).",
+    ),
+    opt(
+        "depth", "--depth", type=click.Choice(["8", "16", "half", "float"]),
+        help="Bits of the output; by default those of the exemplar, exactly.",
+    ),
+    opt("force", "--force", is_flag=True, help="Replace files that exist."),
+)  # fmt: skip
+
+MAP_OPTIONS = (
+    opt("save_map", "--save-map", type=FILE, metavar="FILE.npz", help="Save which exemplar pixel went where."),
+    opt("st_map", "--st-map", type=FILE, metavar="FILE.exr", help="Save the same as an ST map for compositing."),
+)
+
+REPORT_OPTIONS = (
+    opt("as_json", "--json", is_flag=True, help="Print the result as a JSON object on stdout."),
+    opt("progress", "--progress", type=click.Choice(["json"]), help="Tell progress as JSON lines on stderr."),
+    opt("quiet", "--quiet", "-q", is_flag=True, help="Say nothing but errors."),
+)
+
+
+def common(command: Command) -> Command:
+    """Add --threads, --debug and help under -h."""
+    command = click.option("--debug", is_flag=True, expose_value=False, hidden=True)(command)
+    return click.option(
+        "--threads", type=click.IntRange(1, 1024), help="Threads to use; by default one a core. Never changes a pixel."
+    )(command)
+
+
+def _inputs(as_set: bool, several: bool, **given: Any) -> Inputs:
+    if as_set and several:
+        raise ParameterError("--set and --several exclude each other; drop one.")
+    return Inputs(how="set" if as_set else "several" if several else "auto", **given)
+
+
+def input_options(files: Opt) -> Callable[[Command], Command]:
+    """Add the options on exemplars; `files` declares how the pictures themselves are given."""
+    return gathered(files, *INPUT_OPTIONS, into="inputs", make=_inputs)
+
+
+target_options = gathered(*TARGET_OPTIONS, into="targets", make=Targets)
+grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, into="targets", make=Targets)
+report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
+
+
+METAVARS = {"extent": "PX|WxH", "int": "N", "float": "F", "weights": "W,W,...", "isometries": "none|180|90|both|IDS"}
+
+
+def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:
+    """Declare the option of a method's parameter, as text that the method's own rules read later."""
+    default = "" if p.default is None else f" Default: {_shown(p)}."
+    only = "" if every else f" ({', '.join(owners)})"
+    metavar = "|".join(p.choices) if p.choices else METAVARS.get(p.kind, p.kind.upper())
+    return opt(
+        p.name, "--" + p.name.replace("_", "-"), metavar=metavar, help=f"{p.help[:1].upper()}{p.help[1:]}.{default}{only}"
+    )
+
+
+def _shown(p: Parameter) -> str:
+    value = p.default
+    if isinstance(value, tuple):
+        return ("x" if p.kind == "extent" else ",").join(map(str, reversed(value) if p.kind == "extent" else value))
+    return f"{value} {p.unit}".strip() if p.kind in ("int", "extent") else str(value)
+
+
+def method_parameters(taken: set[str]) -> dict[str, tuple[Parameter, list[str]]]:
+    """Return the parameters of all methods by name, with the methods that have them, but for the names `taken`."""
+    from ..methods.base import METHODS, method_class
+
+    union: dict[str, tuple[Parameter, list[str]]] = {}
+    for slug in METHODS:
+        for p in parameters(method_class(slug)):
+            if p.name not in taken:
+                union.setdefault(p.name, (p, []))[1].append(slug)
+    return union

@@ -1,0 +1,125 @@
+"""What will be made, checked in full before any work: sizes, methods, depths, names of files."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+from .. import files
+from ..canvas import Canvas
+from ..errors import ParameterError
+from ..exemplar import Exemplar
+from ..geometry import Wrap, spread
+from ..methods.base import Method
+from ..sourcemap import Blend, Mixing
+from ..synthesis import _check_abilities as check_abilities
+from ..synthesis import as_exemplars
+from .exemplars import Set, Shelf, stem_of
+from .outputs import filled, plane_files
+from .request import Targets, Wish
+
+
+@dataclass(frozen=True)
+class Order:
+    """One texture to grow, and the files that it goes to. ``lot`` numbers the exemplars on the shelf."""
+
+    lot: int
+    seed: int
+    method: Method
+    size: tuple[int, int]  # width, height
+    pictures: dict[str, str]  # plane -> file
+    save_map: str | None
+    st_map: str | None
+    memory: int
+
+    @property
+    def paths(self) -> list[str]:
+        """All files of the order."""
+        return [*self.pictures.values(), *(p for p in (self.save_map, self.st_map) if p is not None)]
+
+
+def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...]) -> Canvas:
+    """Return the canvas that is asked for: twice the first exemplar where no size is given."""
+    width, height = wish.size or (2 * exemplars[0].width, 2 * exemplars[0].height)
+    return Canvas(height, width, Wrap(wish.wrap))
+
+
+def blend_of(wish: Wish, method: Method) -> Blend:
+    """Return how pieces are joined: as the method means it, but for what is asked otherwise."""
+    own = method.blend
+    feather = own.feather if wish.feather is None else wish.feather
+    return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing))
+
+
+def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], targets: Targets) -> list[Order]:
+    """Return the orders of one lot of exemplars, one for each seed, or refuse what cannot work."""
+    if wish.size is not None:
+        Canvas(wish.size[1], wish.size[0])
+    sets = shelf.lots[lot]
+    fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
+    plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
+    exemplars = as_exemplars(list(shelf.get(lot)))
+    canvas = canvas_of(wish, exemplars)
+    check_abilities(wish.method, exemplars, canvas)
+    method = wish.method.settled(exemplars, canvas)
+    fields |= {"w": canvas.width, "h": canvas.height}
+    memory = memory_of(exemplars, canvas)
+    orders = []
+    for seed in seeds:
+        fields["seed"] = seed
+        out = filled(targets.out, fields)
+        pictures = plane_files(out, _endings(sets[0]))
+        maps = [None if t is None else filled(t, fields) for t in (targets.save_map, targets.st_map)]
+        orders.append(Order(lot, seed, method, (canvas.width, canvas.height), pictures, maps[0], maps[1], memory))
+    if orders:
+        check_formats(orders[0], exemplars, targets)
+    return orders
+
+
+def _endings(found: Set) -> dict[str, str]:
+    return {name: path for name, path in found.items() if name != "mask"}
+
+
+def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Targets) -> None:
+    """Refuse depths, channels and sizes that the formats of the files cannot hold."""
+    for name, path in order.pictures.items():
+        plane = exemplars[0].planes[name]
+        files.check_depth(path, plane, targets.depth)
+        if path == "-":
+            continue
+        kept = files.format_of(path)
+        longest = max(order.size) * plane.width // exemplars[0].width
+        if longest > kept.side:
+            raise ParameterError(f"{path}: {kept.name} holds at most {kept.side} px a side, not {longest}; write .tif or .exr.")
+        if not kept.text:
+            files.check_writable(files.recipe_path(path), targets.force)
+    if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
+        raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")
+    if order.st_map is not None:
+        if os.path.splitext(order.st_map)[1].lower() != ".exr":
+            raise ParameterError(f"--st-map {order.st_map}: an ST map is saved as .exr; end the name in it.")
+        if len(exemplars) > 1:
+            raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
+
+
+def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas) -> int:
+    """Estimate the memory of the work in bytes: pictures, map, and what matching keeps of the exemplars."""
+    area = canvas.height * canvas.width
+    scale = area / (exemplars[0].height * exemplars[0].width)
+    drawn = max(p.pixels.nbytes for p in exemplars[0].planes.values()) * scale
+    kept = sum(p.pixels.nbytes for e in exemplars for p in e.planes.values())
+    searched = sum(e.height * e.width for e in exemplars) * 100
+    return int(2 * drawn + kept + searched + area * 32) + (150 << 20)  # the last: Python and its libraries
+
+
+def patches_of(order: Order, wrap: str) -> int | None:
+    """Count the patches that will be laid; None for methods that lay none."""
+    pitch, footprint = getattr(order.method, "pitch", None), getattr(order.method, "footprint", None)
+    if pitch is None or footprint is None:
+        return None
+    width, height = order.size
+    closed = Wrap(wrap)
+    rows = spread(height, footprint[0], footprint[0] - pitch[0], closed.y)[0]
+    columns = spread(width, footprint[1], footprint[1] - pitch[1], closed.x)[0]
+    return len(rows) * len(columns)

@@ -1,0 +1,129 @@
+"""What a command says: a bar or JSON lines while it works, one line or one JSON object at the end."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import click
+
+from .exits import one_line, tell
+
+Step = Callable[[int, int, Any], None]
+
+_listening: list[Report] = []
+_registered = False
+
+
+@dataclass
+class Report:
+    """The voice of a command. Only pictures and JSON go to stdout, all else to stderr."""
+
+    as_json: bool = False
+    progress: str | None = None
+    quiet: bool = False
+    warnings: list[str] = field(default_factory=list)
+
+    def note(self, line: str) -> None:
+        """Tell a person something, unless nobody wants to hear it."""
+        if not self.quiet:
+            tell(one_line(line))
+
+    def warn(self, line: str) -> None:
+        """Tell of something that may be wrong; the JSON result repeats it."""
+        self.warnings.append(line)
+        self.note(f"intarsia: warning: {line}")
+
+    def result(self, result: dict[str, Any]) -> None:
+        """Print the result, if JSON is wanted."""
+        if self.as_json:
+            click.echo(json.dumps({**result, "warnings": self.warnings}, indent=2))
+
+    @contextmanager
+    def watching(self, parts: int) -> Iterator[Meter]:
+        """Show how far a work of so many equal parts is; also say so once when kernels must be compiled."""
+        _announce_compilation(self)
+        meter = Meter(self, parts)
+        try:
+            yield meter
+        finally:
+            _listening.remove(self)
+            meter.close()
+
+
+class Meter:
+    """Progress from 0 to 1, never backwards, as a bar, as JSON lines or not at all."""
+
+    def __init__(self, report: Report, parts: int) -> None:
+        self._parts, self._part, self._span = parts, 0, (0.0, 1.0)
+        self._fraction, self._told, self._stage = 0.0, 0.0, ""
+        self._lines = report.progress == "json"
+        self._wants_bar = not self._lines and not report.quiet and sys.stderr is not None and sys.stderr.isatty()
+        self._bar: Any = None
+
+    def stage(self, name: str, begin: float, end: float) -> Step:
+        """Begin a stage that takes the part from `begin` to `end` of 1; return what a Run calls at each step."""
+        self._stage, self._span = name, (begin, end)
+        self._told = 0.0
+        return self._step
+
+    def next_part(self) -> None:
+        """One part of the work is done."""
+        self._part += 1
+        self._stage, self._span = "done", (0.0, 0.0)
+        self._show(1, 1, last=self._part == self._parts)
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def _step(self, done: int, total: int, draft: Any = None) -> None:
+        self._show(done, total, last=done == total)
+
+    def _show(self, done: int, total: int, last: bool) -> None:
+        begin, end = self._span
+        fraction = (self._part + begin + (end - begin) * done / max(total, 1)) / self._parts
+        self._fraction = min(1.0, max(self._fraction, fraction))
+        now = time.monotonic()
+        if not (self._lines or self._wants_bar) or (now - self._told < 0.05 and not last):
+            return
+        self._told = now
+        if self._lines:
+            facts = {"stage": self._stage, "done": done, "total": total, "fraction": round(self._fraction, 4)}
+            tell(json.dumps(facts))
+        else:
+            self._draw()
+
+    def _draw(self) -> None:
+        if self._bar is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+            columns = (TextColumn("{task.description:8}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"))
+            self._bar = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+            self._task = self._bar.add_task(self._stage, total=1.0)
+            self._bar.start()
+        self._bar.update(self._task, completed=self._fraction, description=self._stage)
+
+
+def _announce_compilation(report: Report) -> None:
+    """Have the report of the moment told when the first kernel of this process must be compiled."""
+    global _registered
+    _listening.append(report)
+    if not _registered:
+        from ..kernels.jit import on_first_compilation
+
+        _registered = True
+        on_first_compilation(_compiling)
+
+
+def _compiling() -> None:
+    for report in _listening:
+        report.note("compiling for this computer, once; this takes up to a minute (intarsia warm-up does it beforehand)")

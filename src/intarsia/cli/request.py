@@ -1,0 +1,85 @@
+"""What a user asked for, as nouns that the commands hand on. Imports nothing heavy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import ParameterError
+from ..methods.base import Method
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The pictures to grow from, and what of them may be used.
+
+    ``how`` says how several files are read: as one set of planes, as several exemplars, or by their names.
+    ``scale`` is the n of 1/n.
+    """
+
+    files: tuple[str, ...]
+    maps: tuple[tuple[str, str], ...] = ()
+    masks: tuple[str, ...] = ()
+    alpha: str = "auto"
+    avoid: tuple[int, int, int] | None = None
+    toroidal: bool = False
+    crop: tuple[int, int, int, int] | None = None
+    scale: int = 1
+    how: str = "auto"
+
+    def __post_init__(self) -> None:
+        if self.toroidal and self.crop is not None:
+            raise ParameterError("--toroidal does not go with --crop: a part of it no longer continues in itself; drop one.")
+        for given in ("-",):
+            named = [*self.files, *(path for _, path in self.maps), *self.masks]
+            if named.count(given) > 1:
+                raise ParameterError("the standard input (-) can be read once; name files for the others.")
+
+    def recipe(self) -> dict[str, Any]:
+        """Return what a recipe must say of it: all that differs from the plain file, but no path."""
+        said: dict[str, Any] = {}
+        if self.alpha != "auto":
+            said["alpha"] = self.alpha
+        if self.avoid is not None:
+            said["avoid"] = "#" + bytes(self.avoid).hex()
+        if self.toroidal:
+            said["toroidal"] = True
+        if self.crop is not None:
+            said["crop"] = list(self.crop)
+        if self.scale != 1:
+            said["scale"] = f"1/{self.scale}"
+        return said
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What to grow: the method with its parameters, the size (width, height), how it closes and how it is joined."""
+
+    method: Method
+    size: tuple[int, int] | None = None
+    wrap: str = "none"
+    feather: int | None = None
+    mixing: str | None = None
+
+
+@dataclass(frozen=True)
+class Targets:
+    """The files to write: the picture, planes beside it, and what else was asked for."""
+
+    out: str
+    depth: str | None = None
+    force: bool = False
+    save_map: str | None = None
+    st_map: str | None = None
+
+    def __post_init__(self) -> None:
+        if not self.out:
+            raise ParameterError("-o: an empty name was given; name a file, or - for the standard output.")
+        for option, path in (("--save-map", self.save_map), ("--st-map", self.st_map)):
+            if path is not None and path in ("", "-"):
+                raise ParameterError(f"{option} needs the name of a file.")
+
+    @property
+    def to_stdout(self) -> bool:
+        """True where the picture goes to the standard output."""
+        return self.out == "-"

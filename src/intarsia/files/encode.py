@@ -1,0 +1,146 @@
+"""A plane becomes the bytes of a file; equal pixels and recipes give equal bytes."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError, ResourceError
+from ..image import Array, Kind, Plane
+from . import headers, netpbm
+from .formats import FORMATS, MAX_CHANNELS, Format
+
+MARK = "intarsia recipe: "
+"""What an embedded recipe starts with."""
+
+JPEG_TEXT = 60000
+_NAMES = {"jpg": "jpeg", "tif": "tiff"}
+
+
+def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
+    """Return the bytes of a picture file, such as ``encode(plane, "png")``.
+
+    Raises ParameterError where the format cannot hold the plane, ResourceError where the temporary folder is full.
+    """
+    known = {f.name: f for f in FORMATS}
+    word = fmt.lower().lstrip(".")
+    word = _NAMES.get(word, word)
+    if word not in known:
+        raise ParameterError(f"{fmt} is no format; choose one of {', '.join(known)}.")
+    target = known[word]
+    check_holds(target, plane)
+    pixels = _storable(plane)
+    text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
+    icc = plane.meta.get("icc") if target.icc else None
+    if target.name in ("ppm", "pgm", "pfm"):
+        return netpbm.encode(pixels, target.name)
+    if target.name in ("jpeg", "webp", "tga", "bmp"):
+        return _pillow(target.name, pixels, text, icc)
+    return _oiio(target.name, pixels, text, icc)
+
+
+def holds_recipe(target: Format, recipe: str) -> bool:
+    """Tell whether a recipe of this length finds room inside the file."""
+    return target.text and not (target.name == "jpeg" and len(recipe) > JPEG_TEXT)
+
+
+def check_holds(target: Format, plane: Plane, dtype: str | None = None) -> None:
+    """Refuse a plane that a format cannot hold, and say what to do."""
+    name, dtype = target.name, dtype or plane.pixels.dtype.name
+    dtype = "uint8" if dtype == "bool" else dtype
+    words = {"uint8": "8 bit", "uint16": "16 bit", "uint32": "32 bit", "float16": "half", "float32": "float", "float64": "double"}
+    if dtype not in target.dtypes:
+        choices = [f.suffixes[0] for f in FORMATS if dtype in f.dtypes and plane.channels in f.channels]
+        remedy = f"write {_any_of(choices)}, or ask" if choices else "ask"
+        depth = {"uint8": "8", "uint16": "16", "float16": "half", "float32": "float"}[target.dtypes[-1] if name != "exr" else "float16"]
+        depth = "float" if "float32" in target.dtypes else depth
+        raise ParameterError(f"{name} holds {target.depths}, not {words[dtype]}; {remedy} for --depth {depth}.")
+    if plane.channels not in target.channels:
+        choices = [f.suffixes[0] for f in FORMATS if plane.channels in f.channels and dtype in f.dtypes]
+        alpha = " (alpha among them)" if plane.alpha else ""
+        many = f"1 to {MAX_CHANNELS}" if len(target.channels) > 4 else _any_of([str(c) for c in target.channels])
+        raise ParameterError(f"{name} holds {many} channels, not {plane.channels}{alpha}; write {_any_of(choices)}.")
+    if max(plane.width, plane.height) > target.side:
+        raise ParameterError(
+            f"{name} holds at most {target.side} px a side, not {plane.width}x{plane.height}; write .png, .tif or .exr."
+        )
+    if dtype == "uint32" and name == "exr" and plane.kind is not Kind.LABEL:
+        raise ParameterError("exr holds 32-bit whole numbers as labels only; ask for --depth float.")
+
+
+def _any_of(words: list[str]) -> str:
+    words = words[:4]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
+
+
+def _storable(plane: Plane) -> Array:
+    pixels = plane.samples
+    if pixels.dtype == bool:
+        pixels = pixels.astype(np.uint8) * np.uint8(255)
+    return np.ascontiguousarray(pixels)
+
+
+def _pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    image = Image.fromarray(pixels[:, :, 0] if pixels.shape[2] == 1 else pixels)
+    options: dict[str, Any] = {}
+    if name == "jpeg":
+        options = {"quality": 95, "subsampling": 0, "optimize": True}
+        if text is not None:
+            options["comment"] = text.encode()
+    if name == "webp":
+        options = {"lossless": True, "exact": True, "quality": 80, "method": 4}
+        if text is not None:
+            facts = Image.Exif()
+            facts[0x010E] = text
+            options["exif"] = facts.tobytes()
+    if icc:
+        options["icc_profile"] = icc
+    image.save(buffer, name, **options)
+    return buffer.getvalue()
+
+
+def _oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    kind = {"float16": "half", "float32": "float", "float64": "double", "uint32": "uint"}.get(pixels.dtype.name, pixels.dtype.name)
+    spec = oiio.ImageSpec(width, height, channels, kind)
+    spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
+    spec.attribute("DateTime", "")  # equal pixels, equal bytes
+    if name == "tiff":
+        spec.attribute("compression", "zip")
+    if name == "exr":
+        spec.attribute("compression", "zip")
+        spec.channelnames = _channel_names(channels)
+    if text is not None:
+        spec.attribute("ImageDescription", text)
+    if icc:
+        spec.attribute("ICCProfile", oiio.TypeDesc(f"uint8[{len(icc)}]"), np.frombuffer(icc, np.uint8))
+    with tempfile.TemporaryDirectory(prefix="intarsia-") as folder:
+        path = os.path.join(folder, "picture." + {"tiff": "tif"}.get(name, name))
+        file = oiio.ImageOutput.create(path)
+        done = file is not None and file.open(path, spec) and file.write_image(pixels)
+        error = oiio.geterror() if file is None else file.geterror()
+        done = file is not None and file.close() and done
+        if not done:
+            reason = " ".join(error.replace(path, "file").split())[:160]
+            raise ResourceError(f"the {name} could not be made in {tempfile.gettempdir()} ({reason}); make room there.")
+        with open(path, "rb") as made:
+            data = made.read()
+    if name == "png" and not data.endswith(headers.PNG_END):  # libpng tells nobody that the disk is full
+        raise ResourceError(f"{tempfile.gettempdir()} is full; make room there, or set TMPDIR.")
+    return data
+
+
+def _channel_names(channels: int) -> tuple[str, ...]:
+    # EXR sorts channels by name: more than four must sort as they count.
+    if channels > 4:
+        return tuple(f"c{i:02d}" for i in range(channels))
+    return {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels]

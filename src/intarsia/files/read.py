@@ -1,0 +1,151 @@
+"""Files become planes and exemplars."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, ParameterError
+from ..exemplar import KIND_OF_NAME, Exemplar
+from ..image import Kind, Plane, Transfer
+from .decode import LINEAR, decode
+from .formats import shown
+from .samples import PREFIX, sample
+from .sets import name_of, uses_directx
+from .source import look
+
+PathLike = str | os.PathLike[str]
+ALPHA = ("auto", "channel", "mask")
+
+
+def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", **planes: PathLike) -> Exemplar:
+    """Read an exemplar from a picture, and further maps of the same surface if you name them.
+
+    ``read("moss.png", height="moss_height.exr", normal="moss_normal.png")``; ``read("sample:tiles")`` needs no file.
+
+    Parameters
+    ----------
+    path : path or "sample:NAME"
+        PNG, JPEG, TIFF, EXR, HDR, WebP, TGA, BMP, GIF, PPM, PGM, PBM or PFM, judged by content, in its full depth.
+    mask : path, optional
+        A picture of the same size: white where the exemplar may be used, black where not.
+    alpha : "auto", "channel" or "mask"
+        ``channel``: alpha is synthesised like a colour. ``mask``: pixels of at most half opacity are not used, and alpha
+        is dropped. ``auto`` is ``mask`` where alpha is nowhere partial, somewhere 0, and opaque in over half of the
+        picture, else ``channel``. Colours under alpha 0 stay as stored.
+    **planes : paths
+        Further maps; their names (normal, height, roughness, metallic, ao, opacity, ...) tell what they hold.
+
+    Raises
+    ------
+    InputError
+        where a file is missing, damaged, too large, or does not fit the others.
+    """
+    return read_set({"albedo": path, **planes} | ({} if mask is None else {"mask": mask}), alpha=alpha)
+
+
+def read_set(files: Mapping[str, PathLike], *, alpha: str = "auto") -> Exemplar:
+    """Read an exemplar from a dict of files, as :func:`group` returns them; ``mask`` says which pixels are usable."""
+    if alpha not in ALPHA:
+        raise ParameterError(f"alpha={alpha} is not allowed; choose one of {', '.join(ALPHA)}.")
+    paths = {name: p for name, p in files.items() if name != "mask"}
+    if not paths:
+        raise InputError("a mask alone is no exemplar; give a picture as well.")
+    planes = {name: _named_plane(name, p) for name, p in paths.items()}
+    first, path = next(iter(paths.items()))
+    planes[first], usable = _split_alpha(planes[first], alpha, shown(path))
+    if "mask" in files:
+        marked = _mask(files["mask"], planes[first], shown(path))
+        usable = marked if usable is None else usable & marked
+    return Exemplar(planes, usable, name=_short(path))
+
+
+def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
+    """Read one picture, from a path, from bytes, or from the standard input ("-"), in its full depth.
+
+    EXR, HDR, PFM and float TIFF are linear, all else is sRGB. An EXR gives its RGB(A) or Y(A), else its first layer.
+    """
+    if isinstance(path, str) and path.startswith(PREFIX):
+        made = sample(path)
+        return made if kind is None else Plane(made.pixels, Kind(kind), made.transfer, made.meta)
+    picture = look(path)
+    found = decode(picture)
+    pixels, kind = found.pixels, Kind.COLOUR if kind is None else Kind(kind)
+    if kind is Kind.NORMAL:
+        pixels = _three(pixels, picture.name)
+    if pixels.dtype == np.uint32 and kind is not Kind.LABEL:
+        raise InputError(f"{picture.name} holds 32-bit whole numbers, which can only be labels; save it with 16 bit or float.")
+    linear = picture.format in LINEAR or pixels.dtype.kind == "f"
+    meta = {"name": picture.format} | ({} if found.icc is None else {"icc": found.icc})
+    try:
+        return Plane(pixels, kind, Transfer.LINEAR if linear else Transfer.SRGB, meta)
+    except InputError as e:
+        raise InputError(f"{picture.name}: {e}") from None
+
+
+def _named_plane(name: str, path: PathLike) -> Plane:
+    plane = read_plane(path, KIND_OF_NAME.get(name, Kind.COLOUR))
+    if name == "normal" and uses_directx(path):
+        plane = replace(plane, meta=plane.meta | {"normals": "dx"})
+    return plane
+
+
+def _short(path: PathLike) -> str:
+    text = os.fspath(path)
+    if text == "-" or text.startswith(PREFIX):
+        return "stdin" if text == "-" else text
+    return name_of(text)[0] or Path(text).stem
+
+
+def _three(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:
+    """A normal map has three channels; an alpha that says nothing is dropped."""
+    if pixels.ndim == 3 and pixels.shape[2] == 4 and (pixels[:, :, 3] == pixels[0, 0, 3]).all():
+        return pixels[:, :, :3]
+    if pixels.ndim != 3 or pixels.shape[2] != 3:
+        channels = 1 if pixels.ndim == 2 else pixels.shape[2]
+        raise InputError(f"{name} has {channels} channels; a normal map needs 3 (red, green, blue), so save it without others.")
+    return pixels
+
+
+def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, NDArray[np.bool_] | None]:
+    """Decide whether alpha is a channel or a mask; return the plane and its usable pixels."""
+    if not plane.alpha:
+        if alpha == "mask":
+            raise InputError(f"{name} has no alpha to serve as a mask; give a mask of its own, or leave --alpha away.")
+        return plane, None
+    opacity = plane.samples[:, :, -1]
+    full = 1.0 if plane.is_float else float(np.iinfo(opacity.dtype).max)
+    if alpha == "auto":
+        solid = opacity == full
+        clear = opacity == 0
+        footprint = bool((solid | clear).all() and clear.any() and 2 * int(solid.sum()) > solid.size)
+        alpha = "mask" if footprint else "channel"
+    if alpha == "channel":
+        return plane, None
+    colour = plane.samples[:, :, :-1]
+    return plane.like(colour) if colour.shape[2] > 1 else replace(plane, pixels=colour[:, :, 0]), opacity > full / 2
+
+
+def _mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
+    """White is usable: lighter than half, and opaque; in files that hold only 0 and 1, every 1."""
+    plane = read_plane(path, Kind.LABEL)
+    if (plane.height, plane.width) != (base.height, base.width):
+        raise InputError(
+            f"the mask {shown(path)} is {plane.width}x{plane.height} px, {name} {base.width}x{base.height}; make them equal."
+        )
+    values = plane.samples
+    full = 1.0 if plane.is_float else float(np.iinfo(values.dtype).max)
+    if not plane.is_float and int(values.max()) <= 1:
+        full = 1.0
+    light = values[:, :, :3] if plane.channels > 2 else values[:, :, :1]
+    weights = np.array([0.2126, 0.7152, 0.0722] if light.shape[2] == 3 else [1.0])
+    with np.errstate(invalid="ignore"):
+        usable = (light.astype(np.float64) * weights).sum(axis=2) > full / 2
+    if plane.channels in (2, 4):
+        usable &= values[:, :, -1] > full / 2
+    return np.asarray(usable, dtype=bool)

@@ -1,0 +1,148 @@
+"""Material sets: files that share a name and differ by a known ending are maps of one surface."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from ..errors import InputError, ParameterError
+from .formats import SUFFIXES, shown
+
+PathLike = str | os.PathLike[str]
+
+WORDS = {
+    "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",
+    "normal": "normal normals nrm norm nor_gl nor_dx normalgl normaldx normal_gl normal_dx normal_ogl normal_opengl normal_directx nrm_gl nrm_dx",
+    "roughness": "roughness rough",
+    "metallic": "metallic metalness metal",
+    "height": "height disp displacement bump",
+    "ao": "ao ambientocclusion ambient_occlusion occlusion",
+    "orm": "orm arm",
+    "opacity": "opacity alpha",
+    "emission": "emission emissive",
+    "mask": "mask",
+    "specular": "specular spec gloss",
+}
+"""The names of planes, in the order of a set, and the endings that mean them."""
+
+_NAME = {word: name for name, words in WORDS.items() for word in words.split()}
+_CLEAR = frozenset(
+    "normal normals nrm nor_gl nor_dx normalgl normaldx normal_gl normal_dx normal_ogl normal_opengl normal_directx nrm_gl "
+    "nrm_dx roughness metallic metalness displacement ao ambientocclusion ambient_occlusion orm arm".split()
+)
+_DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
+_TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif", re.IGNORECASE)
+_READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
+
+
+def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLike]]:
+    """Sort files into exemplars: one dict of plane name to path for each, the albedo first.
+
+    ``auto``: files that share a stem are one set, different stems are several exemplars, a folder is one set.
+    ``set``: all files are one set. ``several``: every file is an exemplar of its own.
+    A file alone is a plain picture, unless its ending is unmistakable (``normal``, ``roughness``, ...).
+    """
+    if how not in ("auto", "set", "several"):
+        raise ParameterError(f"how={how} is not allowed; choose auto, set or several.")
+    found: list[dict[str, PathLike]] = []
+    loose: list[PathLike] = []
+    for path in paths:
+        if _is_folder(path) and how == "auto":
+            found.append(_one_set(_inside(path), shown(path)))
+        else:
+            loose.extend(_inside(path) if _is_folder(path) else [path])
+    if how == "set":
+        return [_one_set(loose, "the set")] if loose else []
+    bases: dict[tuple[str, str], list[PathLike]] = {}
+    for number, path in enumerate(loose):
+        base = name_of(path)[0].lower()
+        alone = how == "several" or _special(path)
+        key = ("", str(number)) if alone else (os.path.dirname(os.fspath(path)), base)
+        bases.setdefault(key, []).append(path)
+    return found + [_one_set(files, name_of(files[0])[0]) for files in bases.values()]
+
+
+def describe(sets: Iterable[dict[str, PathLike]]) -> str:
+    """Say in words how the files were read, one line for each exemplar."""
+    lines = []
+    for number, files in enumerate(sets, 1):
+        parts = [f"{name} {shown(Path(os.fspath(p)).name)}" for name, p in files.items()]
+        dx = any(name == "normal" and uses_directx(p) for name, p in files.items())
+        what = f"one set of {len(parts)} maps" if len(parts) > 1 else "one picture"
+        lines.append(f"exemplar {number}: {what}: {', '.join(parts)}{' (DirectX normals)' if dx else ''}")
+    return "\n".join(lines)
+
+
+def name_of(path: PathLike) -> tuple[str, str | None]:
+    """Split a file name: what it shares with its set, and the plane that it holds (None: it does not say)."""
+    tokens, word = _split(path)
+    return "_".join(tokens), None if word is None else _NAME[word]
+
+
+def uses_directx(path: PathLike) -> bool:
+    """Tell by the name of a normal map whether its green axis points down, as in DirectX."""
+    return _split(path)[1] in _DIRECTX
+
+
+def _split(path: PathLike) -> tuple[list[str], str | None]:
+    """Return the tokens of the stem without resolution tags and plane word, and that word."""
+    stem = Path(os.fspath(path)).stem
+    tokens = [t for t in re.split(r"[_\-. ]+", stem) if t]
+    end = len(tokens)
+    while end and _TAG.fullmatch(tokens[end - 1]):
+        end -= 1
+    for length in (2, 1):
+        word = "_".join(tokens[max(0, end - length) : end]).lower()
+        if end >= length and word in _NAME:
+            return [t for t in tokens[: end - length] if not _TAG.fullmatch(t)], word
+    return tokens, None
+
+
+def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
+    if len(files) == 1:
+        word = _split(files[0])[1]
+        return {_NAME[word] if word in _CLEAR and not _special(files[0]) else "albedo": files[0]}  # type: ignore[index]
+    named: dict[str, PathLike] = {}
+    for path in files:
+        name = name_of(path)[1] or "albedo"
+        if name not in named:
+            named[name] = path
+        elif name == "normal" and uses_directx(path) != uses_directx(named[name]):
+            named[name] = named[name] if uses_directx(path) else path  # both are there: take OpenGL
+        else:
+            first, second = shown(Path(os.fspath(named[name])).name), shown(Path(os.fspath(path)).name)
+            raise ParameterError(
+                f"{first} and {second} both are the {name} of {shown(owner)}; give one of them, or read them as --several."
+            )
+    return {name: named[name] for name in WORDS if name in named}
+
+
+def _special(path: PathLike) -> bool:
+    text = os.fspath(path)
+    return text == "-" or text.startswith("sample:")
+
+
+def _is_folder(path: PathLike) -> bool:
+    return not _special(path) and os.path.isdir(path)
+
+
+def _inside(folder: PathLike) -> list[PathLike]:
+    """The pictures in a folder, sorted; in a folder with maps, files without a known ending are left out."""
+    try:
+        names = sorted(os.listdir(folder))
+    except OSError as e:
+        raise InputError(f"{shown(folder)} cannot be listed ({(e.strerror or str(e)).lower()}); check the permissions.") from None
+    paths: list[PathLike] = [
+        Path(folder) / n for n in names if not n.startswith(".") and os.path.splitext(n)[1].lower() in _READABLE
+    ]
+    if not paths:
+        raise InputError(f"{shown(folder)} holds no picture; name another folder, or a file.")
+    maps = [p for p in paths if name_of(p)[1] is not None]
+    if not maps:
+        return paths
+    if any(name_of(p)[1] == "albedo" for p in maps):
+        return maps
+    bases = {name_of(p)[0].lower() for p in maps}
+    return [p for p in paths if name_of(p)[0].lower() in bases]

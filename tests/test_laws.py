@@ -1,0 +1,50 @@
+"""The laws of the package (DESIGN 4) for every method, with parameters that suit small exemplars."""
+
+from __future__ import annotations
+
+import intarsia as ia
+from intarsia.methods.base import METHODS
+from intarsia.testing import MethodContract
+
+
+class TestImageQuilting(MethodContract):
+    method = ia.ImageQuilting(patch=12, overlap=4)
+
+
+class TestImageQuiltingOfAllKinds(MethodContract):
+    """All isometries, all positions searched, gradient seams, no repetition nearby."""
+
+    method = ia.ImageQuilting(
+        patch=10, overlap=3, isometries="both", search="exact", seam="gradient", usage=0.3, tolerance=0.3
+    )
+    examples = 8
+
+
+class TestImageQuiltingOfRectangles(MethodContract):
+    method = ia.ImageQuilting(patch=(9, 14), overlap=(2, 5), isometries="180")
+    examples = 8
+
+
+class TestAutomaticImageQuilting(MethodContract):
+    method = ia.ImageQuilting()
+    examples = 8
+
+
+class TestRandomTiling(MethodContract):
+    method = ia.RandomTiling(patch=11, isometries="both")
+    examples = 8
+
+
+class TestAutomaticRandomTiling(MethodContract):
+    method = ia.RandomTiling()
+    examples = 5
+
+
+class TestRepeat(MethodContract):
+    method = ia.Repeat()
+    examples = 8
+
+
+def test_every_method_is_under_contract() -> None:
+    tested = {c.method.slug for c in MethodContract.__subclasses__()}
+    assert tested == set(METHODS)
