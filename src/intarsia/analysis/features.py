@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ RANGE = 1023
 LUMINANCE = (0.30, 0.59, 0.11)  # source 002: weights of red, green and blue
 OTHER_PLANES = 0.5  # variance of every further plane, relative to the base plane
 MAX_LABELS = 16
+MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
 
 Int32 = NDArray[np.int32]
 Int16 = NDArray[np.int16]
@@ -67,8 +68,14 @@ def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:
     }[pose]
 
 
-def features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None = None) -> Features:
+def features(
+    exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None = None, context: tuple[float, int] = (0.0, 0)
+) -> Features:
     """Return the features of the exemplars; `weights` count the channels of the base plane.
+
+    `context` (weight, radius px) appends the same channels averaged over their surroundings: what an exemplar
+    pixel has around it is then known even where the output around it is not. Weight 1 gives them the variance
+    of the others.
 
     Raises
     ------
@@ -77,8 +84,36 @@ def features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None = 
     ParameterError
         where the number of weights is not the number of channels.
     """
-    key = ("features", weights, tuple(e.digest for e in exemplars))
-    return exemplars[0].memo(key, lambda: _features(exemplars, weights))
+    key = ("features", weights, context, tuple(e.digest for e in exemplars))
+    return exemplars[0].memo(key, lambda: _with_context(_features(exemplars, weights), exemplars, *context))
+
+
+def _with_context(plain: Features, exemplars: Sequence[Exemplar], weight: float, radius: int) -> Features:
+    if not weight:
+        return plain
+    blurred = [_blurred(p, e, radius) for p, e in zip(plain.pictures, exemplars, strict=True)]
+    own = _variance([p.astype(np.int32) for p in plain.pictures], exemplars)
+    share = min(math.sqrt(weight * own / max(_variance(blurred, exemplars), 1.0)), MOST_CONTEXT)
+    pictures = [
+        np.concatenate([p, np.clip(_times(b, share), -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
+        for p, b in zip(plain.pictures, blurred, strict=True)
+    ]
+    channels = plain.pictures[0].shape[2]
+    return Features(tuple(pictures), plain.normals + tuple(k + channels for k in plain.normals))
+
+
+def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
+    """Average three times over squares of 2 radius + 1 px, in whole numbers, around the exemplar's mean."""
+    mean = picture.reshape(-1, picture.shape[2]).astype(np.int64).sum(axis=0) // (picture.shape[0] * picture.shape[1])
+    out = picture.astype(np.int64) - mean
+    mode: Literal["wrap", "symmetric"] = "wrap" if exemplar.toroidal else "symmetric"
+    for axis in (0, 1) * 3:
+        r = min(radius, out.shape[axis])
+        pad = [(r + 1, r) if a == axis else (0, 0) for a in range(3)]
+        sums = np.cumsum(np.pad(out, pad, mode=mode), axis=axis)
+        n = out.shape[axis]
+        out = (np.take(sums, range(2 * r + 1, 2 * r + 1 + n), axis) - np.take(sums, range(n), axis)) // (2 * r + 1)
+    return out.astype(np.int32)
 
 
 def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:
@@ -92,7 +127,8 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
     normals: list[int] = []
     base_variance, channels = 0.0, 0
     for number, name in enumerate(layout):
-        values = [_at_base_size(_values(e.planes[name]), e) for e in exemplars]
+        labels = _labels([e.planes[name] for e in exemplars])
+        values = [_at_base_size(_values(e.planes[name], labels), e) for e in exemplars]
         scaled, signed = _stretched(values, exemplars, exemplars[0].planes[name])
         if number == 0:
             scaled = _weighted(scaled, exemplars[0].base, weights)
@@ -114,17 +150,22 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
     return Features(tuple(pictures), tuple(normals))
 
 
-def _values(plane: Plane) -> Int32:
-    """Code values of a plane, colour under transparency taken away, labels as one channel each."""
+def _labels(planes: list[Plane]) -> Int32 | None:
+    """The labels that occur, if they are few enough for a channel each."""
+    if planes[0].kind is not Kind.LABEL or planes[0].channels > 1:
+        return None
+    names = np.unique(np.concatenate([np.unique(code_values(p)) for p in planes]))
+    return names if len(names) <= MAX_LABELS else None
+
+
+def _values(plane: Plane, labels: Int32 | None = None) -> Int32:
+    """Code values of a plane, colour under transparency taken away, few labels as one channel each."""
     samples = plane.samples
     if plane.is_float and not np.isfinite(samples).all():  # only ever under the mask
         plane = Plane(np.nan_to_num(samples, posinf=0.0, neginf=0.0), plane.kind, plane.transfer)
     codes = code_values(plane)
-    if plane.kind is Kind.LABEL:
-        names = np.unique(codes)
-        if codes.shape[2] > 1 or len(names) > MAX_LABELS:
-            return codes
-        return np.asarray(codes == names, dtype=np.int32) * 65535
+    if labels is not None:
+        return np.asarray(codes == labels, dtype=np.int32) * 65535
     if plane.alpha:
         alpha = codes[:, :, -1:].astype(np.int64)
         premultiplied = codes[:, :, :-1] * alpha // 65535

@@ -56,8 +56,7 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
     x, y, width, height = crop
     if min(x, y) < 0 or x + width > exemplar.width or y + height > exemplar.height:
         raise ParameterError(
-            f"--crop {','.join(map(str, crop))} does not lie in {exemplar.name} ({exemplar.width}x{exemplar.height} px); "
-            "give X,Y,WIDTH,HEIGHT inside it."
+            f"--crop {','.join(map(str, crop))} does not lie in {_told(exemplar)}; give X,Y,WIDTH,HEIGHT inside it."
         )
     planes = {}
     for name, plane in exemplar.planes.items():
@@ -75,12 +74,12 @@ def reduced(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
     small = max(exemplar.width // p.width for p in exemplar.planes.values()) or 1
     width, height = (side - side % (n * small) for side in (exemplar.width, exemplar.height))
     if not width or not height:
-        raise ParameterError(f"--scale 1/{n} leaves nothing of {exemplar.name} ({exemplar.width}x{exemplar.height} px).")
+        raise ParameterError(f"--scale 1/{n} leaves nothing of {_told(exemplar)}; scale less.")
     if (width, height) != (exemplar.width, exemplar.height):
         if toroidal:
             raise ParameterError(
-                f"--scale 1/{n} does not divide {exemplar.name} ({exemplar.width}x{exemplar.height} px), which would "
-                "no longer continue in itself; drop --toroidal, or scale otherwise."
+                f"--scale 1/{n} does not divide {_told(exemplar)}, which would no longer continue in itself; "
+                "drop --toroidal, or scale otherwise."
             )
         exemplar = cropped(exemplar, (0, 0, width, height))
     planes = {name: plane.like(averaged(plane, n)) for name, plane in exemplar.planes.items()}
@@ -88,6 +87,10 @@ def reduced(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
     if usable is not None:
         usable = usable.reshape(height // n, n, width // n, n).all(axis=(1, 3))
     return Exemplar(planes, usable, False, exemplar.name)
+
+
+def _told(exemplar: Exemplar) -> str:
+    return f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"
 
 
 def averaged(plane: Plane, n: int) -> Array:

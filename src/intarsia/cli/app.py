@@ -59,7 +59,7 @@ class LazyGroup(click.Group):
 @click.command(
     cls=LazyGroup,
     invoke_without_command=True,
-    epilog="Shell completion: put  eval \"$(_INTARSIA_COMPLETE=bash_source intarsia)\"  into ~/.bashrc "
+    epilog='Shell completion: put  eval "$(_INTARSIA_COMPLETE=bash_source intarsia)"  into ~/.bashrc '
     "(zsh_source, fish_source for other shells).",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )

@@ -61,10 +61,7 @@ class Batch:
             }
             told.append(about)
             patches = "" if about["patches"] is None else f"{about['patches']} patches, "
-            self.report.note(
-                f"{', '.join(order.paths)}: {order.size[0]}x{order.size[1]} px, {order.method.slug}, seed {order.seed}, "
-                f"{patches}about {about['memory_mib']} MiB; not written (--dry-run)"
-            )
+            self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
         self.report.result({"dry_run": True, **(told[0] if len(told) == 1 else {"results": told})})
 
     def carry_out(self, threads: int | None) -> None:
@@ -101,10 +98,7 @@ class Batch:
             staging.commit()
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
-        self.report.note(
-            f"{', '.join(order.paths)}: {order.size[0]}x{order.size[1]} px, {order.method.slug}, seed {order.seed}, "
-            f"{clock['total']:.1f} s"
-        )
+        self.report.note(f"{order.line}, {clock['total']:.1f} s")
         return _about(order, self.wish, grown) | {"timings": {k: round(v, 3) for k, v in clock.items()}}
 
     def _grow(self, order: Order, exemplars: tuple[Exemplar, ...], run: Run) -> Synthesis:

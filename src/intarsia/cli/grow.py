@@ -25,7 +25,8 @@ from .request import Inputs, Targets, Wish
 from .values import Seed, Seeds, Size
 
 DEFAULT_METHOD = "image-quilting"
-SAMPLES = ("brick", "grass", "gravel")
+SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
+"""As files.sample_names() lists them; asking it here would import numpy for a help text."""
 
 OWN = (
     opt("size", "--size", "-s", type=Size(), help="Size of the output in px; by default twice the exemplar."),
@@ -62,8 +63,8 @@ def _wish(method: str, feather: int | None, mixing: str | None, **given: Any) ->
 
 @click.command(
     name="grow",
-    epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, {{method}}, "
-    "{w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
+    epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
+    "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
 )
 @input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
 @grown_target_options

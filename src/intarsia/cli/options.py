@@ -139,9 +139,8 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:
     default = "" if p.default is None else f" Default: {_shown(p)}."
     only = "" if every else f" ({', '.join(owners)})"
     metavar = "|".join(p.choices) if p.choices else METAVARS.get(p.kind, p.kind.upper())
-    return opt(
-        p.name, "--" + p.name.replace("_", "-"), metavar=metavar, help=f"{p.help[:1].upper()}{p.help[1:]}.{default}{only}"
-    )
+    text = f"{p.help[:1].upper()}{p.help[1:]}.{default}{only}"
+    return opt(p.name, "--" + p.name.replace("_", "-"), metavar=metavar, help=text)
 
 
 def _shown(p: Parameter) -> str:

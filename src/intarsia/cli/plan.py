@@ -38,6 +38,12 @@ class Order:
         """All files of the order."""
         return [*self.pictures.values(), *(p for p in (self.save_map, self.st_map) if p is not None)]
 
+    @property
+    def line(self) -> str:
+        """What a person wants to know of it."""
+        width, height = self.size
+        return f"{', '.join(self.paths)}: {width}x{height} px, {self.method.slug}, seed {self.seed}"
+
 
 def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...]) -> Canvas:
     """Return the canvas that is asked for: twice the first exemplar where no size is given."""
@@ -91,7 +97,9 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
         kept = files.format_of(path)
         longest = max(order.size) * plane.width // exemplars[0].width
         if longest > kept.side:
-            raise ParameterError(f"{path}: {kept.name} holds at most {kept.side} px a side, not {longest}; write .tif or .exr.")
+            raise ParameterError(
+                f"{path}: {kept.name} holds at most {kept.side} px a side, not {longest}; write .tif or .exr."
+            )
         if not kept.text:
             files.check_writable(files.recipe_path(path), targets.force)
     if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":

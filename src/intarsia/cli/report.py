@@ -126,4 +126,4 @@ def _announce_compilation(report: Report) -> None:
 
 def _compiling() -> None:
     for report in _listening:
-        report.note("compiling for this computer, once; this takes up to a minute (intarsia warm-up does it beforehand)")
+        report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")

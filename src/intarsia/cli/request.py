@@ -29,11 +29,10 @@ class Inputs:
 
     def __post_init__(self) -> None:
         if self.toroidal and self.crop is not None:
-            raise ParameterError("--toroidal does not go with --crop: a part of it no longer continues in itself; drop one.")
-        for given in ("-",):
-            named = [*self.files, *(path for _, path in self.maps), *self.masks]
-            if named.count(given) > 1:
-                raise ParameterError("the standard input (-) can be read once; name files for the others.")
+            raise ParameterError("--toroidal does not go with --crop: a part no longer continues in itself; drop one.")
+        named = [*self.files, *(path for _, path in self.maps), *self.masks]
+        if named.count("-") > 1:
+            raise ParameterError("the standard input (-) can be read once; name files for the others.")
 
     def recipe(self) -> dict[str, Any]:
         """Return what a recipe must say of it: all that differs from the plain file, but no path."""

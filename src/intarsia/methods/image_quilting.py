@@ -61,6 +61,9 @@ class ImageQuilting:
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
     )  # fmt: skip
+    context: float = param(
+        0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
+    )
     isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
     usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
     min_repeat_distance: int = param(
@@ -130,7 +133,8 @@ class _Growth:
         self.layout = analysis.Layout(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
         )
-        feats = analysis.features(exemplars, method.channel_weights)
+        around = (method.context, max(min(patch) // 10, 1)) if method.context else (0.0, 0)
+        feats = analysis.features(exemplars, method.channel_weights, around)
         shown = () if canvas.start is None else canvas.start.poses
         poses = analysis.isometry_ids(method.isometries)
         self.variants = analysis.variants(exemplars, feats, poses, (height, width), shown)

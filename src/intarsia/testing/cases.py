@@ -1,0 +1,107 @@
+"""Small exemplars of all kinds, and the requests that the laws are tested on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.strategies import DrawFn
+from numpy.typing import NDArray
+
+from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..image import Array
+from ..methods.base import Ability, Method
+from ..run import Run
+from ..sourcemap import SourceMap
+from ..synthesis import Synthesis, synthesize
+
+SEEDS = st.integers(0, 2**64 - 1)
+WRAPS = st.sampled_from(list(Wrap))
+
+
+def noise(height: int, width: int, seed: int) -> NDArray[np.uint64]:
+    """Return 64 mixed bits for every pixel, the same on every machine."""
+    y, x = np.mgrid[:height, :width].astype(np.uint64)
+    z = (np.uint64(seed % 2**32) << np.uint64(24)) + y * np.uint64(0x9E3779B97F4A7C15) + x * np.uint64(0xD1B54A32D192ED03)
+    for factor in (0xBF58476D1CE4E5B9, 0x94D049BB133111EB):
+        z = (z ^ (z >> np.uint64(29))) * np.uint64(factor)
+    return np.asarray(z ^ (z >> np.uint64(32)), np.uint64)
+
+
+def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> NDArray[np.uint8]:
+    """Return a procedural texture (height, width, channels): soft blobs of some 6 px under a little noise."""
+    layers = []
+    for c in range(channels):
+        cells = (noise(height // 6 + 2, width // 6 + 2, seed * 97 + c) >> np.uint64(56)).astype(np.int64)
+        (y, v), (x, u) = (divmod(np.arange(n), 6) for n in (height, width))
+        top = cells[np.ix_(y, x)] * (6 - u) + cells[np.ix_(y, x + 1)] * u
+        low = cells[np.ix_(y + 1, x)] * (6 - u) + cells[np.ix_(y + 1, x + 1)] * u
+        soft = (top * (6 - v)[:, None] + low * v[:, None]) // 36
+        layers.append(np.clip(soft + (noise(height, width, seed * 89 + c) % np.uint64(9)).astype(np.int64) - 4, 0, 255))
+    return np.stack(layers, axis=2).astype(np.uint8)
+
+
+def as_depth(pixels: NDArray[np.uint8], dtype: str) -> Array:
+    """Return 8-bit pixels in another depth: 16 bits times 257, floats over 255."""
+    if dtype == "uint16":
+        return pixels.astype(np.uint16) * np.uint16(257)
+    return pixels if dtype == "uint8" else (pixels / 255).astype(dtype)
+
+
+@st.composite
+def exemplars(draw: DrawFn, *, masks: bool = True, least: int = 20, most: int = 40) -> Exemplar:
+    """Draw an exemplar: uint8, uint16 or float32, of 1 to 5 channels, sometimes masked or toroidal."""
+    return _exemplar(draw, _Make.drawn(draw), masks, least, most)
+
+
+@dataclass(frozen=True)
+class _Make:
+    """What exemplars of one request have in common."""
+
+    dtype: str
+    channels: int
+
+    @classmethod
+    def drawn(cls, draw: DrawFn) -> _Make:
+        return cls(draw(st.sampled_from(("uint8", "uint16", "float32"))), draw(st.integers(1, 5)))
+
+
+def _exemplar(draw: DrawFn, kind: _Make, masks: bool, least: int, most: int) -> Exemplar:
+    height, width = draw(st.integers(least, most)), draw(st.integers(least, most))
+    pixels = as_depth(texture(height, width, kind.channels, draw(st.integers(0, 999))), kind.dtype)
+    if kind.channels == 1 and draw(st.booleans()):
+        pixels = pixels[:, :, 0]
+    usable = None
+    if masks and draw(st.booleans()):
+        usable = np.ones((height, width), bool)
+        usable[: draw(st.integers(0, 2)), :] = False
+        usable[:, width - draw(st.integers(1, 3)) :] = False
+    return Exemplar.of(pixels, usable=usable, toroidal=draw(st.booleans()))
+
+
+@dataclass(frozen=True)
+class Case:
+    """One request to a method."""
+
+    exemplars: tuple[Exemplar, ...]
+    size: tuple[int, int]
+    seed: int
+    wrap: Wrap
+
+    def grow(self, method: Method, **other: Any) -> Synthesis:
+        """Run the method on it."""
+        given = {"seed": self.seed, "wrap": self.wrap, "run": Run(threads=1)} | other
+        return synthesize(self.exemplars, given.pop("size", self.size), method, **given)
+
+
+@st.composite
+def cases(draw: DrawFn, method: Method, *, least: int = 20, sizes: SearchStrategy[int] | None = None) -> Case:
+    """Draw a request that the method claims to serve: several exemplars, masks and wraps only if it does."""
+    kind, supports = _Make.drawn(draw), method.supports
+    count = draw(st.integers(1, 2)) if Ability.SEVERAL in supports else 1
+    given = [_exemplar(draw, kind, Ability.MASK in supports, least, least + 14) for _ in range(count)]
+    side = st.integers(1, 45) if sizes is None else sizes
+    wrap = draw(WRAPS) if Ability.WRAP in supports else Wrap.NONE
+    return Case(tuple(given), (draw(side), draw(side)), draw(SEEDS), wrap)
