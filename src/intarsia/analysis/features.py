@@ -7,9 +7,9 @@ features, and so the same map (law 13). All steps are integer arithmetic, or sin
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ OTHER_PLANES = 0.5  # variance of every further plane, relative to the base plan
 MAX_LABELS = 16
 MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
 
+T = TypeVar("T")
+
 Int32 = NDArray[np.int32]
 Int16 = NDArray[np.int16]
 
@@ -39,6 +41,14 @@ class Features:
 
     pictures: tuple[Int16, ...]
     normals: tuple[int, ...] = ()
+    _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def memo(self, key: Any, make: Callable[[], T]) -> T:
+        """Return what is known of these pictures under `key`, making it at the first asking."""
+        if key not in self._memo:
+            self._memo[key] = make()
+        value: T = self._memo[key]
+        return value
 
     def posed(self, number: int, pose: int) -> Int16:
         """Return picture `number` as it looks when laid down in isometry `pose`."""

@@ -97,8 +97,8 @@ def stoppable() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = hook
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for given, handler in before.items():
+            signal.signal(given, handler)
 
 
 @contextmanager

@@ -35,6 +35,7 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2002  # keeps this method's draws apart from those of others
+BLIND = 256  # draws of a patch that matches nothing, until one is not too near its last use
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ class _Growth:
         poses = analysis.isometry_ids(method.isometries)
         self.variants = analysis.variants(exemplars, feats, poses, (height, width), shown)
         self.finder = analysis.PatchSearch(self.variants, (height, width), min(overlap), method.search == "exact")
-        striking = analysis.striking(exemplars, feats, self.finder) if method.usage else None
+        striking = analysis.striking(feats, self.finder) if method.usage else None
         self.repetition = analysis.Repetition(
             self.finder, self.layout, method.usage, method.min_repeat_distance, striking
         )
@@ -168,15 +169,15 @@ class _Growth:
         """Pick at random among the candidates within the tolerance; note its use."""
         bits = draw(self.seed, STAGE, 0, *window)
         if found.free:  # nothing is known here yet: any patch will do
-            pick = analysis.random_patch(self.variants, bits)
+            tries = (analysis.random_patch(self.variants, draw(self.seed, STAGE, n, *window)) for n in range(BLIND))
+            pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
         else:
-            chosen = self.repetition.pick(*window, found, self.method.tolerance, bits)
-            if chosen is None:
-                raise MethodError(
-                    f"min_repeat_distance={self.method.min_repeat_distance} px leaves no patch for some place; "
-                    "choose a smaller distance, a smaller patch, or a larger exemplar."
-                )
-            pick = chosen
+            pick = self.repetition.pick(*window, found, self.method.tolerance, bits)
+        if pick is None:
+            raise MethodError(
+                f"min_repeat_distance={self.method.min_repeat_distance} px leaves no patch for some place; "
+                "choose a smaller distance, a smaller patch, or a larger exemplar."
+            )
         self.repetition.add(*window, pick)
         return pick
 
