@@ -28,6 +28,7 @@ _HOMES = {
     "MethodError": "errors",
     "Mixing": "sourcemap",
     "ParameterError": "errors",
+    "PatchSampling": "methods.patch_sampling",
     "Plane": "image",
     "RandomTiling": "methods.random_tiling",
     "Repeat": "methods.repeat",
@@ -54,6 +55,7 @@ __all__ = [
     "MethodError",
     "Mixing",
     "ParameterError",
+    "PatchSampling",
     "Plane",
     "RandomTiling",
     "Repeat",
@@ -75,6 +77,7 @@ if TYPE_CHECKING:
     from .guide import Guide
     from .image import Kind, Plane
     from .methods.image_quilting import ImageQuilting
+    from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
     from .run import Run

@@ -102,3 +102,12 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
     count = 1 if patch == length else -(-(length - overlap) // pitch)
     count = max(count, 1 if patch == length else 2)
     return [i * (length - patch) // max(count - 1, 1) for i in range(count)], patch
+
+
+def hang(length: int, patch: int, overlap: int) -> tuple[list[int], int]:
+    """Place patches at a fixed pitch, the first and last hanging over the border (source 000, 3.1).
+
+    The first patch begins `overlap` px before the border, so that its seam is dropped there. Returns the first
+    pixels of the patches and the patch length.
+    """
+    return list(range(-overlap, length - overlap, patch - overlap)), patch

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from threading import Event
 from typing import TYPE_CHECKING, TypeVar
 
@@ -39,11 +39,14 @@ class Run:
         the map as far as it has grown (``None`` where a stage has no map).
     cancel : threading.Event, optional
         Once set, the work ends with :class:`~intarsia.errors.CancelledError` at the next unit.
+    notes : list of str
+        Methods add here, in one line each, what the user should know of this run.
     """
 
     threads: int | None = None
     step: Step | None = None
     cancel: Event | None = None
+    notes: list[str] = field(default_factory=list, compare=False)
 
     def __post_init__(self) -> None:
         if self.threads is not None and not 1 <= self.threads <= 1024:

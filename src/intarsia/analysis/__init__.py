@@ -1,8 +1,9 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
 from .features import Features, features, pose_array
+from .growth import Growth, Laying
 from .patchwork import Patchwork, random_patch, waves
-from .repetition import Layout, Repetition, striking
+from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch
 from .sizes import check_patch, default_patch
 from .variants import Variants, isometry_ids, variants
@@ -10,10 +11,13 @@ from .variants import Variants, isometry_ids, variants
 __all__ = [
     "Candidates",
     "Features",
+    "Growth",
+    "Laying",
     "Layout",
     "PatchSearch",
     "Patchwork",
     "Repetition",
+    "Rule",
     "Variants",
     "check_patch",
     "default_patch",

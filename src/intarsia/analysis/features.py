@@ -36,11 +36,14 @@ Int16 = NDArray[np.int16]
 class Features:
     """The exemplars as int16 pictures (H, W, C), comparable with one another.
 
-    ``normals`` names the first of three channels of each normal map, whose vectors turn with the piece.
+    ``normals`` names the first of three channels of each normal map, whose vectors turn with the piece;
+    ``black`` is what a pixel of value 0 would be, channel by channel; the base plane has the first ``base``.
     """
 
     pictures: tuple[Int16, ...]
     normals: tuple[int, ...] = ()
+    black: tuple[int, ...] = ()
+    base: int = 0
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def memo(self, key: Any, make: Callable[[], T]) -> T:
@@ -109,7 +112,8 @@ def _with_context(plain: Features, exemplars: Sequence[Exemplar], weight: float,
         for p, b in zip(plain.pictures, blurred, strict=True)
     ]
     channels = plain.pictures[0].shape[2]
-    return Features(tuple(pictures), plain.normals + tuple(k + channels for k in plain.normals))
+    normals = plain.normals + tuple(k + channels for k in plain.normals)
+    return Features(tuple(pictures), normals, plain.black * 2, plain.base)
 
 
 def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
@@ -135,15 +139,18 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
             )
     stacks: list[list[Int32]] = [[] for _ in exemplars]
     normals: list[int] = []
-    base_variance, channels = 0.0, 0
+    base_variance, channels, base = 0.0, 0, 0
+    black: list[int] = []
     for number, name in enumerate(layout):
         labels = _labels([e.planes[name] for e in exemplars])
         values = [_at_base_size(_values(e.planes[name], labels), e) for e in exemplars]
-        scaled, signed = _stretched(values, exemplars, exemplars[0].planes[name])
+        scaled, zero, signed = _stretched(values, exemplars, exemplars[0].planes[name])
         if number == 0:
-            scaled = _weighted(scaled, exemplars[0].base, weights)
+            *scaled, last = _weighted([*scaled, zero], exemplars[0].base, weights)
             base_variance = _variance(scaled, exemplars)
+            black, base = last.ravel().tolist(), last.size
         else:
+            black += [0] * scaled[0].shape[2]
             share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(_variance(scaled, exemplars), 1.0)))
             scaled = [_times(s, share) for s in scaled]
         if signed:
@@ -157,7 +164,7 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
         if e.usable is not None and e.usable.any():  # one wholly unusable lies under a start map: it is matched
             picture[~e.usable] = 0
         pictures.append(picture)
-    return Features(tuple(pictures), tuple(normals))
+    return Features(tuple(pictures), tuple(normals), tuple(black), base)
 
 
 def _labels(planes: list[Plane]) -> Int32 | None:
@@ -192,18 +199,27 @@ def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
 
 
-def _stretched(values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane) -> tuple[list[Int32], bool]:
-    """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat."""
+def _stretched(
+    values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane
+) -> tuple[list[Int32], Int32, bool]:
+    """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
+
+    Returns the pictures, what a pixel of value 0 becomes (1, 1, C), and True for a normal map.
+    """
+    black = np.zeros((1, 1, values[0].shape[2]), np.int32)
     usable = [v if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)]
     usable = [v for v in usable if v.size]
     low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
     if plane.kind is Kind.NORMAL:
         middle = 0 if low < 0 else 65535  # twice the value of a zero component
         span = 131070 if low < 0 else 65535
-        return [np.asarray((2 * v.astype(np.int64) - middle) * RANGE // (2 * span), np.int32) for v in values], True
+        signed = [np.asarray((2 * v.astype(np.int64) - middle) * RANGE // (2 * span), np.int32) for v in values]
+        return signed, black, True
     span = max(high - low, 1)
     shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
-    return [np.asarray((v * (2 * RANGE) + span) // (2 * span), np.int32) for v in shifted], False
+    if plane.kind is not Kind.LABEL:
+        black += (-low * 2 * RANGE + span) // (2 * span)
+    return [np.asarray((v * (2 * RANGE) + span) // (2 * span), np.int32) for v in shifted], black, False
 
 
 def _weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | None) -> list[Int32]:

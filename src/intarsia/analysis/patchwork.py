@@ -56,23 +56,35 @@ class Patchwork:
         """Return which windows hold a pixel that is not known yet."""
         if not (self.variant != HOLE).any():
             return np.ones((len(layout.rows), len(layout.columns)), bool)
-        holes = np.pad(self.variant == HOLE, ((0, layout.patch[0]), (0, layout.patch[1])), mode="wrap")
+        h, w = layout.patch
+        holes = self.variant == HOLE
+        for axis, (size, wrap) in enumerate(zip(layout.patch, layout.wraps, strict=True)):
+            pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
+            holes = np.pad(holes, pad, mode="wrap") if wrap else np.pad(holes, pad)
         total = np.pad(np.cumsum(np.cumsum(holes, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
-        y, x = np.array(layout.rows), np.array(layout.columns)
-        y1, x1 = y + layout.patch[0], x + layout.patch[1]
-        inside = total[np.ix_(y1, x1)] - total[np.ix_(y, x1)] - total[np.ix_(y1, x)] + total[np.ix_(y, x)]
+        y, x = np.array(layout.rows) + h, np.array(layout.columns) + w
+        inside = total[np.ix_(y + h, x + w)] - total[np.ix_(y, x + w)] - total[np.ix_(y + h, x)] + total[np.ix_(y, x)]
         return np.asarray(inside > 0)
 
     def cut_in(self, at: Window, pick: tuple[int, int, int], found: Candidates, layout: Layout, gradient: bool) -> None:
-        """Cut the patch `pick` (variant, row, column) into the window at `at`, as the search found it."""
+        """Cut the patch `pick` (variant, row, column) into the window at `at` along the cheapest seam."""
         windows.paste(
             self.variant, self.yx, self.locked, self.variants.flat, self.variants.table, *at, *pick,
-            found.feats, found.known, layout.wrap_y, layout.wrap_x, gradient,
+            found.feats, found.known, layout.wraps, gradient,
         )  # fmt: skip
 
-    def lay_over(self, at: Window, pick: tuple[int, int, int], layout: Layout) -> None:
-        """Lay the patch `pick` over all of the window that may change."""
-        windows.overlay(self.variant, self.yx, self.locked, self.variants.table, *at, *pick, layout.patch)
+    def lay_over(
+        self, at: Window, pick: tuple[int, int, int], known: Array, layout: Layout, seam: tuple[int, int]
+    ) -> None:
+        """Lay the patch `pick` into the window at `at`, cut straight in the middle of seams of `seam` px."""
+        windows.overlay(
+            self.variant, self.yx, self.locked, self.variants.table, *at, *pick, known, layout.wraps, seam
+        )  # fmt: skip
+
+    def known(self, at: Window, layout: Layout) -> NDArray[np.uint8]:
+        """Say which pixels of a window are known: (rows, columns) of 0 and 1."""
+        y, x = (np.arange(n) + a for n, a in zip(layout.patch, at, strict=True))
+        return np.asarray(self.variant[np.ix_(y % layout.height, x % layout.width)] != HOLE, dtype=np.uint8)
 
     def map(self, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> SourceMap:
         """The map as far as it has grown; it shares its memory with this one where it can."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import itertools
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..geometry import ISOMETRIES
 from ..kernels import usage
 from .features import Features
 from .rarity import rarity
-from .search import Candidates, PatchSearch
+from .search import Candidates, PatchSearch, Prices
 from .variants import Variants
 
 REACH = 4  # blocks around a window in which nearness counts
@@ -42,6 +43,19 @@ class Layout:
     wrap_y: bool
     wrap_x: bool
 
+    @property
+    def wraps(self) -> tuple[bool, bool]:
+        """Whether rows and columns continue in themselves."""
+        return self.wrap_y, self.wrap_x
+
+
+class Rule(StrEnum):
+    """What a repeat costs."""
+
+    PRICES = "prices"  # a little for every use, more close by, more for striking patches
+    COUNTER = "counter"  # distance times (1 + uses of any patch that touches it): source 000, 3.4
+    MARKS = "marks"  # distance times (1 + mean uses of its pixels): the alternative of source 000
+
 
 class Repetition:
     """What was laid so far, and what that costs each candidate.
@@ -58,26 +72,29 @@ class Repetition:
         No exemplar pixel may return within this many output px; 0: no such rule.
     striking : list of int32 arrays, optional
         For every variant, how striking each coarse position is; 256 = usual.
+    rule : Rule
+        What a repeat costs; `strength` and `striking` belong to PRICES alone.
     """
 
     def __init__(
-        self, search: PatchSearch, layout: Layout, strength: float, distance: int, striking: list[Array] | None = None
-    ) -> None:
-        self.search, self.layout, self.distance, self.strength = search, layout, distance, strength
-        self.weight = round(strength * STEADY * 65536)
+        self, search: PatchSearch, layout: Layout, strength: float, distance: int,
+        striking: list[Array] | None = None, rule: Rule = Rule.PRICES,
+    ) -> None:  # fmt: skip
+        self.search, self.layout, self.distance, self.strength, self.rule = search, layout, distance, strength, rule
         shapes = [v.shape for v in search.valid]
         self.striking = striking or [np.full(s, 256, np.int32) for s in shapes]
         self._flat = np.zeros(sum(a * b for a, b in shapes), np.int32)
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
         begins = np.cumsum([0] + [a * b for a, b in shapes])
         self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
-        self.counts = [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
+        counts = [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
+        self.told = Prices(counts, round(strength * STEADY * 65536), rule is not Rule.PRICES)
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
         self._shape = np.array(layout.patch, np.int64)
         self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
         self.grid = np.full((len(layout.rows), len(layout.columns), 8), -1, np.int64)
         pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
-        self.reach = REACH if strength else 0
+        self.reach = REACH if strength and rule is Rule.PRICES else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
 
@@ -88,7 +105,8 @@ class Repetition:
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
         usage.prices(
             found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._flat,
-            self._flat_striking, self._offsets, self.search.factor, steady, unit, self.distance, out,
+            self._flat_striking, self._offsets, self.search.factor, self.told.multiply, steady, unit,
+            self.distance, out,
         )  # fmt: skip
         return out
 
@@ -119,6 +137,7 @@ class Repetition:
         usage.note(
             self._frames, self._shape, pick, (self.layout.rows[row], self.layout.columns[column]),
             self.grid[row, column], self._offsets, self.search.factor, self._flat, self._flat_striking,
+            self.rule is Rule.COUNTER,
         )  # fmt: skip
 
 

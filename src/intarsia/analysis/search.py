@@ -43,6 +43,19 @@ class Candidates:
     free: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class Prices:
+    """What the short-list is told of repeats.
+
+    ``counts``: for every variant an int32 map over its coarse positions, 256 = one full repeat. Such a repeat
+    costs ``weight`` / 65536 of the usual distance; with ``multiply`` distances are multiplied by 1 + repeats.
+    """
+
+    counts: list[Array]
+    weight: int
+    multiply: bool = False
+
+
 class PatchSearch:
     """Search patches of one size in a set of variants.
 
@@ -56,8 +69,10 @@ class PatchSearch:
         Search every position at full resolution, in place of the reduced short-list.
     """
 
-    def __init__(self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False) -> None:
-        self.variants, self.patch = variants, patch
+    def __init__(
+        self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False, listed: int = SHORT_LIST
+    ) -> None:
+        self.variants, self.patch, self.listed = variants, patch, listed
         self.factor = 1 if exact else _factor(variants, patch, overlap)
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
         self.mean, self.axes, self.scale = self._reduction()
@@ -116,30 +131,31 @@ class PatchSearch:
         size = max(a * (b // 2 + 1) for a, b in self.coarse) * 8 * (len(self.axes) + 1)
         return max(1, min(32, BATCH_BYTES // size))
 
-    def find(self, variant: Array, yx: Array, at: Array, penalties: list[Array], weight: int) -> list[Candidates]:
+    def find(
+        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
+    ) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map.
 
-        `penalties`: for every variant an int32 map over its coarse positions, 256 = one full repeat; `weight`
-        in 1/65536 of the usual distance.
+        `wrap`: whether rows and columns of the canvas continue in themselves; `prices`: what repeats cost.
         """
         n, (h, w) = len(at), self.patch
         feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
-        windows.gather_all(variant, yx, self.variants.flat, self.variants.table, at, feats, known)
+        windows.gather_all(variant, yx, self.variants.flat, self.variants.table, at, wrap, feats, known)
         templates = np.empty((n, len(self.axes), *self.cells), self.real)
         masks = np.empty((n, *self.cells), np.float32)
         energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, templates, masks)
         slots, squares = self._slots(masks)
         spectra = {s: scipy.fft.fft(scipy.fft.rfft(templates, s[1], axis=3), s[0], axis=2) for s in set(self.coarse)}
-        best = np.empty((n, SHORT_LIST, 4), np.int64)
+        best = np.empty((n, self.listed, 4), np.int64)
         counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
         for v, shape in enumerate(self.coarse):
             if self.valid[v].size:
                 correlations = self._correlations(v, spectra[shape])
                 match.short_list(
-                    correlations, squares[v], slots, energies, self.valid[v], penalties[v], weight, v, best,
-                    counts, usual,
+                    correlations, squares[v], slots, energies, self.valid[v], prices.counts[v],
+                    prices.weight, prices.multiply, v, best, counts, usual,
                 )  # fmt: skip
-        found = np.empty((n, SHORT_LIST, 4), np.int64)
+        found = np.empty((n, self.listed, 4), np.int64)
         match.refine_all(
             feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets, best, counts,
             self.factor, found,

@@ -136,8 +136,8 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
 
 @kernel
 def short_list(
-    correlations: Any, squares: Any, slots: Any, energies: Any, valid: Any, penalty: Any, weight: int, variant: int,
-    best: Any, counts: Any, usual: Any,
+    correlations: Any, squares: Any, slots: Any, energies: Any, valid: Any, penalty: Any, weight: int,
+    multiply: bool, variant: int, best: Any, counts: Any, usual: Any,
 ) -> None:  # fmt: skip
     """Put the best positions of one variant for n windows into `best` (n, K, 4), as :func:`keep_best` does.
 
@@ -150,12 +150,14 @@ def short_list(
         if usual[k] < 0:
             usual[k] = q
         unit = weight * max(usual[k], 0) >> 8
-        counts[k] = keep_best(dist, penalty, unit, variant, best[k], counts[k])
+        counts[k] = keep_best(dist, penalty, unit, multiply, variant, best[k], counts[k])
 
 
 @kernel
-def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count: int) -> int:
-    """Put the positions of smallest (distance + penalty * unit / 2**16) into `best`; return how many it holds.
+def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, best: Any, count: int) -> int:
+    """Put the positions of smallest cost into `best`; return how many it holds.
+
+    Cost is distance + penalty * unit / 2**16, or with `multiply` distance * (1 + penalty / 256)**2.
 
     `best` (K, 4) int64: cost, variant, row, column. Equal costs: the earlier position stays.
     """
@@ -175,7 +177,8 @@ def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count
         for x in range(w):
             if d[x] > worst:
                 continue
-            cost = np.int64(d[x]) + ((np.int64(p[x]) * unit) >> 16)
+            cost = np.int64(d[x])
+            cost = (cost * (256 + p[x]) ** 2) >> 16 if multiply else cost + ((np.int64(p[x]) * unit) >> 16)
             if count < size:
                 best[count, 0], best[count, 1], best[count, 2], best[count, 3] = cost, variant, y, x
                 count += 1

@@ -102,12 +102,14 @@ def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, o
 
 @kernel
 def note(
-    frames: Any, shape: Any, pick: Any, at: Any, place: Any, offsets: Any, factor: int, counts: Any, striking: Any
-) -> None:
+    frames: Any, shape: Any, pick: Any, at: Any, place: Any, offsets: Any, factor: int, counts: Any, striking: Any,
+    counter: bool,
+) -> None:  # fmt: skip
     """Note that patch `pick` (variant, row, column) is laid at `at`: write its placement, count its use.
 
     `counts`, `striking`: flat tables over the coarse positions (cells of `factor` px) of all variants, that of
     variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns. All variants of the exemplar count.
+    With `counter` every patch that touches this one counts ONE more (S0-40), otherwise as much as it shares.
     """
     placement(frames, shape, pick[0], pick[1], pick[2], at[0], at[1], place)
     height, width = shape[0] // factor, shape[1] // factor
@@ -121,7 +123,11 @@ def note(
         rows, columns = offsets[v, 1], offsets[v, 2]
         cells = slice(offsets[v, 0], offsets[v, 0] + rows * columns)
         weight = striking[cells].reshape(rows, columns)
-        add_use(counts[cells].reshape(rows, columns), y, x, height, width, weight)
+        if counter:
+            y0, x0 = max(0, y - height + 1), max(0, x - width + 1)
+            counts[cells].reshape(rows, columns)[y0 : max(0, y + height), x0 : max(0, x + width)] += ONE
+        else:
+            add_use(counts[cells].reshape(rows, columns), y, x, height, width, weight)
 
 
 @kernel
@@ -135,7 +141,8 @@ def around(at: int, reach: int, count: int, wrap: int) -> Any:
 @kernel
 def prices(
     found: Any, grid: Any, row: int, column: int, at: Any, reach: int, shape: Any, canvas: Any, frames: Any,
-    counts: Any, striking: Any, offsets: Any, factor: int, steady: int, unit: int, distance: int, out: Any,
+    counts: Any, striking: Any, offsets: Any, factor: int, multiply: bool, steady: int, unit: int, distance: int,
+    out: Any,
 ) -> None:  # fmt: skip
     """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
 
@@ -143,7 +150,8 @@ def prices(
     `reach` windows of (row, column). `at` (2,): first pixel of the window; `shape` (2,): patch; `canvas` (4,):
     height, width, wraps. `counts`, `striking`: flat tables over the coarse positions of all variants, that of
     variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns. `steady`: the price of a count of
-    ONE; `unit`: the additional price of a full repeat at the same place.
+    ONE; `unit`: the additional price of a full repeat at the same place. With `multiply` the price is instead
+    the squared distance times (1 + count)**2, so that distances are multiplied by 1 + count (S0-41).
     """
     h, w = shape[0], shape[1]
     area = 9 * h * w // 2  # 2 sigma**2 with sigma = 1.5 patches
@@ -173,6 +181,8 @@ def prices(
                     near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
                     total += (share * near * near) >> 16
         price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
+        if multiply:
+            price = (found[k, 0] * (ONE + counts[cell]) ** 2 >> 16) - found[k, 0]
         out[k] = -1 if total < 0 else found[k, 0] + price
 
 

@@ -18,7 +18,17 @@ OLD, FREE, NEW = 0, 1, 2
 
 
 @kernel
-def gather(variant: Any, yx: Any, flat: Any, table: Any, y0: int, x0: int, feats: Any, known: Any) -> int:
+def place(at: int, length: int, wrap: bool) -> int:
+    """Return the canvas coordinate, the long way round if it wraps; -1 where it lies outside."""
+    if 0 <= at < length:
+        return at
+    return at % length if wrap else -1
+
+
+@kernel
+def gather(
+    variant: Any, yx: Any, flat: Any, table: Any, y0: int, x0: int, wrap: Any, feats: Any, known: Any
+) -> int:
     """Read the features under a window into `feats` (h, w, C), and into `known` where there are any.
 
     Returns the number of known pixels.
@@ -27,11 +37,11 @@ def gather(variant: Any, yx: Any, flat: Any, table: Any, y0: int, x0: int, feats
     h, w, channels = feats.shape
     count = 0
     for i in range(h):
-        row, there = (y0 + i) % height, known[i]
+        row, there = place(y0 + i, height, wrap[0]), known[i]
         line = feats[i].reshape(w * channels)
         for j in range(w):
-            x = x0 + j if x0 + j < width else x0 + j - width
-            v = variant[row, x]
+            x = place(x0 + j, width, wrap[1])
+            v = variant[row, x] if row >= 0 and x >= 0 else np.uint8(HOLE)
             if v == HOLE:
                 there[j] = 0
                 for c in range(channels):
@@ -46,14 +56,27 @@ def gather(variant: Any, yx: Any, flat: Any, table: Any, y0: int, x0: int, feats
 
 
 @kernel
-def gather_all(variant: Any, yx: Any, flat: Any, table: Any, at: Any, feats: Any, known: Any) -> None:
+def gather_all(variant: Any, yx: Any, flat: Any, table: Any, at: Any, wrap: Any, feats: Any, known: Any) -> None:
     """Apply :func:`gather` to the windows that begin at `at` (n, 2)."""
     for k in range(len(at)):
-        gather(variant, yx, flat, table, at[k, 0], at[k, 1], feats[k], known[k])
+        gather(variant, yx, flat, table, at[k, 0], at[k, 1], wrap, feats[k], known[k])
 
 
 @kernel
-def mark(variant: Any, locked: Any, y0: int, x0: int, wrap_y: bool, wrap_x: bool, known: Any, state: Any) -> None:
+def known_beside(variant: Any, y0: int, x0: int, wrap: Any, i: int, j: int, h: int, w: int, k: int) -> bool:
+    """Say whether side `k` of pixel (i, j) of a window is the window's edge, with a known pixel beyond it."""
+    height, width = variant.shape
+    a, b = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
+    if 0 <= a < h and 0 <= b < w:
+        return False
+    if (h == height and not 0 <= a < h) or (w == width and not 0 <= b < w):
+        return False  # the window goes all round: beyond its edge lies its other edge
+    y, x = place(y0 + a, height, wrap[0]), place(x0 + b, width, wrap[1])
+    return y >= 0 and x >= 0 and variant[y, x] != HOLE
+
+
+@kernel
+def mark(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, state: Any) -> None:
     """Say of every pixel of a window whether it must stay, must be new, or may be either.
 
     It must stay where it is locked, or lies on the window's edge beside a known pixel outside: the cut then
@@ -66,35 +89,56 @@ def mark(variant: Any, locked: Any, y0: int, x0: int, wrap_y: bool, wrap_x: bool
         for j in range(w):
             if known[i, j] == 0:
                 state[i, j] = NEW
-                continue
-            if locked[(y0 + i) % height, (x0 + j) % width]:
+            elif locked[place(y0 + i, height, wrap[0]), place(x0 + j, width, wrap[1])]:
                 state[i, j] = OLD
-                continue
-            state[i, j] = FREE
-            for k in range(4):
-                a, b = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
-                if a < 0 or a >= h or b < 0 or b >= w:
-                    y, x = y0 + a, x0 + b
-                    outside = (not wrap_y and (y < 0 or y >= height)) or (not wrap_x and (x < 0 or x >= width))
-                    around = (h == height and (a < 0 or a >= h)) or (w == width and (b < 0 or b >= w))
-                    if not outside and not around and variant[y % height, x % width] != HOLE:
-                        state[i, j] = OLD
-                        break
-                elif known[a, b] == 0:
-                    state[i, j] = NEW
+            else:
+                state[i, j] = FREE
+                for k in range(4):
+                    a, b = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
+                    if a < 0 or a >= h or b < 0 or b >= w:
+                        if known_beside(variant, y0, x0, wrap, i, j, h, w, k):
+                            state[i, j] = OLD
+                            break
+                    elif known[a, b] == 0:
+                        state[i, j] = NEW
 
 
 @kernel
-def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
-    """Write the patch of variant `v` at (u, s) into the window, wherever `take` says so."""
+def halve(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, seam: Any, take: Any) -> None:
+    """Cut straight through the middle of the seam: old pixels stay in its outer half (source 000, 3.1).
+
+    `seam` (2,): rows and columns of the seams. An old pixel stays where it is locked, or lies within half a seam
+    of an edge of the window beyond which something is known.
+    """
+    height, width = variant.shape
+    h, w = known.shape
+    rows, columns = (seam[0] + 1) // 2, (seam[1] + 1) // 2
+    for i in range(h):
+        for j in range(w):
+            take[i, j] = 1
+            if known[i, j] == 0:
+                continue
+            stays = locked[place(y0 + i, height, wrap[0]), place(x0 + j, width, wrap[1])]
+            stays = stays or (i < rows and known_beside(variant, y0, x0, wrap, 0, j, h, w, 1))
+            stays = stays or (i >= h - rows and known_beside(variant, y0, x0, wrap, h - 1, j, h, w, 0))
+            stays = stays or (j < columns and known_beside(variant, y0, x0, wrap, i, 0, h, w, 3))
+            stays = stays or (j >= w - columns and known_beside(variant, y0, x0, wrap, i, w - 1, h, w, 2))
+            take[i, j] = not stays
+
+
+@kernel
+def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, wrap: Any, v: int, u: int, s: int, take: Any) -> None:
+    """Write the patch of variant `v` at (u, s) into the window, wherever `take` says so and the canvas reaches."""
     height, width = variant.shape
     rows, columns = table[v, 1], table[v, 2]
     for i in range(take.shape[0]):
-        y = (y0 + i) % height
+        y = place(y0 + i, height, wrap[0])
         row = (u + i) % rows
+        if y < 0:
+            continue
         for j in range(take.shape[1]):
-            if take[i, j]:
-                x = x0 + j if x0 + j < width else x0 + j - width
+            x = place(x0 + j, width, wrap[1])
+            if take[i, j] and x >= 0:
                 variant[y, x] = v
                 yx[y, x, 0] = row
                 yx[y, x, 1] = s + j if s + j < columns else (s + j) % columns
@@ -103,7 +147,7 @@ def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, v: int, u: int, s
 @kernel
 def paste(
     variant: Any, yx: Any, locked: Any, flat: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int,
-    feats: Any, known: Any, wrap_y: bool, wrap_x: bool, gradient: bool,
+    feats: Any, known: Any, wrap: Any, gradient: bool,
 ) -> None:  # fmt: skip
     """Cut the patch of variant `v` at (u, s) into the window at (y0, x0) along the cheapest seam.
 
@@ -112,7 +156,7 @@ def paste(
     h, w, channels = feats.shape
     take = np.ones((h, w), np.uint8)
     state = np.empty((h, w), np.uint8)
-    mark(variant, locked, y0, x0, wrap_y, wrap_x, known, state)
+    mark(variant, locked, y0, x0, wrap, known, state)
     if known.any():
         stride = table[v, 3] * channels
         new = np.empty((h, w, channels), np.int16)
@@ -126,16 +170,15 @@ def paste(
                     k += 1
         right, down = seam_costs(feats, new, gradient)
         min_cut(state, right, down, take)
-    write(variant, yx, table, y0, x0, v, u, s, take)
+    write(variant, yx, table, y0, x0, wrap, v, u, s, take)
 
 
 @kernel
 def overlay(
-    variant: Any, yx: Any, locked: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int, shape: Any
-) -> None:
-    """Lay the patch of variant `v` at (u, s) over all of the window that is not locked."""
-    take = np.empty((shape[0], shape[1]), np.uint8)
-    for i in range(shape[0]):
-        for j in range(shape[1]):
-            take[i, j] = not locked[(y0 + i) % locked.shape[0], (x0 + j) % locked.shape[1]]
-    write(variant, yx, table, y0, x0, v, u, s, take)
+    variant: Any, yx: Any, locked: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int,
+    known: Any, wrap: Any, seam: Any,
+) -> None:  # fmt: skip
+    """Lay the patch of variant `v` at (u, s) into the window, cut straight in the middle of its seams."""
+    take = np.empty(known.shape, np.uint8)
+    halve(variant, locked, y0, x0, wrap, known, seam, take)
+    write(variant, yx, table, y0, x0, wrap, v, u, s, take)

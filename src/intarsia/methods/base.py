@@ -50,6 +50,7 @@ class Method(Protocol):
 
 METHODS = {
     "image-quilting": ("image_quilting", "ImageQuilting"),
+    "patch-sampling": ("patch_sampling", "PatchSampling"),
     "random-tiling": ("random_tiling", "RandomTiling"),
     "repeat": ("repeat", "Repeat"),
 }

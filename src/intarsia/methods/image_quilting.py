@@ -13,29 +13,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from ..draws import draw
-from ..errors import MethodError, ParameterError
-from ..geometry import spread
+from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
 from .base import Ability
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from .. import analysis, sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..run import Run
 else:
-    np = lazy("numpy")
     analysis = lazy("intarsia.analysis")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2002  # keeps this method's draws apart from those of others
-BLIND = 256  # draws of a patch that matches nothing, until one is not too near its last use
 
 
 @dataclass(frozen=True)
@@ -110,89 +104,24 @@ class ImageQuilting:
         return replace(self, patch=patch, overlap=third if self.overlap is AUTO else self.overlap)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Grow the map window by window; windows that do not touch are worked on at the same time."""
+        """Grow the map window by window, choosing by price and joining along the cheapest seam."""
         method = self.settled(exemplars, canvas)
-        growth = _Growth(method, exemplars, canvas, seed)
-        with run.pool() as each:
-            for number, wave in enumerate(growth.waves):
-                run.tick(number, len(growth.waves), growth.map)
-                found = growth.search(wave, each, run.workers)
-                picks = [growth.choose(w, f) for w, f in zip(wave, found, strict=True)]
-                growth.paste(list(zip(wave, picks, found, strict=True)), each, run.workers)
-        run.tick(len(growth.waves), len(growth.waves), growth.map)
-        return growth.map()
+        growth = analysis.Growth(method.laying, exemplars, canvas)
+        growth.fill(
+            seed, STAGE, run,
+            choose=lambda window, found, bits: growth.repetition.pick(*window, found, self.tolerance, bits),
+            join=lambda at, pick, found: growth.patchwork.cut_in(
+                at, pick, found, growth.layout, self.seam == "gradient"
+            ),
+        )  # fmt: skip
+        return growth.map(self.blend)
 
-
-class _Growth:
-    """A map that grows, and all that is needed to grow it."""
-
-    def __init__(self, method: ImageQuilting, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int) -> None:
-        self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
-        patch, overlap = extent(method.patch or 1), extent(method.overlap or 0)
-        rows, height = spread(canvas.height, patch[0], overlap[0], canvas.wrap.y)
-        columns, width = spread(canvas.width, patch[1], overlap[1], canvas.wrap.x)
-        self.layout = analysis.Layout(
-            tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
-        )
-        around = (method.context, max(min(patch) // 10, 1)) if method.context else (0.0, 0)
-        feats = analysis.features(exemplars, method.channel_weights, around)
-        shown = () if canvas.start is None else canvas.start.poses
-        poses = analysis.isometry_ids(method.isometries)
-        self.variants = analysis.variants(exemplars, feats, poses, (height, width), shown)
-        self.finder = analysis.PatchSearch(self.variants, (height, width), min(overlap), method.search == "exact")
-        striking = analysis.striking(feats, self.finder) if method.usage else None
-        self.repetition = analysis.Repetition(
-            self.finder, self.layout, method.usage, method.min_repeat_distance, striking
-        )
-        rim = max(overlap) if canvas.rim is None else canvas.rim
-        self.patchwork = analysis.Patchwork.begin(self.variants, canvas, rim)
-        self.waves = analysis.waves(self.layout, self.patchwork.open_windows(self.layout))
-
-    def search(self, wave: list[tuple[int, int]], each: Any, workers: int) -> list[Any]:
-        """Find candidates for all windows of a wave."""
-        found: list[Any] = [None] * len(wave)
-        parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
-        size = -(-len(wave) // parts)
-        at = np.array([(self.layout.rows[r], self.layout.columns[c]) for r, c in wave], np.int64)
-
-        def part(begin: int) -> None:
-            stop = min(begin + size, len(wave))
-            found[begin:stop] = self.finder.find(
-                self.patchwork.variant, self.patchwork.yx, at[begin:stop],
-                self.repetition.counts, self.repetition.weight,
-            )  # fmt: skip
-
-        each(part, range(0, len(wave), size))
-        return found
-
-    def choose(self, window: tuple[int, int], found: Any) -> tuple[int, int, int]:
-        """Pick at random among the candidates within the tolerance; note its use."""
-        bits = draw(self.seed, STAGE, 0, *window)
-        if found.free:  # nothing is known here yet: any patch will do
-            tries = (analysis.random_patch(self.variants, draw(self.seed, STAGE, n, *window)) for n in range(BLIND))
-            pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
-        else:
-            pick = self.repetition.pick(*window, found, self.method.tolerance, bits)
-        if pick is None:
-            raise MethodError(
-                f"min_repeat_distance={self.method.min_repeat_distance} px leaves no patch for some place; "
-                "choose a smaller distance, a smaller patch, or a larger exemplar."
-            )
-        self.repetition.add(*window, pick)
-        return pick
-
-    def paste(self, chosen: list[tuple[Any, Any, Any]], each: Any, workers: int) -> None:
-        """Cut the chosen patches in."""
-        gradient = self.method.seam == "gradient"
-
-        def part(items: list[tuple[Any, Any, Any]]) -> None:
-            for (r, c), pick, found in items:
-                at = (self.layout.rows[r], self.layout.columns[c])
-                self.patchwork.cut_in(at, pick, found, self.layout, gradient)
-
-        size = -(-len(chosen) // workers)
-        each(part, [chosen[k : k + size] for k in range(0, len(chosen), size)])
-
-    def map(self) -> sourcemap.SourceMap:
-        """The map as far as it has grown."""
-        return self.patchwork.map(self.exemplars, self.canvas, self.method.blend)
+    @property
+    def laying(self) -> analysis.Laying:
+        """How patches are laid; known once patch and overlap are."""
+        overlap = extent(self.overlap or 0)
+        return analysis.Laying(
+            patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
+            isometries=self.isometries, exact=self.search == "exact", usage=self.usage,
+            distance=self.min_repeat_distance, rim=max(overlap),
+        )  # fmt: skip

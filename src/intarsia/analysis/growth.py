@@ -1,0 +1,173 @@
+"""Growing a map patch by patch: the loop that all methods share that lay patches in raster order.
+
+What distinguishes them is given: how a candidate is chosen, and how the chosen patch joins what is there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..draws import draw
+from ..errors import MethodError
+from ..exemplar import Exemplar
+from ..geometry import hang, spread
+from ..run import Run
+from ..sourcemap import Blend, SourceMap
+from .features import features
+from .patchwork import Patchwork, Window, random_patch, waves
+from .repetition import Layout, Repetition, Rule, striking
+from .search import Candidates, PatchSearch
+from .variants import isometry_ids, variants
+
+Pick = tuple[int, int, int]
+Choose = Callable[[Window, Candidates, int], Pick | None]
+Join = Callable[[tuple[int, int], Pick, Candidates], None]
+
+BLIND = 64  # random patches tried where nothing is known and repeats are forbidden
+SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
+
+
+@dataclass(frozen=True)
+class Laying:
+    """How patches are laid: their size, where, from what, and at which price.
+
+    Attributes
+    ----------
+    patch, overlap : (rows, columns)
+        Of a window, px; neighbours share `overlap`.
+    hangs : bool
+        Windows keep their pitch and may hang over the border (source 000), or are spread to end at it.
+    weights, context, isometries, exact
+        As the parameters of the methods: channel weights, weight of the surroundings, poses, search.
+    listed : int
+        Candidates kept of every search.
+    repeats, usage, distance
+        The rule of repetition control, its price of a repeat, and the least distance of two.
+    rim : int
+        How deep start pixels may be replaced, px.
+    """
+
+    patch: tuple[int, int]
+    overlap: tuple[int, int]
+    hangs: bool = False
+    weights: tuple[float, ...] | None = None
+    context: float = 0.0
+    isometries: str | tuple[int, ...] = "none"
+    exact: bool = False
+    listed: int = 16
+    repeats: Rule = Rule.PRICES
+    usage: float = 0.0
+    distance: int = 0
+    rim: int = 0
+
+    def layout(self, canvas: Canvas) -> Layout:
+        """The windows on a canvas."""
+        axes = []
+        for length, patch, overlap, wrap in zip(
+            (canvas.height, canvas.width), self.patch, self.overlap, (canvas.wrap.y, canvas.wrap.x), strict=True
+        ):
+            axes.append(hang(length, patch, overlap) if self.hangs and not wrap else spread(length, patch, overlap, wrap))
+        (rows, height), (columns, width) = axes
+        return Layout(
+            tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
+        )
+
+
+class Growth:
+    """A map that grows, and all that is needed to grow it."""
+
+    def __init__(self, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
+        self.laying, self.exemplars, self.canvas = laying, exemplars, canvas
+        self.layout = laying.layout(canvas)
+        around = (laying.context, max(min(laying.patch) // SURROUNDINGS, 1)) if laying.context else (0.0, 0)
+        self.features = features(exemplars, laying.weights, around)
+        shown = () if canvas.start is None else canvas.start.poses
+        self.variants = variants(
+            exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
+        )
+        self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, laying.listed)
+        priced = laying.usage and laying.repeats is Rule.PRICES
+        prices = striking(self.features, self.finder) if priced else None
+        self.repetition = Repetition(
+            self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats
+        )
+        rim = laying.rim if canvas.rim is None else canvas.rim
+        self.patchwork = Patchwork.begin(self.variants, canvas, rim)
+        self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
+
+    def fill(self, seed: int, stage: int, run: Run, choose: Choose, join: Join) -> None:
+        """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
+
+        `choose` picks among the candidates of a window, in a fixed order; `join` lays the patch into it.
+        """
+        with run.pool() as each:
+            for number, wave in enumerate(self.waves):
+                run.tick(number, len(self.waves), self.draft)
+                found = self._search(wave, each, run.workers)
+                picks = [self._choose(w, f, seed, stage, choose) for w, f in zip(wave, found, strict=True)]
+                self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
+        run.tick(len(self.waves), len(self.waves), self.draft)
+
+    def map(self, blend: Blend) -> SourceMap:
+        """The map, once all is filled."""
+        return self.patchwork.map(self.exemplars, self.canvas, blend)
+
+    def draft(self) -> SourceMap:
+        """The map as far as it has grown: a copy."""
+        now = self.map(Blend())
+        return replace(now, yx=now.yx.copy())
+
+    def brightness(self, found: Candidates) -> int:
+        """Sum of the squared features of a window, counted from black: what epsilon is relative to in source 000."""
+        n = self.features.base
+        above = (found.feats[:, :, :n].astype(np.int64) - self.features.black[:n]) * found.known[:, :, None]
+        return int((above * above).sum())
+
+    def at(self, window: Window) -> tuple[int, int]:
+        """First pixel of a window on the canvas."""
+        return self.layout.rows[window[0]], self.layout.columns[window[1]]
+
+    def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
+        found: list[Any] = [None] * len(wave)
+        parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
+        size = -(-len(wave) // parts)
+        at: NDArray[np.int64] = np.array([self.at(w) for w in wave], np.int64)
+
+        def part(begin: int) -> None:
+            stop = min(begin + size, len(wave))
+            found[begin:stop] = self.finder.find(
+                self.patchwork.variant, self.patchwork.yx, at[begin:stop], self.layout.wraps,
+                self.repetition.told,
+            )  # fmt: skip
+
+        each(part, range(0, len(wave), size))
+        return found
+
+    def _choose(self, window: Window, found: Candidates, seed: int, stage: int, choose: Choose) -> Pick:
+        pick: Pick | None
+        if found.free:  # nothing is known here yet: any patch will do
+            tries = (random_patch(self.variants, draw(seed, stage, n, *window)) for n in range(BLIND))
+            pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
+        else:
+            pick = choose(window, found, draw(seed, stage, 0, *window))
+        if pick is None:
+            raise MethodError(
+                f"min_repeat_distance={self.laying.distance} px leaves no patch for some place; "
+                "choose a smaller distance, a smaller patch, or a larger exemplar."
+            )
+        self.repetition.add(*window, pick)
+        return pick
+
+    def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
+        def part(items: list[tuple[Window, Pick, Candidates]]) -> None:
+            for window, pick, found in items:
+                join(self.at(window), pick, found)
+
+        size = -(-len(chosen) // workers)
+        each(part, [chosen[k : k + size] for k in range(0, len(chosen), size)])

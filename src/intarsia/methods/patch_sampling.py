@@ -1,0 +1,171 @@
+"""Patch-based sampling: patches whose seams match, feathered into one another.
+
+Liang, Liu, Xu, Guo and Shum, "Real-time texture synthesis by patch-based sampling", ACM Transactions on Graphics
+2001; Multrus 2003 (source 000).
+
+Departures: the search compares with the unblended pieces, so the map does not depend on the feather (it differs
+at the corners of seams); patches may be joined along the cheapest seam instead (S0-85); a bound relative to the
+best distance stands beside the source's, which is stricter where the exemplar is dark (D0-9).
+
+Cost: one FFT search over the exemplar for each patch, about N_out / pitch^2 of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ..draws import below
+from ..errors import ParameterError
+from ..lazy import lazy
+from ..params import AUTO, check, extent, param
+from .base import Ability
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .. import analysis, sourcemap
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+else:
+    np = lazy("numpy")
+    analysis = lazy("intarsia.analysis")
+    sourcemap = lazy("intarsia.sourcemap")
+
+STAGE = 2003  # keeps this method's draws apart from those of others
+LISTED = 48  # candidates kept of every search
+
+
+@dataclass(frozen=True)
+class PatchSampling:
+    """Lay patches whose seams match what is there, and feather the seams."""
+
+    slug: ClassVar[str] = "patch-sampling"
+    paper: ClassVar[str] = "Liang et al. 2001; Multrus 2003"
+    summary: ClassVar[str] = "patches with matching seams, feathered"
+    supports: ClassVar[frozenset[Ability]] = frozenset(
+        {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
+    )
+
+    patch: int | tuple[int, int] | None = param(
+        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+        low=1, high=1 << 16, unit="px",
+    )  # fmt: skip
+    overlap: int | tuple[int, int] | None = param(
+        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
+    bound: str = param(
+        "best", "choice", "who may be chosen: the best few, all within epsilon of black, or of the best distance",
+        choices=("best", "epsilon", "relative"),
+    )  # fmt: skip
+    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=LISTED)
+    epsilon: float = param(0.1, "float", "with the other bounds: how far from the ideal one may be", low=0, high=100)
+    join: str = param(
+        "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
+        choices=("feather", "middle", "cut"),
+    )  # fmt: skip
+    channel_weights: tuple[float, ...] | None = param(
+        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
+        low=0, high=1e6,
+    )  # fmt: skip
+    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+    repetition: str = param(
+        "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
+        choices=("prices", "counter", "marks", "none"),
+    )  # fmt: skip
+    usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+    min_repeat_distance: int = param(
+        0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
+    )
+    search: str = param(
+        "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """A feather as wide as the seam."""
+        return sourcemap.Blend(max(extent(self.overlap or 0)) if self.join == "feather" else 0)
+
+    @property
+    def pitch(self) -> tuple[int, int]:
+        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
+        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
+        return patch[0] + overlap[0], patch[1] + overlap[1]
+
+    @property
+    def footprint(self) -> tuple[int, int]:
+        """Rows and columns of the exemplar that a patch needs, its seams included."""
+        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
+        return patch[0] + 2 * overlap[0], patch[1] + 2 * overlap[1]
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> PatchSampling:
+        """Decide patch and seam from the size of the texture's elements."""
+        patch, overlap = self.patch, self.overlap
+        if patch is AUTO:
+            whole = analysis.default_patch(exemplars)
+            overlap = max(1, whole // 6) if overlap is AUTO else overlap
+            patch = max(1, whole - 2 * max(extent(overlap)))
+        elif overlap is AUTO:
+            rows, columns = extent(patch)
+            overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
+        settled = replace(self, patch=patch, overlap=overlap)
+        analysis.check_patch(settled.footprint, exemplars, self.isometries)
+        return settled
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Grow the map window by window, in raster order as far as windows touch."""
+        method = self.settled(exemplars, canvas)
+        growth = analysis.Growth(method.laying, exemplars, canvas)
+        misses: list[int] = []
+        growth.fill(
+            seed, STAGE, run,
+            choose=lambda window, found, bits: method.choose(growth, window, found, bits, misses),
+            join=lambda at, pick, found: method.join_in(growth, at, pick, found),
+        )  # fmt: skip
+        if misses:
+            run.notes.append(f"{len(misses)} patches had no candidate within epsilon; the best was taken.")
+        return growth.map(method.blend)
+
+    @property
+    def laying(self) -> analysis.Laying:
+        """How patches are laid; known once patch and overlap are."""
+        overlap = extent(self.overlap or 0)
+        rule = analysis.Rule(self.repetition if self.repetition != "none" else "prices")
+        return analysis.Laying(
+            patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
+            isometries=self.isometries, exact=self.search == "exact", listed=LISTED, repeats=rule,
+            usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
+            rim=max(overlap),
+        )  # fmt: skip
+
+    def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
+        """Draw one of the candidates that the bound admits; note a miss where it admits none."""
+        prices = growth.repetition.prices(*window, found)
+        order = np.argsort(prices, kind="stable")
+        order = order[prices[order] >= 0]
+        if not len(order):
+            return None
+        if self.bound == "best":
+            near = order[: self.candidates]
+        else:
+            limit = self.epsilon**2 * growth.brightness(found)
+            if self.bound == "relative":
+                limit = (1 + self.epsilon) ** 2 * int(prices[order[0]])
+            near = order[prices[order] <= limit]
+            if not len(near):
+                misses.append(1)
+                near = order[:1]
+        return tuple(found.rows[near[below(len(near), bits)], 1:].tolist())
+
+    def join_in(self, growth: analysis.Growth, at: Any, pick: Any, found: Any) -> None:
+        """Lay a patch into its window as `join` says."""
+        if self.join == "cut":
+            growth.patchwork.cut_in(at, pick, found, growth.layout, False)
+        else:
+            growth.patchwork.lay_over(at, pick, found.known, growth.layout, extent(self.overlap or 0))
