@@ -80,7 +80,8 @@ def synthesize(
     exemplar : path, array, dict of arrays, Plane, Exemplar, or a list of them
         Arrays are (H, W) or (H, W, C) of 8-bit, 16-bit or float pixels.
     size : int or (height, width), optional
-        Size of the output in px; a number is a square. Default: twice the (first) exemplar, or that of `start`.
+        Size of the output in px; a number is a square. Default: that of `start` or of the guide's target, else
+        twice the (first) exemplar.
     method : Method or str
         For example ``ImageQuilting(patch=96)``, or the name of a method.
     seed : int
@@ -148,7 +149,8 @@ def _canvas(
     guide: Guide | None,
 ) -> Canvas:
     if size is None:
-        size = (2 * exemplars[0].height, 2 * exemplars[0].width) if start is None else (start.height, start.width)
+        like = start if start is not None else None if guide is None else guide.target
+        size = (2 * exemplars[0].height, 2 * exemplars[0].width) if like is None else (like.height, like.width)
     try:
         height, width = (size, size) if isinstance(size, int) else (int(n) for n in size)
         wrap = Wrap(wrap)
@@ -210,6 +212,8 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
     }
     if canvas.start is not None:
         recipe["start"] = canvas.start.digest
+    if canvas.guide is not None:
+        recipe["guide"] = {"sha256": canvas.guide.digest, "weight": canvas.guide.weight, "reach": canvas.guide.reach}
     return recipe
 
 

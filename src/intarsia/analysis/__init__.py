@@ -1,7 +1,10 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
+from .boundary import grown
 from .features import Features, features, pose_array
 from .growth import Growth, Laying
+from .guidance import Guidance, check_guide, check_sources, pure_patch
+from .guided_search import GuidedSearch
 from .patchwork import Patchwork, random_patch, waves
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch
@@ -12,6 +15,8 @@ __all__ = [
     "Candidates",
     "Features",
     "Growth",
+    "Guidance",
+    "GuidedSearch",
     "Laying",
     "Layout",
     "PatchSearch",
@@ -19,11 +24,15 @@ __all__ = [
     "Repetition",
     "Rule",
     "Variants",
+    "check_guide",
     "check_patch",
+    "check_sources",
     "default_patch",
     "features",
+    "grown",
     "isometry_ids",
     "pose_array",
+    "pure_patch",
     "random_patch",
     "striking",
     "variants",

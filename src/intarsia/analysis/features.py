@@ -223,17 +223,21 @@ def _stretched(
 
 
 def _weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | None) -> list[Int32]:
-    count = values[0].shape[2]
+    if plane.kind is Kind.LABEL:
+        return values
+    factors = [math.sqrt(share) for share in channel_shares(plane, weights, values[0].shape[2])]
+    return [np.stack([_times(v[:, :, c], f) for c, f in enumerate(factors)], axis=2) for v in values]
+
+
+def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) -> list[float]:
+    """Return how much each of `count` channels of a base plane counts, 1 for those that count most."""
     colours = plane.channels - plane.alpha
     if weights is None:
         weights = LUMINANCE if colours == 3 and plane.kind is Kind.COLOUR else (1.0,) * colours
-    if plane.kind is Kind.LABEL:
-        return values
     if len(weights) not in (colours, count):
         raise ParameterError(f"channel_weights: {len(weights)} numbers for {count} channels; give {colours} of them.")
     weights = (*weights, max(weights))[:count]
-    factors = [math.sqrt(w / max(weights)) for w in weights]
-    return [np.stack([_times(v[:, :, c], f) for c, f in enumerate(factors)], axis=2) for v in values]
+    return [w / max(weights) for w in weights]
 
 
 def _times(values: Int32, factor: float) -> Int32:

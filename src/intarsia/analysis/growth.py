@@ -20,6 +20,8 @@ from ..geometry import hang, spread
 from ..run import Run
 from ..sourcemap import Blend, SourceMap
 from .features import features
+from .guidance import Guidance
+from .guided_search import GuidedSearch, seam_unit
 from .patchwork import Patchwork, Window, random_patch, waves
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch
@@ -51,6 +53,8 @@ class Laying:
         The rule of repetition control, its price of a repeat, and the least distance of two.
     rim : int
         How deep start pixels may be replaced, px.
+    boundary : int
+        Side of the patches along the boundaries of a guide's labels, px; 0: as large as the others.
     """
 
     patch: tuple[int, int]
@@ -65,6 +69,7 @@ class Laying:
     usage: float = 0.0
     distance: int = 0
     rim: int = 0
+    boundary: int = 0
 
     def layout(self, canvas: Canvas) -> Layout:
         """The windows on a canvas."""
@@ -80,9 +85,11 @@ class Laying:
 
 
 class Growth:
-    """A map that grows, and all that is needed to grow it."""
+    """A map that grows, and all that is needed to grow it; under labels perhaps only `inside_only` of regions."""
 
-    def __init__(self, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
+    def __init__(
+        self, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False
+    ) -> None:
         self.laying, self.exemplars, self.canvas = laying, exemplars, canvas
         self.layout = laying.layout(canvas)
         around = (laying.context, max(min(laying.patch) // SURROUNDINGS, 1)) if laying.context else (0.0, 0)
@@ -99,20 +106,40 @@ class Growth:
         )
         rim = laying.rim if canvas.rim is None else canvas.rim
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
-        self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
+        wanted = self.patchwork.open_windows(self.layout)
+        self.guided = self._guided()
+        if inside_only and self.guided is not None:
+            wanted &= ~self.guided.guidance.boundaries
+        self.waves = waves(self.layout, wanted)
 
-    def fill(self, seed: int, stage: int, run: Run, choose: Choose, join: Join) -> None:
+    def _guided(self) -> GuidedSearch | None:
+        """The search under the canvas's guide, where it has one."""
+        guide = self.canvas.guide
+        if guide is None:
+            return None
+        guidance = Guidance(guide, self.variants, self.layout, self.canvas.wrap)
+        return GuidedSearch(self.finder, guidance, seam_unit(self.exemplars[0], self.laying.weights))
+
+    def at_boundary(self, window: Window) -> bool:
+        """True where a window holds a boundary between labels of the guide."""
+        return self.guided is not None and bool(self.guided.guidance.boundaries[window])
+
+    def fill(
+        self, seed: int, stage: int, run: Run, choose: Choose, join: Join, part: tuple[int, int] = (0, 1)
+    ) -> None:
         """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
 
-        `choose` picks among the candidates of a window, in a fixed order; `join` lays the patch into it.
+        `choose` picks among the candidates of a window, in a fixed order; `join` lays the patch into it. `part`:
+        which pass this is, from 0, and of how many.
         """
+        before, total = part[0] * len(self.waves), part[1] * len(self.waves)
         with run.pool() as each:
             for number, wave in enumerate(self.waves):
-                run.tick(number, len(self.waves), self.draft)
+                run.tick(before + number, total, self.draft)
                 found = self._search(wave, each, run.workers)
                 picks = [self._choose(w, f, seed, stage, choose) for w, f in zip(wave, found, strict=True)]
                 self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
-        run.tick(len(self.waves), len(self.waves), self.draft)
+        run.tick(before + len(self.waves), total, self.draft)
 
     def map(self, blend: Blend) -> SourceMap:
         """The map, once all is filled."""
@@ -133,6 +160,10 @@ class Growth:
         """First pixel of a window on the canvas."""
         return self.layout.rows[window[0]], self.layout.columns[window[1]]
 
+    def window(self, at: Window) -> Window:
+        """The window that begins at a pixel of the canvas."""
+        return self.layout.rows.index(at[0]), self.layout.columns.index(at[1])
+
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)
         parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
@@ -141,18 +172,24 @@ class Growth:
 
         def part(begin: int) -> None:
             stop = min(begin + size, len(wave))
+            told = self.repetition.told
+            if self.guided is not None:
+                found[begin:stop] = self.guided.find(
+                    wave[begin:stop], self.patchwork.variant, self.patchwork.yx, at[begin:stop], told
+                )
+                return
             found[begin:stop] = self.finder.find(
-                self.patchwork.variant, self.patchwork.yx, at[begin:stop], self.layout.wraps,
-                self.repetition.told,
-            )  # fmt: skip
+                self.patchwork.variant, self.patchwork.yx, at[begin:stop], self.layout.wraps, told
+            )
 
         each(part, range(0, len(wave), size))
         return found
 
     def _choose(self, window: Window, found: Candidates, seed: int, stage: int, choose: Choose) -> Pick:
         pick: Pick | None
-        if found.free:  # nothing is known here yet: any patch will do
-            tries = (random_patch(self.variants, draw(seed, stage, n, *window)) for n in range(BLIND))
+        if found.free or (self.guided is not None and not len(found.rows)):  # nothing is known: any patch will do
+            valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
+            tries = (random_patch(valid, draw(seed, stage, n, *window)) for n in range(BLIND))
             pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
         else:
             pick = choose(window, found, draw(seed, stage, 0, *window))

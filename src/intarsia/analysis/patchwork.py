@@ -128,14 +128,14 @@ def waves(layout: Layout, wanted: NDArray[np.bool_]) -> list[list[Window]]:
     return out
 
 
-def random_patch(variants: Variants, bits: int) -> tuple[int, int, int]:
-    """Draw any valid patch: (variant, row, column)."""
-    counts = [int(np.count_nonzero(v)) for v in variants.valid]
+def random_patch(valid: Sequence[Array], bits: int) -> tuple[int, int, int]:
+    """Draw any patch of those that are `valid`, variant by variant: (variant, row, column)."""
+    counts = [int(np.count_nonzero(v)) for v in valid]
     k = below(sum(counts), bits)
     for v, n in enumerate(counts):
         if k < n:
-            at = int(np.flatnonzero(variants.valid[v])[k])
-            return v, *divmod(at, variants.valid[v].shape[1])
+            at = int(np.flatnonzero(valid[v])[k])
+            return v, *divmod(at, valid[v].shape[1])
         k -= n
     raise AssertionError("counts and draws disagree")
 

@@ -7,7 +7,9 @@ every machine. Used by all methods that lay patches.
 
 from __future__ import annotations
 
+import copy
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any
@@ -44,6 +46,19 @@ class Candidates:
 
 
 @dataclass(frozen=True, eq=False)
+class Reduced:
+    """Windows as the search compares them: energies, spectra by shape, and the exemplars' energy under their masks.
+
+    ``slots`` says which of the ``squares`` of every variant belongs to which window.
+    """
+
+    energies: Array
+    slots: Array
+    squares: list[Array]
+    spectra: dict[tuple[int, int], Array]
+
+
+@dataclass(frozen=True, eq=False)
 class Prices:
     """What the short-list is told of repeats.
 
@@ -67,18 +82,28 @@ class PatchSearch:
         Size of the windows.
     exact : bool
         Search every position at full resolution, in place of the reduced short-list.
+    factor : int
+        By what pictures are reduced; 0: as it suits exemplars and patch.
     """
 
+    typical = match.CLIP / 3.0  # standard deviation of the reduced pictures
+
     def __init__(
-        self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False, listed: int = SHORT_LIST
-    ) -> None:
+        self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False, listed: int = SHORT_LIST,
+        factor: int = 0,
+    ) -> None:  # fmt: skip
         self.variants, self.patch, self.listed = variants, patch, listed
-        self.factor = 1 if exact else _factor(variants, patch, overlap)
+        self.factor = factor or (1 if exact else _factor(variants, patch, overlap))
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
         self.mean, self.axes, self.scale = self._reduction()
-        self._lock = Lock()
         self._load()
-        self._forget_masks()
+        self._masks = _Masks([v.shape for v in self.valid])
+
+    def within(self, valid: Sequence[Array]) -> PatchSearch:
+        """Return the same search among some patches only: of every variant, where they may begin."""
+        narrow = copy.copy(self)
+        narrow._limit(valid)
+        return narrow
 
     def _reduction(self) -> tuple[Array, Array, float]:
         """Mean, the axes along which the reduced pictures vary most, and the scale of these pictures.
@@ -101,8 +126,7 @@ class PatchSearch:
 
     def _load(self) -> None:
         f, (h, w) = self.factor, self.cells
-        self.coarse, self.spectra, self.square_spectra, self.valid = [], [], [], []
-        offsets, flat_valid, begin, total = [], [], 0, 0.0
+        self.coarse, self.spectra, self.square_spectra, total = [], [], [], 0.0
         for v in range(len(self.variants)):
             picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes)
             rows, columns = picture.shape[1:]
@@ -112,19 +136,25 @@ class PatchSearch:
             self.spectra.append(scipy.fft.rfft2(picture.astype(np.float64), shape))
             total = max(total, float(energy.sum()))
             self.square_spectra.append(scipy.fft.rfft2(energy, shape))
-            valid = self.variants.valid[v]
-            self.valid.append(_reachable(valid, f, max(rows - h + 1, 0), max(columns - w + 1, 0)))
-            offsets.append((begin, *valid.shape))
-            flat_valid.append(valid.astype(np.uint8).ravel())
-            begin += valid.size
-        self.offsets = np.array(offsets, np.int64)
-        self.flat_valid = np.concatenate(flat_valid)
+        self._limit(self.variants.valid)
         # Correlations are whole numbers. In single precision they come out wrong by at most about 3e-8 of the
         # pictures' norms (measured: 2.4e-8); where that is not safely below 1/2, double precision is used.
-        window = 2.0 * math.sqrt(h * w * len(self.axes)) * match.CLIP / 3.0
+        window = 2.0 * math.sqrt(h * w * len(self.axes)) * self.typical
         single = 3e-8 * window * math.sqrt(total) < 0.3
         self.real = np.float32 if single else np.float64
         self.spectra = [s.astype(np.complex64 if single else np.complex128) for s in self.spectra]
+
+    def _limit(self, valid: Sequence[Array]) -> None:
+        """Search among these first pixels only."""
+        f, (h, w) = self.factor, self.cells
+        self.valid, offsets, begin = [], [], 0
+        for v, allowed in enumerate(valid):
+            height, stride = self.variants.picture(v).shape[:2]
+            self.valid.append(_reachable(allowed, f, max(height // f - h + 1, 0), max(stride // f - w + 1, 0)))
+            offsets.append((begin, *allowed.shape))
+            begin += allowed.size
+        self.offsets = np.array(offsets, np.int64)
+        self.flat_valid = np.concatenate([allowed.astype(np.uint8).ravel() for allowed in valid])
 
     def batch(self) -> int:
         """How many windows are best searched together."""
@@ -138,63 +168,87 @@ class PatchSearch:
 
         `wrap`: whether rows and columns of the canvas continue in themselves; `prices`: what repeats cost.
         """
-        n, (h, w) = len(at), self.patch
-        feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
-        windows.gather_all(variant, yx, self.variants.flat, self.variants.table, at, wrap, feats, known)
-        templates = np.empty((n, len(self.axes), *self.cells), self.real)
-        masks = np.empty((n, *self.cells), np.float32)
-        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, templates, masks)
-        slots, squares = self._slots(masks)
-        spectra = {s: scipy.fft.fft(scipy.fft.rfft(templates, s[1], axis=3), s[0], axis=2) for s in set(self.coarse)}
+        n = len(at)
+        feats, known = self.windows(variant, yx, at, wrap)
+        reduced = self.reduce(feats, known)
         best = np.empty((n, self.listed, 4), np.int64)
         counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
-        for v, shape in enumerate(self.coarse):
+        for v in range(len(self.coarse)):
             if self.valid[v].size:
-                correlations = self._correlations(v, spectra[shape])
                 match.short_list(
-                    correlations, squares[v], slots, energies, self.valid[v], prices.counts[v],
-                    prices.weight, prices.multiply, v, best, counts, usual,
+                    self.correlations(v, reduced), reduced.squares[v], reduced.slots, reduced.energies, self.valid[v],
+                    prices.counts[v], prices.weight, prices.multiply, v, best, counts, usual,
                 )  # fmt: skip
         found = np.empty((n, self.listed, 4), np.int64)
         match.refine_all(
             feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets, best, counts,
             self.factor, found,
         )  # fmt: skip
-        unit = self.factor**2 / self.scale**2
         return [
-            Candidates(found[k, : max(c, 0)], max(round(u * unit), 0), feats[k], known[k], free=c < 0)
+            Candidates(found[k, : max(c, 0)], self.full(u), feats[k], known[k], free=c < 0)
             for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
         ]
 
-    def _correlations(self, v: int, spectra: Array) -> Array:
+    def windows(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> tuple[Array, Array]:
+        """Read what the windows that begin at `at` hold: features (n, h, w, C), and where there are any."""
+        n, (h, w) = len(at), self.patch
+        feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
+        windows.gather_all(variant, yx, self.variants.flat, self.variants.table, at, wrap, feats, known)
+        return feats, known
+
+    def reduce(self, feats: Array, known: Array) -> Reduced:
+        """Reduce windows (n, h, w, C) as the exemplars are reduced."""
+        templates = np.empty((len(feats), len(self.axes), *self.cells), self.real)
+        masks = np.empty((len(feats), *self.cells), np.float32)
+        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, templates, masks)
+        slots, squares = self._masks.slots(masks, self.coarse, self.square_spectra)
+        spectra = {s: scipy.fft.fft(scipy.fft.rfft(templates, s[1], axis=3), s[0], axis=2) for s in set(self.coarse)}
+        return Reduced(energies, slots, squares, spectra)
+
+    def full(self, coarse: int) -> int:
+        """Return a distance of reduced pictures in units of the exact distance."""
+        return max(round(coarse * (self.factor**2 / self.scale**2)), 0)
+
+    def correlations(self, v: int, reduced: Reduced) -> Array:
+        """Correlate windows with variant `v`: (n, rows, columns) for every coarse position."""
         shape, rows = self.coarse[v], self.valid[v].shape[0]
+        spectra = reduced.spectra[shape]
         product = np.empty((len(spectra), *spectra.shape[2:]), spectra.dtype)
         match.correlate(self.spectra[v], spectra, product)
         inner = scipy.fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
         return np.asarray(scipy.fft.irfft(inner, shape[1], axis=2))
 
-    def _slots(self, masks: Array) -> tuple[Array, list[Array]]:
-        """Number of each mask, and the sums of squares under the numbered masks; few masks occur again and again."""
-        with self._lock:
-            if len(self._known_masks) + len(masks) > MASKS:
-                self._forget_masks()
-            return np.array([self._slot(mask) for mask in masks], np.int64), self._squares
 
-    def _slot(self, mask: Array) -> int:
+class _Masks:
+    """The exemplars' energy under masks of known pixels; few masks occur again and again."""
+
+    def __init__(self, shapes: list[tuple[int, ...]]) -> None:
+        self.shapes, self._lock = shapes, Lock()
+        self._forget()
+
+    def slots(
+        self, masks: Array, coarse: list[tuple[int, int]], spectra: list[Array]
+    ) -> tuple[Array, list[Array]]:
+        """Number of each mask, and the sums of squares under the numbered masks."""
+        with self._lock:
+            if len(self._known) + len(masks) > MASKS:
+                self._forget()
+            return np.array([self._slot(mask, coarse, spectra) for mask in masks], np.int64), self._squares
+
+    def _slot(self, mask: Array, coarse: list[tuple[int, int]], spectra: list[Array]) -> int:
         key = mask.tobytes()
-        slot = self._known_masks.get(key)
+        slot = self._known.get(key)
         if slot is None:
-            slot = self._known_masks[key] = len(self._known_masks)
-            for v, shape in enumerate(self.coarse):
-                product = self.square_spectra[v] * np.conj(scipy.fft.rfft2(mask.astype(np.float64), shape))
-                rows, columns = self.valid[v].shape
-                self._squares[v][slot] = np.rint(scipy.fft.irfft2(product, shape)[:rows, :columns])
+            slot = self._known[key] = len(self._known)
+            for v, (rows, columns) in enumerate(self.shapes):
+                product = spectra[v] * np.conj(scipy.fft.rfft2(mask.astype(np.float64), coarse[v]))
+                self._squares[v][slot] = np.rint(scipy.fft.irfft2(product, coarse[v])[:rows, :columns])
         return slot
 
-    def _forget_masks(self) -> None:
+    def _forget(self) -> None:
         # Fresh arrays: another thread may still be reading the old ones.
-        self._known_masks: dict[bytes, int] = {}
-        self._squares = [np.empty((MASKS, *v.shape), np.int32) for v in self.valid]
+        self._known: dict[bytes, int] = {}
+        self._squares = [np.empty((MASKS, *shape), np.int32) for shape in self.shapes]
 
 
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
+from ..guide import Guide
 from ..params import extent
 from .elements import ElementSize, element_size
 from .features import features
+from .guidance import check_sources, pure_patch
 from .variants import isometry_ids
 
 LEAST = 16
@@ -22,16 +24,21 @@ def elements(exemplar: Exemplar) -> ElementSize:
     return exemplar.memo("elements", lambda: element_size(features([exemplar]).pictures[0], exemplar.usable))
 
 
-def default_patch(exemplars: Sequence[Exemplar]) -> int:
+def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> int:
     """Return a patch side in px: the size of the largest elements, or two small elements up to 64 px.
 
-    Half an element breaks everything, and a fine regular texture keeps its rows only if a patch covers some.
+    Half an element breaks everything, and a fine regular texture keeps its rows only if a patch covers some. Under
+    a guide with labels it is small enough for every label to hold one, if that is possible.
     """
     usable = _sampled(exemplars)
     side = min(min(e.height, e.width) for e in usable)
     element = max(elements(e).size for e in usable)
     wanted = max(element, min(2 * element, USUAL), LEAST)
-    return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
+    patch = int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
+    if guide is None or not guide.is_labels:
+        return patch
+    check_sources(exemplars, guide)
+    return pure_patch(patch, exemplars, guide) or patch
 
 
 def check_patch(

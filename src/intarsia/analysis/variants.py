@@ -108,7 +108,7 @@ def variants(
             if exemplar.toroidal:
                 picture = np.pad(picture, ((0, patch[0] - 1), (0, patch[1] - 1), (0, 0)), mode="wrap")
             usable = None if exemplar.usable is None else pose_array(exemplar.usable, p)
-            allowed = _valid(picture.shape, usable, exemplar.toroidal, patch)
+            allowed = valid_windows(picture.shape, usable, exemplar.toroidal, patch)
             valid.append(allowed if p in poses else np.zeros_like(allowed))
             blocks.append(picture.ravel())
             rows.append((begin, height, width, picture.shape[1]))
@@ -132,7 +132,7 @@ def variants(
     )
 
 
-def _valid(
+def valid_windows(
     shape: tuple[int, ...], usable: NDArray[np.bool_] | None, toroidal: bool, patch: tuple[int, int]
 ) -> NDArray[np.bool_]:
     """Where windows of the patch size lie inside the picture and hold usable pixels only."""

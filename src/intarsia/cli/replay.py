@@ -55,8 +55,8 @@ def command(picture: str, inputs: Inputs, targets: Targets, report: Report, thre
 
 def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     """Read method, size, wrap, blend and seed of a recipe."""
-    if "start" in recipe:
-        raise InputError(f"{name} continued another picture, which its recipe does not hold; grow it again.")
+    if "start" in recipe or "guide" in recipe:
+        raise InputError(f"{name} followed another picture, which its recipe does not hold; make it again.")
     try:
         kinds = {p.name: p.kind for p in parameters(method_class(recipe["method"]))}
         given = {k: _value(kinds.get(k, ""), v) for k, v in recipe["parameters"].items()}

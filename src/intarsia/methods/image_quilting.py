@@ -40,7 +40,7 @@ class ImageQuilting:
     paper: ClassVar[str] = "Efros and Freeman 2001; Robinson 2004"
     summary: ClassVar[str] = "matching patches joined along the cheapest seam"
     supports: ClassVar[frozenset[Ability]] = frozenset(
-        {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
+        {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
     patch: int | tuple[int, int] | None = param(
@@ -71,6 +71,10 @@ class ImageQuilting:
         "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
         choices=("difference", "gradient"),
     )  # fmt: skip
+    boundary_patch: int | None = param(
+        AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         check(self)
@@ -97,8 +101,10 @@ class ImageQuilting:
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
         """Decide patch and overlap from the size of the texture's elements."""
-        patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
+        patch = analysis.default_patch(exemplars, canvas.guide) if self.patch is AUTO else self.patch
         analysis.check_patch(patch, exemplars, self.isometries)
+        if canvas.guide is not None:
+            analysis.check_guide(exemplars, canvas.guide, patch)
         rows, columns = extent(patch)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
         return replace(self, patch=patch, overlap=third if self.overlap is AUTO else self.overlap)
@@ -106,15 +112,17 @@ class ImageQuilting:
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
         method = self.settled(exemplars, canvas)
-        growth = analysis.Growth(method.laying, exemplars, canvas)
-        growth.fill(
-            seed, STAGE, run,
-            choose=lambda window, found, bits: growth.repetition.pick(*window, found, self.tolerance, bits),
-            join=lambda at, pick, found: growth.patchwork.cut_in(
-                at, pick, found, growth.layout, self.seam == "gradient"
-            ),
-        )  # fmt: skip
-        return growth.map(self.blend)
+
+        def fill(growth: analysis.Growth, stage: int, part: tuple[int, int]) -> None:
+            growth.fill(
+                seed, STAGE + stage, run, part=part,
+                choose=lambda window, found, bits: growth.repetition.pick(*window, found, self.tolerance, bits),
+                join=lambda at, pick, found: growth.patchwork.cut_in(
+                    at, pick, found, growth.layout, self.seam == "gradient"
+                ),
+            )  # fmt: skip
+
+        return analysis.grown(method.laying, exemplars, canvas, self.blend, fill)
 
     @property
     def laying(self) -> analysis.Laying:
@@ -124,4 +132,5 @@ class ImageQuilting:
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
             isometries=self.isometries, exact=self.search == "exact", usage=self.usage,
             distance=self.min_repeat_distance, rim=max(overlap),
+            boundary=min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch,
         )  # fmt: skip

@@ -46,7 +46,7 @@ class PatchSampling:
     paper: ClassVar[str] = "Liang et al. 2001; Multrus 2003"
     summary: ClassVar[str] = "patches with matching seams, feathered"
     supports: ClassVar[frozenset[Ability]] = frozenset(
-        {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
+        {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
     patch: int | tuple[int, int] | None = param(
@@ -83,6 +83,16 @@ class PatchSampling:
     search: str = param(
         "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
     )
+    boundary_patch: int | None = param(
+        AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
+    boundary_candidates: int = param(
+        1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=LISTED
+    )
+    boundary_join: str = param(
+        "cut", "choice", "how such patches meet: along the cheapest seam, or like all others", choices=("cut", "same")
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -108,7 +118,7 @@ class PatchSampling:
         """Decide patch and seam from the size of the texture's elements."""
         patch, overlap = self.patch, self.overlap
         if patch is AUTO:
-            whole = analysis.default_patch(exemplars)
+            whole = analysis.default_patch(exemplars, canvas.guide)
             overlap = max(1, whole // 6) if overlap is AUTO else overlap
             patch = max(1, whole - 2 * max(extent(overlap)))
         elif overlap is AUTO:
@@ -116,21 +126,26 @@ class PatchSampling:
             overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
         settled = replace(self, patch=patch, overlap=overlap)
         analysis.check_patch(settled.footprint, exemplars, self.isometries)
+        if canvas.guide is not None:
+            analysis.check_guide(exemplars, canvas.guide, settled.footprint)
         return settled
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, in raster order as far as windows touch."""
         method = self.settled(exemplars, canvas)
-        growth = analysis.Growth(method.laying, exemplars, canvas)
         misses: list[int] = []
-        growth.fill(
-            seed, STAGE, run,
-            choose=lambda window, found, bits: method.choose(growth, window, found, bits, misses),
-            join=lambda at, pick, found: method.join_in(growth, at, pick, found),
-        )  # fmt: skip
+
+        def fill(growth: analysis.Growth, stage: int, part: tuple[int, int]) -> None:
+            growth.fill(
+                seed, STAGE + stage, run, part=part,
+                choose=lambda window, found, bits: method.choose(growth, window, found, bits, misses),
+                join=lambda at, pick, found: method.join_in(growth, at, pick, found),
+            )  # fmt: skip
+
+        smap = analysis.grown(method.laying, exemplars, canvas, method.blend, fill)
         if misses:
             run.notes.append(f"{len(misses)} patches had no candidate within epsilon; the best was taken.")
-        return growth.map(method.blend)
+        return smap
 
     @property
     def laying(self) -> analysis.Laying:
@@ -142,6 +157,7 @@ class PatchSampling:
             isometries=self.isometries, exact=self.search == "exact", listed=LISTED, repeats=rule,
             usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
             rim=max(overlap),
+            boundary=min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch,
         )  # fmt: skip
 
     def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
@@ -151,8 +167,9 @@ class PatchSampling:
         order = order[prices[order] >= 0]
         if not len(order):
             return None
-        if self.bound == "best":
-            near = order[: self.candidates]
+        at_boundary = growth.at_boundary(window)
+        if at_boundary or self.bound == "best":
+            near = order[: self.boundary_candidates if at_boundary else self.candidates]
         else:
             limit = self.epsilon**2 * growth.brightness(found)
             if self.bound == "relative":
@@ -164,8 +181,8 @@ class PatchSampling:
         return tuple(found.rows[near[below(len(near), bits)], 1:].tolist())
 
     def join_in(self, growth: analysis.Growth, at: Any, pick: Any, found: Any) -> None:
-        """Lay a patch into its window as `join` says."""
-        if self.join == "cut":
+        """Lay a patch into the window that begins at `at`, as `join` says."""
+        if self.join == "cut" or (self.boundary_join == "cut" and growth.at_boundary(growth.window(at))):
             growth.patchwork.cut_in(at, pick, found, growth.layout, False)
         else:
-            growth.patchwork.lay_over(at, pick, found.known, growth.layout, extent(self.overlap or 0))
+            growth.patchwork.lay_over(at, pick, found.known, growth.layout, growth.laying.overlap)

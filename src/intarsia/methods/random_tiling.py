@@ -85,6 +85,6 @@ class RandomTiling:
         for r, y in enumerate(rows):
             run.tick(r, len(rows), lambda: work.map(exemplars, canvas, self.blend))
             for c, x in enumerate(columns):
-                pick = analysis.random_patch(variants, draw(seed, STAGE, 0, r, c))
+                pick = analysis.random_patch(variants.valid, draw(seed, STAGE, 0, r, c))
                 work.lay_over((y, x), pick, work.known((y, x), layout), layout, (0, 0))
         return work.map(exemplars, canvas, self.blend)

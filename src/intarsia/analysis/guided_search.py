@@ -1,0 +1,129 @@
+"""The patch search under a guide: every window among the patches that it may take, by seam and guide together."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..exemplar import Exemplar
+from ..image import Kind
+from ..kernels import guided, match
+from .features import RANGE, channel_shares
+from .guidance import ONE, Guidance
+from .search import Candidates, PatchSearch, Prices
+
+Array = NDArray[Any]
+MOST = float(1 << 30)  # costs of the short-list stay below
+
+
+class GuideSearch(PatchSearch):
+    """The reduced pictures of a guide: every channel for itself, over its full range."""
+
+    typical = float(match.CLIP)
+
+    def _reduction(self) -> tuple[Array, Array, float]:
+        channels, scale = self.variants.channels, 2.0 * match.CLIP / ONE
+        axes = np.rint(np.eye(channels) * scale * (1 << 24)).astype(np.int64)
+        return np.full(channels, ONE // 2, np.int64), axes, scale
+
+
+class GuidedSearch:
+    """Search patches for windows that a guide tells what to hold.
+
+    Parameters
+    ----------
+    search : PatchSearch
+        The search for patches whose seams fit.
+    guidance : Guidance
+        What the guide says of windows and patches.
+    unit : int
+        The squared difference of one pixel over the full range of the exemplars: what a seam distance of 1 is.
+    """
+
+    def __init__(self, search: PatchSearch, guidance: Guidance, unit: int) -> None:
+        self.search, self.guidance = search, guidance
+        self.guide = GuideSearch(guidance.pictures, guidance.layout.patch, 0, factor=search.factor)
+        self.ratio = unit / guidance.unit
+        self.allowed = {s: guidance.allowed(s) for s in np.unique(guidance.windows).tolist()}
+        self.among = {s: search.within(valid) for s, valid in self.allowed.items()}
+
+    def allowed_at(self, window: tuple[int, int]) -> list[Array]:
+        """Return, for every variant, where patches begin that a window may take."""
+        return self.allowed[int(self.guidance.windows[window])]
+
+    def find(
+        self, windows: list[tuple[int, int]], variant: Array, yx: Array, at: Array, prices: Prices
+    ) -> list[Candidates]:
+        """Return the candidates for `windows`, which begin at `at` (n, 2) of a growing map."""
+        labels = [int(self.guidance.windows[w]) for w in windows]
+        found: list[Any] = [None] * len(windows)
+        for s in sorted(set(labels)):
+            mine = np.array([k for k, own in enumerate(labels) if own == s])
+            weighs = self.guidance.guide.weight > 0 and not _is_one_label(s)
+            some = (self._weighed if weighs else self._plain)(self.among[s], variant, yx, at[mine], prices)
+            for k, candidates in zip(mine.tolist(), some, strict=True):
+                found[k] = candidates
+        return found
+
+    def _plain(self, search: PatchSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+        """Inside a region any patch of the region will do: the seam alone counts."""
+        return search.find(variant, yx, at, self.guidance.layout.wraps, prices)
+
+    def _weighed(self, search: PatchSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+        """Where patches differ in what the guide says, count that too: d + alpha g (S0-63), squared."""
+        n, guide = len(at), self.guide
+        feats, known = search.windows(variant, yx, at, self.guidance.layout.wraps)
+        wanted, inside = self.guidance.wanted(at)
+        shares = self._shares(known, inside)
+        coarse_shares = shares * (search.scale / guide.scale)
+        pixels, over = search.reduce(feats, known), guide.reduce(wanted, inside)
+        cells = search.cells[0] * search.cells[1]
+        seam = 2.0 * match.CLIP * math.sqrt(cells * len(search.axes))
+        apart = 2.0 * match.CLIP * math.sqrt(cells * len(guide.axes))
+        scales = np.minimum(MOST / (seam + coarse_shares * apart) ** 2, 1.0)
+        best = np.empty((n, search.listed, 4), np.int64)
+        counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
+        for v in range(len(search.coarse)):
+            if search.valid[v].size:
+                guided.short_list(
+                    search.correlations(v, pixels), pixels.squares[v], pixels.slots, pixels.energies,
+                    guide.correlations(v, over), over.squares[v], over.slots, over.energies, coarse_shares, scales,
+                    search.valid[v], prices.counts[v], prices.weight, prices.multiply, v, best, counts, usual,
+                )  # fmt: skip
+        found = np.empty((n, search.listed, 4), np.int64)
+        guided.refine_all(
+            feats, known, search.variants.flat, search.variants.table, wanted, inside, guide.variants.flat,
+            guide.variants.table, shares, search.flat_valid, search.offsets, best, counts, search.factor, found,
+        )  # fmt: skip
+        return [
+            Candidates(found[k, :c], search.full(u), feats[k], known[k])
+            for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
+        ]
+
+    def _shares(self, known: Array, inside: Array) -> Array:
+        """By what the root of the guide's squared difference is multiplied, window by window.
+
+        With n known pixels of a window of A, both of them means: sqrt(seam / (n u)) + alpha sqrt(apart / (A g)),
+        times sqrt(n u). Where nothing is known, n = A.
+        """
+        area = np.maximum(inside.sum(axis=(1, 2), dtype=np.int64), 1)
+        count = known.sum(axis=(1, 2), dtype=np.int64)
+        count = np.where(count > 0, count, area)
+        return np.asarray(self.guidance.guide.weight * np.sqrt(count * self.ratio / area), np.float64)
+
+
+def _is_one_label(labels: int) -> bool:
+    return labels > 0 and labels & (labels - 1) == 0
+
+
+def seam_unit(exemplar: Exemplar, weights: tuple[float, ...] | None) -> int:
+    """Return the squared difference of one pixel that differs by the full range in every channel of the base plane.
+
+    Channels count as in the search; what other planes differ by comes on top.
+    """
+    base = exemplar.base
+    shares = [1.0] if base.kind is Kind.LABEL else channel_shares(base, weights, base.channels)
+    return round(RANGE * RANGE * sum(shares))
