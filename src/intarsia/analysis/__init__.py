@@ -1,6 +1,6 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
-from .boundary import grown
+from .boundary import boundary_poses, grown
 from .features import Features, features, pose_array
 from .growth import Growth, Laying
 from .guidance import Guidance, check_guide, check_sources, pure_patch
@@ -24,6 +24,7 @@ __all__ = [
     "Repetition",
     "Rule",
     "Variants",
+    "boundary_poses",
     "check_guide",
     "check_patch",
     "check_sources",

@@ -49,3 +49,10 @@ def smaller(laying: Laying) -> Laying | None:
     return replace(
         laying, patch=(patch[0], patch[1]), overlap=(overlap[0], overlap[1]), boundary=0, rim=max(overlap)
     )
+
+
+def boundary_poses(patch: tuple[int, int], asked: str | tuple[int, ...] | None) -> str | tuple[int, ...]:
+    """Return the poses of patches on boundaries: those asked for, or all that a patch of this shape can have."""
+    if asked is not None:
+        return asked
+    return "both" if patch[0] == patch[1] else "180"

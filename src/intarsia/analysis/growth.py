@@ -17,6 +17,7 @@ from ..draws import draw
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..geometry import hang, spread
+from ..guide import Guide
 from ..run import Run
 from ..sourcemap import Blend, SourceMap
 from .features import features
@@ -55,6 +56,8 @@ class Laying:
         How deep start pixels may be replaced, px.
     boundary : int
         Side of the patches along the boundaries of a guide's labels, px; 0: as large as the others.
+    boundary_isometries
+        The poses that may be used there besides.
     """
 
     patch: tuple[int, int]
@@ -70,6 +73,14 @@ class Laying:
     distance: int = 0
     rim: int = 0
     boundary: int = 0
+    boundary_isometries: str | tuple[int, ...] = "none"
+
+    def poses(self, guide: Guide | None) -> tuple[int, ...]:
+        """The isometries in which patches are taken, those for boundaries of labels included."""
+        own = isometry_ids(self.isometries)
+        if guide is None or not guide.is_labels:
+            return own
+        return tuple(sorted({*own, *isometry_ids(self.boundary_isometries)}))
 
     def layout(self, canvas: Canvas) -> Layout:
         """The windows on a canvas."""
@@ -96,7 +107,7 @@ class Growth:
         self.features = features(exemplars, laying.weights, around)
         shown = () if canvas.start is None else canvas.start.poses
         self.variants = variants(
-            exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
+            exemplars, self.features, laying.poses(canvas.guide), self.layout.patch, shown
         )
         self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, laying.listed)
         priced = laying.usage and laying.repeats is Rule.PRICES
@@ -117,7 +128,9 @@ class Growth:
         guide = self.canvas.guide
         if guide is None:
             return None
-        guidance = Guidance(guide, self.variants, self.layout, self.canvas.wrap)
+        guidance = Guidance(
+            guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.laying.isometries)
+        )
         return GuidedSearch(self.finder, guidance, seam_unit(self.exemplars[0], self.laying.weights))
 
     def at_boundary(self, window: Window) -> bool:

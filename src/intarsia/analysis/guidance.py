@@ -27,7 +27,6 @@ from .variants import Variants, valid_windows
 
 ONE = 1020  # a label that is there, the full range of a target picture
 MAX_LABELS = 32
-LEAST_PATCH = 8
 
 Array = NDArray[Any]
 
@@ -45,11 +44,13 @@ class Guidance:
     windows : int64 array (rows, columns)
         The labels that each window of the layout holds, as bits; 0 everywhere without labels.
     boundaries : bool array (rows, columns)
-        True for the windows that hold more than one label.
+        True for the windows that hold more than one label. All others take patches in `poses` only.
     """
 
-    def __init__(self, guide: Guide, variants: Variants, layout: Layout, wrap: Wrap) -> None:
-        self.guide, self.variants, self.layout = guide, variants, layout
+    def __init__(
+        self, guide: Guide, variants: Variants, layout: Layout, wrap: Wrap, poses: tuple[int, ...] = tuple(range(8))
+    ) -> None:
+        self.guide, self.variants, self.layout, self._poses = guide, variants, layout, poses
         sources, self._target = _codes(guide, wrap)
         channels = self._target.shape[2]
         self.unit = (2 if guide.is_labels else channels) * ONE * ONE
@@ -57,11 +58,11 @@ class Guidance:
         self.windows = np.zeros((len(layout.rows), len(layout.columns)), np.int64)
         self._held: list[Array] = []
         if guide.is_labels:
-            ids = [_numbered(s, guide.names) for s in guide.sources]
+            ids = [numbered(s, guide.names) for s in guide.sources]
             for v in range(len(variants)):
                 posed = pose_array(ids[variants.exemplar[v]], int(variants.pose[v]))
                 self._held.append(label_sets(_padded(posed, variants.toroidal[v], layout.patch), layout.patch))
-            self.windows = self._window_sets(_numbered(guide.target, guide.names))
+            self.windows = self._window_sets(numbered(guide.target, guide.names))
         self.boundaries: Array = self.windows & (self.windows - 1) != 0
 
     def allowed(self, labels: int) -> list[Array]:
@@ -69,9 +70,14 @@ class Guidance:
 
         Those of exactly these labels; if there is none, all that hold no other label.
         """
-        valid = self.variants.valid
+        valid = list(self.variants.valid)
+        if not labels & (labels - 1):
+            valid = [
+                ok if p in self._poses else np.zeros_like(ok)
+                for ok, p in zip(valid, self.variants.pose.tolist(), strict=True)
+            ]
         if not labels:
-            return list(valid)
+            return valid
         same = [ok & (held == labels) for ok, held in zip(valid, self._held, strict=True)]
         if any(s.any() for s in same):
             return same
@@ -121,7 +127,7 @@ def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[
     missing = _without_pure_patch(exemplars, guide, extent(patch))
     if missing:
         rows, columns = extent(patch)
-        largest = pure_patch(min(rows, columns), exemplars, guide)
+        largest = pure_patch(exemplars, guide)
         remedy = f"choose a patch of at most {largest} px" if largest else "mark larger regions beside the exemplar"
         raise InputError(
             f"no patch of {columns}x{rows} px beside the exemplar lies wholly in label "
@@ -145,30 +151,51 @@ def check_sources(exemplars: Sequence[Exemplar], guide: Guide) -> None:
         raise InputError(f"the target has {len(guide.names)} labels; at most {MAX_LABELS} are possible.")
 
 
-def pure_patch(wanted: int, exemplars: Sequence[Exemplar], guide: Guide) -> int:
-    """Return the largest side up to `wanted` px at which every label has a patch wholly inside it; 0: there is none."""
-    low, high = 0, wanted
-    while low < high:  # a patch inside a larger pure patch is pure
-        side = (low + high + 1) // 2
-        if _without_pure_patch(exemplars, guide, (side, side)):
-            high = side - 1
+def pure_patch(exemplars: Sequence[Exemplar], guide: Guide) -> int:
+    """Return the largest side at which every label has a patch wholly inside it; 0: there is none."""
+    return min(0 if found is None else found[3] for found in largest_squares(exemplars, guide))
+
+
+def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[int, int, int, int] | None]:
+    """Return for every label of the target its largest square: exemplar, row, column, side; None: it has no pixel."""
+    best: list[tuple[int, int, int, int] | None] = [None] * len(guide.names)
+    for number, (e, source) in enumerate(zip(exemplars, guide.sources, strict=True)):
+        ids = numbered(source, guide.names)
+        for k in range(len(guide.names)):
+            mine = ids == k if e.usable is None else (ids == k) & e.usable
+            y, x, side = _largest_square(mine)
+            before = best[k]
+            if side > (0 if before is None else before[3]):
+                best[k] = (number, y, x, side)
+    return best
+
+
+def _largest_square(mine: Array) -> tuple[int, int, int]:
+    """First row, first column and side of the largest square of True."""
+    low, high, at = 0, min(mine.shape), (0, 0)
+    total = np.pad(np.cumsum(np.cumsum(mine, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+    while low < high:  # a square inside a larger one is one, too
+        n = (low + high + 1) // 2
+        full = total[n:, n:] - total[:-n, n:] - total[n:, :-n] + total[:-n, :-n] == n * n
+        if full.any():
+            low, at = n, divmod(int(full.argmax()), full.shape[1])
         else:
-            low = side
-    return low
+            high = n - 1
+    return at[0], at[1], low
 
 
 def _without_pure_patch(exemplars: Sequence[Exemplar], guide: Guide, patch: tuple[int, int]) -> list[int]:
     names = guide.names
     missing = set(range(len(names)))
     for e, source in zip(exemplars, guide.sources, strict=True):
-        ids = _padded(_numbered(source, names), e.toroidal, patch)
+        ids = _padded(numbered(source, names), e.toroidal, patch)
         held = label_sets(ids, patch)
         held = held[valid_windows(ids.shape, e.usable, e.toroidal, patch)]
         missing -= {k for k in missing if bool((held == 1 << k).any())}
     return [names[k] for k in sorted(missing)]
 
 
-def _numbered(plane: Plane, names: tuple[int, ...]) -> Array:
+def numbered(plane: Plane, names: tuple[int, ...]) -> Array:
     """Number the labels in the order of `names`; all others share the next number."""
     pixels = plane.pixels.reshape(plane.height, plane.width).astype(np.int64)
     place = np.searchsorted(names, pixels)
@@ -180,7 +207,7 @@ def _codes(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
     """The guide as int16 channels of 0 .. ONE, beside the exemplars and over the canvas."""
     planes = [*guide.sources, guide.target]
     if guide.is_labels:
-        ids = [_numbered(p, guide.names) for p in planes]
+        ids = [numbered(p, guide.names) for p in planes]
         codes = [
             np.stack([_presence(i == k, guide.reach, wrap if n == len(ids) - 1 else Wrap.NONE)
                       for k in range(len(guide.names))], axis=2)

@@ -103,6 +103,7 @@ class PatchSearch:
         """Return the same search among some patches only: of every variant, where they may begin."""
         narrow = copy.copy(self)
         narrow._limit(valid)
+        narrow.valid = [v if v.any() else np.zeros((0, 0), bool) for v in narrow.valid]  # these are not even looked at
         return narrow
 
     def _reduction(self) -> tuple[Array, Array, float]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
@@ -11,7 +13,7 @@ from ..guide import Guide
 from ..params import extent
 from .elements import ElementSize, element_size
 from .features import features
-from .guidance import check_sources, pure_patch
+from .guidance import check_sources, largest_squares
 from .variants import isometry_ids
 
 LEAST = 16
@@ -28,17 +30,35 @@ def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> 
     """Return a patch side in px: the size of the largest elements, or two small elements up to 64 px.
 
     Half an element breaks everything, and a fine regular texture keeps its rows only if a patch covers some. Under
-    a guide with labels it is small enough for every label to hold one, if that is possible.
+    a guide with labels it suits the regions, and every label holds some, if that is possible.
     """
+    if guide is not None and guide.is_labels:
+        return _patch_of_labels(exemplars, guide)
     usable = _sampled(exemplars)
     side = min(min(e.height, e.width) for e in usable)
-    element = max(elements(e).size for e in usable)
+    return _fitting(max(elements(e).size for e in usable), side)
+
+
+def _fitting(element: float, side: int) -> int:
+    """A patch for elements of a size, in an exemplar of which the shorter side is `side` px."""
     wanted = max(element, min(2 * element, USUAL), LEAST)
-    patch = int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
-    if guide is None or not guide.is_labels:
-        return patch
+    return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
+
+
+def _patch_of_labels(exemplars: Sequence[Exemplar], guide: Guide) -> int:
+    """A patch for the elements of all regions, each measured in the largest square of its label.
+
+    It stays below these squares, so that there is a choice of patches for every label.
+    """
     check_sources(exemplars, guide)
-    return pure_patch(patch, exemplars, guide) or patch
+    sizes, sides = [], []
+    for found in largest_squares(exemplars, guide):
+        if found is not None:
+            number, y, x, side = found
+            picture = features([exemplars[number]]).pictures[0][y : y + side, x : x + side]
+            sizes.append(_fitting(element_size(np.ascontiguousarray(picture), None).size, side))
+            sides.append(max(int(LARGEST_SHARE * side), min(side, 3)))
+    return min(max(sizes), *sides) if sizes else LEAST
 
 
 def check_patch(

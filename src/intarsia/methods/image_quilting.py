@@ -75,6 +75,9 @@ class ImageQuilting:
         AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
+    boundary_isometries: str | tuple[int, ...] | None = param(
+        AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -133,4 +136,5 @@ class ImageQuilting:
             isometries=self.isometries, exact=self.search == "exact", usage=self.usage,
             distance=self.min_repeat_distance, rim=max(overlap),
             boundary=min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch,
+            boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
         )  # fmt: skip

@@ -87,6 +87,9 @@ class PatchSampling:
         AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
+    boundary_isometries: str | tuple[int, ...] | None = param(
+        AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
+    )
     boundary_candidates: int = param(
         1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=LISTED
     )
@@ -158,6 +161,7 @@ class PatchSampling:
             usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
             rim=max(overlap),
             boundary=min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch,
+            boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
         )  # fmt: skip
 
     def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
