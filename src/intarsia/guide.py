@@ -80,6 +80,11 @@ class Guide:
         """The labels that the target asks for, in their order."""
         return tuple(np.unique(self.target.pixels).tolist()) if self.is_labels else ()
 
+    def told(self, label: int) -> str:
+        """What a label is called: its colour, where it was one."""
+        called = self.target.meta.get("labels", ())
+        return str(called[label]) if label < len(called) else str(label)
+
     @property
     def digest(self) -> str:
         """SHA-256 of all that matters for a result."""

@@ -131,7 +131,7 @@ def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[
         remedy = f"choose a patch of at most {largest} px" if largest else "mark larger regions beside the exemplar"
         raise InputError(
             f"no patch of {columns}x{rows} px beside the exemplar lies wholly in label "
-            f"{', '.join(map(str, missing[:8]))}; {remedy}."
+            f"{', '.join(map(guide.told, missing[:8]))}; {remedy}."
         )
 
 

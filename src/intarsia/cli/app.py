@@ -15,6 +15,7 @@ from .exits import guarded
 
 COMMANDS = {
     "grow": "Grow a larger or tileable texture from an example.",
+    "paint": "Paint with textures: labels say what grows where.",
     "render": "Draw a saved map again: other planes, softer, harder, a window.",
     "replay": "Make a picture again from the recipe it carries.",
     "methods": "List the methods, or the parameters of one.",

@@ -111,6 +111,7 @@ class Batch:
             order.method,
             seed=order.seed,
             wrap=self.wish.wrap,
+            guide=order.guide,
             blend=blend_of(self.wish, order.method),
             run=run,
         )

@@ -68,6 +68,11 @@ class Shelf:
             self._held = (number, tuple(self._read(found) for found in self.lots[number]))
         return self._held[1]
 
+    def warn(self, line: str) -> None:
+        """Tell of something that may be wrong, once."""
+        if line not in self._report.warnings:
+            self._report.warn(line)
+
     def _read(self, found: Set) -> Exemplar:
         exemplar = files.read_set(found, alpha=self.inputs.alpha)
         before = list(self._report.warnings)

@@ -11,11 +11,13 @@ from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Wrap, spread
+from ..guide import Guide
 from ..methods.base import Method
 from ..sourcemap import Blend, Mixing
 from ..synthesis import _check_abilities as check_abilities
 from ..synthesis import as_exemplars
 from .exemplars import Set, Shelf, stem_of
+from .labels import guide_of
 from .outputs import filled, plane_files
 from .request import Targets, Wish
 
@@ -32,6 +34,7 @@ class Order:
     save_map: str | None
     st_map: str | None
     memory: int
+    guide: Guide | None = None
 
     @property
     def paths(self) -> list[str]:
@@ -45,10 +48,12 @@ class Order:
         return f"{', '.join(self.paths)}: {width}x{height} px, {self.method.slug}, seed {self.seed}"
 
 
-def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...]) -> Canvas:
-    """Return the canvas that is asked for: twice the first exemplar where no size is given."""
+def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...], guide: Guide | None = None) -> Canvas:
+    """Return the canvas that is asked for: of the guide's size, or twice the first exemplar where none is given."""
     width, height = wish.size or (2 * exemplars[0].width, 2 * exemplars[0].height)
-    return Canvas(height, width, Wrap(wish.wrap))
+    if guide is not None:
+        width, height = guide.target.width, guide.target.height
+    return Canvas(height, width, Wrap(wish.wrap), guide=guide)
 
 
 def blend_of(wish: Wish, method: Method) -> Blend:
@@ -66,7 +71,8 @@ def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], target
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
     plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
     exemplars = as_exemplars(list(shelf.get(lot)))
-    canvas = canvas_of(wish, exemplars)
+    guide = None if wish.labels is None else guide_of(wish.labels, shelf, lot, exemplars)
+    canvas = canvas_of(wish, exemplars, guide)
     check_abilities(wish.method, exemplars, canvas)
     method = wish.method.settled(exemplars, canvas)
     fields |= {"w": canvas.width, "h": canvas.height}
@@ -77,7 +83,8 @@ def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], target
         out = filled(targets.out, fields)
         pictures = plane_files(out, _endings(sets[0]))
         maps = [None if t is None else filled(t, fields) for t in (targets.save_map, targets.st_map)]
-        orders.append(Order(lot, seed, method, (canvas.width, canvas.height), pictures, maps[0], maps[1], memory))
+        size = (canvas.width, canvas.height)
+        orders.append(Order(lot, seed, method, size, pictures, maps[0], maps[1], memory, guide))
     if orders:
         check_formats(orders[0], exemplars, targets)
     return orders

@@ -51,14 +51,28 @@ class Inputs:
 
 
 @dataclass(frozen=True)
+class Labels:
+    """What is where: a label picture for each exemplar, one for the output, and how much they count."""
+
+    sources: tuple[str, ...]
+    target: str
+    weight: float = 2.0
+    reach: int = 0
+
+
+@dataclass(frozen=True)
 class Wish:
-    """What to grow: the method with its parameters, the size (width, height), how it closes and how it is joined."""
+    """What to grow: the method with its parameters, the size (width, height), how it closes and how it is joined.
+
+    With labels the size is that of their target.
+    """
 
     method: Method
     size: tuple[int, int] | None = None
     wrap: str = "none"
     feather: int | None = None
     mixing: str | None = None
+    labels: Labels | None = None
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ def refine(
                 break
             step //= 2
         if least < FAR:
-            count = insert(found, count, least, v, y, x)
+            count = insert(found, count, int(least), v, y, x)
     return count
 
 
