@@ -3,7 +3,7 @@
 from .boundary import boundary_poses, grown
 from .features import Features, features, pose_array
 from .growth import Growth, Laying
-from .guidance import Guidance, check_guide, check_sources, pure_patch
+from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
 from .patchwork import Patchwork, random_patch, waves
 from .repetition import Layout, Repetition, Rule, striking
@@ -27,13 +27,11 @@ __all__ = [
     "boundary_poses",
     "check_guide",
     "check_patch",
-    "check_sources",
     "default_patch",
     "features",
     "grown",
     "isometry_ids",
     "pose_array",
-    "pure_patch",
     "random_patch",
     "striking",
     "variants",

@@ -127,7 +127,7 @@ def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
         sums = np.cumsum(np.pad(out, pad, mode=mode), axis=axis)
         n = out.shape[axis]
         out = (np.take(sums, range(2 * r + 1, 2 * r + 1 + n), axis) - np.take(sums, range(n), axis)) // (2 * r + 1)
-    return out.astype(np.int32)
+    return np.asarray(out, np.int32)
 
 
 def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:

@@ -1,0 +1,345 @@
+"""Growing under a guide: classes of windows, the joined cost against a slow search, and what comes out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import intarsia as ia
+from intarsia.analysis import Growth, GuidedSearch, Laying
+from intarsia.analysis.guidance import ONE, label_sets, pure_patch
+from intarsia.analysis.guided_search import seam_unit
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.guide import Guide
+from intarsia.image import Kind, Plane
+from intarsia.sourcemap import HOLE, identity
+from intarsia.testing.cases import texture
+from intarsia.testing.maps import which_of
+from intarsia.testing.start import with_hole
+
+Pixels = NDArray[Any]
+METHODS = [ia.ImageQuilting(patch=16, overlap=5), ia.PatchSampling(patch=10, overlap=3)]
+BOTH = pytest.mark.parametrize("method", METHODS, ids=["image-quilting", "patch-sampling"])
+
+
+def labels(pixels: Pixels) -> Plane:
+    return Plane(pixels.astype(np.uint8), Kind.LABEL)
+
+
+def regions(height: int, width: int, count: int = 2) -> Pixels:
+    """Wavy stripes of labels 0, 1, ... from top to bottom."""
+    y, x = np.mgrid[:height, :width]
+    band = (y + 4 * np.sin(x / 9)) * count // height
+    return np.clip(band, 0, count - 1).astype(np.uint8)
+
+
+def painted(marks: Pixels, seed: int = 0) -> Exemplar:
+    """A texture whose brightness tells the label."""
+    grain = texture(*marks.shape, 3, seed).astype(int) // 4
+    return Exemplar.of((grain + 60 * marks[:, :, None].astype(int)).astype(np.uint8))
+
+
+def disc(size: int = 80, inner: int = 1, outer: int = 0) -> Pixels:
+    y, x = np.mgrid[:size, :size] - size // 2
+    return np.where(y * y + x * x < (size * 0.3) ** 2, inner, outer).astype(np.uint8)
+
+
+def got(smap: Any, *marks: Pixels) -> Pixels:
+    """The label of every output pixel, by where it comes from."""
+    out = np.zeros(smap.yx.shape[:2], int)
+    for n, m in enumerate(marks):
+        mine = which_of(smap) == n
+        out[mine] = m[smap.yx[mine][:, 0], smap.yx[mine][:, 1]]
+    return out
+
+
+def agreement(smap: Any, target: Pixels, *marks: Pixels) -> float:
+    return float((got(smap, *marks) == target).mean())
+
+
+class TestClasses:
+    @pytest.mark.parametrize("patch", [(1, 1), (3, 5), (6, 6), (20, 9)])
+    def test_label_sets_are_those_of_every_window(self, patch: tuple[int, int]) -> None:
+        ids = np.random.default_rng(1).integers(-1, 4, (20, 23)) * (np.arange(23) > 8)
+        found = label_sets(ids, patch)
+        for y in range(20 - patch[0] + 1):
+            for x in range(23 - patch[1] + 1):
+                held = set(ids[y : y + patch[0], x : x + patch[1]].ravel().tolist()) - {-1}
+                assert found[y, x] == sum(1 << k for k in held)
+
+    @pytest.mark.parametrize("wrap", ["none", "both"])
+    def test_windows_know_the_labels_of_the_canvas(self, wrap: str) -> None:
+        marks, target = regions(40, 50, 3), regions(33, 41, 3)
+        canvas = Canvas(33, 41, ia.Wrap(wrap), guide=Guide(labels(marks), labels(target)))
+        growth = Growth(Laying((12, 12), (4, 4), hangs=True), [painted(marks)], canvas)
+        assert growth.guided is not None
+        for r, y in enumerate(growth.layout.rows):
+            for c, x in enumerate(growth.layout.columns):
+                rows, columns = np.arange(y, y + 12), np.arange(x, x + 12)
+                if wrap == "none":
+                    rows, columns = rows[(rows >= 0) & (rows < 33)], columns[(columns >= 0) & (columns < 41)]
+                held = set(target[np.ix_(rows % 33, columns % 41)].ravel().tolist())
+                assert growth.guided.guidance.windows[r, c] == sum(1 << k for k in held)
+                assert growth.at_boundary((r, c)) == (len(held) > 1)
+
+    def test_a_window_takes_patches_of_its_own_set(self) -> None:
+        marks = regions(60, 60, 3)
+        guide = Guide(labels(marks), labels(regions(60, 60, 3)))
+        growth = Growth(Laying((10, 10), (3, 3)), [painted(marks)], Canvas(60, 60, guide=guide))
+        assert growth.guided is not None
+        every = label_sets(marks.astype(int), (10, 10))
+        for held, (allowed,) in growth.guided.allowed.items():
+            assert np.array_equal(allowed, every == held)
+        (none,) = growth.guided.guidance.allowed(0b101)  # labels 0 and 2 never meet: only what holds nothing else
+        assert np.array_equal(none, (every == 1) | (every == 4))
+
+    def test_labels_turn_with_the_pixels(self) -> None:
+        marks = regions(30, 41, 3)
+        guide = Guide(labels(marks), labels(regions(30, 30, 3)))
+        growth = Growth(Laying((8, 8), (2, 2), isometries="both"), [painted(marks)], Canvas(30, 30, guide=guide))
+        assert growth.guided is not None
+        pictures = growth.guided.guidance.pictures
+        for v in range(8):
+            _, height, width, _ = pictures.table[v].tolist()
+            yx = np.stack(np.mgrid[:height, :width], axis=2).astype(np.int32)
+            there, _, _ = pictures.to_exemplars(yx, np.full((height, width), v, np.uint8))
+            shown = pictures.picture(v)
+            assert np.array_equal(shown.argmax(axis=2), marks[there[:, :, 0], there[:, :, 1]])
+            assert set(np.unique(shown).tolist()) == {0, ONE}
+
+
+class Scene:
+    """A window of random pixels under a boundary, and a slow search of every patch."""
+
+    def __init__(self, weight: float, exact: bool, isometries: str = "none") -> None:
+        rng = np.random.default_rng(5)
+        self.marks = (rng.random((8, 9)).repeat(5, 0).repeat(5, 1) > 0.5).astype(np.uint8)
+        self.target = np.zeros((12, 12), np.uint8)
+        self.target[:, 5:] = 1
+        self.target[8:, 3:] = 1
+        exemplar = painted(self.marks)
+        guide = Guide(labels(self.marks), labels(self.target), weight)
+        laying = Laying((12, 12), (4, 4), isometries=isometries, exact=exact, boundary_isometries="none")
+        self.growth = Growth(laying, [exemplar], Canvas(12, 12, guide=guide))
+        self.unit = seam_unit(exemplar, None)
+        self.weight = weight
+        for array, top in ((self.growth.patchwork.yx[:, :, 0], 40), (self.growth.patchwork.yx[:, :, 1], 45)):
+            array[:] = rng.integers(0, top, (12, 12))
+        self.growth.patchwork.variant[:] = 0
+        self.growth.patchwork.variant[4:, 4:] = HOLE
+
+    @property
+    def guided(self) -> GuidedSearch:
+        assert self.growth.guided is not None
+        return self.growth.guided
+
+    def found(self) -> Any:
+        work = self.growth.patchwork
+        at = np.zeros((1, 2), np.int64)
+        return self.guided.find([(0, 0)], work.variant, work.yx, at, self.growth.repetition.told)[0]
+
+    def cost(self, v: int, u: int, s: int) -> float:
+        """(d + alpha g)**2 in the units of the search, straight from the definition."""
+        work, variants = self.growth.patchwork, self.growth.variants
+        seam, n = 0, 0
+        for i in range(12):
+            for j in range(12):
+                if work.variant[i, j] != HOLE:
+                    y, x = work.yx[i, j]
+                    a = variants.picture(work.variant[i, j])[y, x].astype(int)
+                    seam += int(((a - variants.picture(v)[u + i, s + j].astype(int)) ** 2).sum())
+                    n += 1
+        shown = self.guided.guidance.pictures.picture(v)[u : u + 12, s : s + 12].argmax(axis=2)
+        g = np.sqrt((shown != self.target).mean())
+        return float((np.sqrt(seam / (n * self.unit)) + self.weight * g) ** 2 * n * self.unit)
+
+
+class TestCost:
+    @pytest.mark.parametrize("weight", [0.0, 0.3, 2.0, 100.0])
+    @pytest.mark.parametrize("isometries", ["none", "both"])
+    def test_candidates_cost_seam_and_labels_together(self, weight: float, isometries: str) -> None:
+        scene = Scene(weight, exact=True, isometries=isometries)
+        rows = scene.found().rows
+        assert len(rows) == 16
+        for cost, v, u, s in rows.tolist():
+            assert abs(cost - scene.cost(v, u, s)) <= 1 + 1e-9 * cost
+            assert scene.guided.allowed[0b11][v][u, s]
+
+    @pytest.mark.parametrize("weight", [0.3, 2.0, 100.0])
+    @pytest.mark.parametrize("exact", [True, False])
+    def test_the_best_of_all_is_found(self, weight: float, exact: bool) -> None:
+        scene = Scene(weight, exact)
+        (allowed,) = scene.guided.allowed[0b11]
+        every = sorted(scene.cost(0, int(u), int(s)) for u, s in zip(*np.nonzero(allowed), strict=True))
+        best = scene.found().rows[0, 0]
+        assert best <= every[0] * 1.0001 + 1 if exact else best <= every[4]
+
+    def test_counts_of_differing_labels_are_exact_at_every_position(self) -> None:
+        scene = Scene(2.0, exact=True)
+        search = scene.guided.guide
+        wanted, inside = scene.guided.guidance.wanted(np.zeros((1, 2), np.int64))
+        reduced = search.reduce(wanted, inside)
+        products = np.rint(search.correlations(0, reduced)[0])[: 40 - 11, : 45 - 11]
+        apart = reduced.squares[0][reduced.slots[0]] + reduced.energies[0] - 2 * products
+        for u in range(29):
+            for s in range(34):
+                count = int((scene.marks[u : u + 12, s : s + 12] != scene.target).sum())
+                assert apart[u, s] == count * 2 * 62**2
+
+    def test_where_nothing_is_known_labels_alone_decide(self) -> None:
+        scene = Scene(2.0, exact=True)
+        scene.growth.patchwork.variant[:] = HOLE
+        (allowed,) = scene.guided.allowed[0b11]
+        counts = [
+            int((scene.marks[u : u + 12, s : s + 12] != scene.target).sum())
+            for u, s in zip(*np.nonzero(allowed), strict=True)
+        ]
+        _, _, u, s = scene.found().rows[0].tolist()
+        assert int((scene.marks[u : u + 12, s : s + 12] != scene.target).sum()) == min(counts)
+
+
+class TestPainting:
+    @BOTH
+    @pytest.mark.parametrize("boundary_patch", [0, None])
+    def test_inside_of_regions_every_pixel_has_its_label(self, method: Any, boundary_patch: int | None) -> None:
+        marks, target = regions(90, 90), disc(90)
+        method = replace(method, boundary_patch=boundary_patch)
+        out = ia.synthesize(painted(marks), None, method, seed=3, guide=Guide(labels(marks), labels(target)))
+        found = got(out.map, marks)
+        laying = method.laying
+        canvas = Canvas(90, 90, guide=Guide(labels(marks), labels(target)))
+        growth = Growth(laying, [painted(marks)], canvas)
+        only_pure = np.ones((90, 90), bool)
+        h, w = growth.layout.patch
+        for r, y in enumerate(growth.layout.rows):
+            for c, x in enumerate(growth.layout.columns):
+                if growth.at_boundary((r, c)):
+                    only_pure[max(y, 0) : y + h, max(x, 0) : x + w] = False
+        assert only_pure.sum() > 500
+        assert (found == target)[only_pure].all()
+        assert (found == target).mean() > 0.95
+
+    @BOTH
+    def test_three_labels_and_all_sizes(self, method: Any) -> None:
+        marks, target = regions(96, 72, 3), regions(50, 131, 3)[::-1]
+        for wrap in ("none", "both"):
+            guide = Guide(labels(marks), labels(target))
+            out = ia.synthesize(painted(marks), None, method, guide=guide, wrap=wrap)
+            assert out.map.yx.shape[:2] == (50, 131)
+            assert agreement(out.map, target, marks) > (0.9 if wrap == "none" else 0.85)
+
+    @BOTH
+    def test_several_exemplars_of_one_label_each(self, method: Any) -> None:
+        sand, moss = np.full((40, 44), 3, np.uint8), np.full((36, 50), 9, np.uint8)
+        target = disc(70, 3, 9)
+        exemplars = [painted(sand // 3, 1), painted(moss // 9 * 3, 2)]
+        out = ia.synthesize(exemplars, None, method, guide=Guide([labels(sand), labels(moss)], labels(target)))
+        assert agreement(out.map, target, sand, moss) > 0.9
+        assert set(np.unique(which_of(out.map)).tolist()) == {0, 1}
+
+    @BOTH
+    def test_weight_0_still_keeps_regions_apart(self, method: Any) -> None:
+        marks, target = regions(90, 90), disc(90)
+        loose, close = (
+            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), weight))
+            for weight in (0.0, 2.0)
+        )
+        assert 0.8 < agreement(loose.map, target, marks) <= agreement(close.map, target, marks)
+
+    @BOTH
+    def test_turned_patches_follow_boundaries_that_the_exemplar_lacks(self, method: Any) -> None:
+        marks, target = regions(90, 90), regions(90, 90).T  # the exemplar's boundary lies across, the target's upright
+        guide = Guide(labels(marks), labels(target))
+        plain, turned = (
+            ia.synthesize(painted(marks), None, replace(method, boundary_isometries=i), guide=guide, seed=1).map
+            for i in ("none", "both")
+        )
+        assert agreement(turned, target, marks) > max(agreement(plain, target, marks), 0.97)
+
+    @BOTH
+    def test_the_same_for_any_number_of_threads(self, method: Any) -> None:
+        marks, target = regions(70, 70), disc(100)
+        outs = [
+            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)), run=ia.Run(n))
+            for n in (1, 2, 4)
+        ]
+        assert len({o.map.digest for o in outs}) == 1
+        assert "guide" in outs[0].recipe
+
+    @BOTH
+    def test_a_start_map_is_kept(self, method: Any) -> None:
+        marks = regions(70, 70)
+        e = painted(marks)
+        holes = np.zeros((70, 70), bool)
+        holes[:, 35:] = True
+        start = with_hole(identity([e.source], 0), holes)
+        target = marks.copy()
+        target[:, 50:] = 1
+        out = ia.synthesize(e, None, method, start=start, guide=Guide(labels(marks), labels(target)))
+        assert np.array_equal(out.map.yx[:, :25], start.yx[:, :25])
+        assert agreement(out.map, target, marks) > 0.93
+
+    @BOTH
+    def test_a_reach_is_followed(self, method: Any) -> None:
+        marks, target = regions(90, 90), disc(90)
+        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), reach=6))
+        assert agreement(out.map, target, marks) > 0.95
+
+    @BOTH
+    def test_a_target_picture_is_followed(self, method: Any) -> None:
+        e = Exemplar.of(texture(90, 90, 1, 4))
+        ramp = np.tile(np.linspace(40, 200, 80).astype(np.uint8), (60, 1))
+        near = []
+        for weight in (0.0, 2.0):
+            out = ia.synthesize(e, None, method, guide=Guide(e.base, Plane(ramp), weight))
+            shown = np.asarray(out.render(feather=0).pixels, float).reshape(60, 80).mean(axis=0)
+            near.append(float(np.corrcoef(shown, ramp[0])[0, 1]))
+        assert near[1] > 0.9 > near[0]
+
+
+class TestRefusals:
+    def test_what_does_not_fit(self) -> None:
+        marks, e = regions(40, 40), painted(regions(40, 40))
+        plane, normals = labels(marks), Plane(np.zeros((4, 4, 3)), Kind.NORMAL)
+        for make, words in [
+            (lambda: Guide(plane, labels(marks + 5)), "labels 5, 6 do not occur"),
+            (lambda: Guide(plane, Plane(marks)), "differ in kind"),
+            (lambda: Guide(plane, plane, -1), "weight=-1"),
+            (lambda: Guide(plane, plane, reach=-1), "reach=-1"),
+            (lambda: Guide([], plane), "no source"),
+            (lambda: Guide(normals, normals), "normals"),
+            (lambda: ia.synthesize(e, 50, METHODS[0], guide=Guide(plane, plane)), "target is 40x40 px, the canvas"),
+            (lambda: ia.synthesize(e, None, METHODS[0], guide=Guide([plane, plane], plane)), "2 source pictures for 1"),
+            (lambda: ia.synthesize(e, None, METHODS[0], guide=Guide(labels(marks[:30]), plane)), "source is 40x30 px"),
+        ]:  # fmt: skip
+            with pytest.raises(ia.InputError, match=words):
+                make()
+
+    @BOTH
+    def test_a_label_needs_a_patch_of_its_own(self, method: Any) -> None:
+        marks = np.zeros((60, 60), np.uint8)
+        marks[20:29, :] = 7
+        e, guide = painted(marks // 7), Guide(labels(marks), labels(marks))
+        with pytest.raises(ia.InputError, match=r"wholly in label 7; choose a patch of at most 9 px"):
+            ia.synthesize(e, None, method, guide=guide)
+        assert pure_patch([e], guide) == 9
+        out = ia.synthesize(e, None, type(method)(), guide=guide)  # the automatic patch is small enough
+        assert agreement(out.map, marks, marks) > 0.9
+
+    def test_masked_patches_do_not_count(self) -> None:
+        marks = regions(60, 60)
+        usable = marks == 0
+        usable[50:, :] = True
+        e = Exemplar.of(painted(marks).base, usable=usable)
+        with pytest.raises(ia.InputError, match="at most 10 px"):
+            ia.synthesize(e, None, METHODS[0], guide=Guide(labels(marks), labels(disc())))
+
+    def test_too_many_labels(self) -> None:
+        marks = np.arange(40 * 40).reshape(40, 40) % 40
+        with pytest.raises(ia.InputError, match="40 labels; at most 32"):
+            ia.synthesize(painted(marks % 2), None, METHODS[0], guide=Guide(labels(marks), labels(marks)))
