@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,22 +19,25 @@ from scipy.ndimage import distance_transform_edt
 
 import intarsia as ia
 from intarsia import files
+from intarsia.geometry import ISOMETRIES
 
 SIDE, BAND = 384, 24
 
-PLAIN = ia.ImageQuilting(boundary_patch=0, boundary_isometries="none")
+FAR = 10_000
+PLAIN = ia.ImageQuilting(boundary_patch=0, boundary_isometries="none", boundary_slack=FAR)
 SWITCHES: dict[str, tuple[Any, float, int]] = {
-    "weight 0, same patches": (PLAIN, 0.0, 0),
+    "weight 0": (PLAIN, 0.0, 0),
     "weight 0.5": (PLAIN, 0.5, 0),
-    "weight 2 (the source)": (PLAIN, 2.0, 0),
+    "weight 2, as the source": (PLAIN, 2.0, 0),
     "weight 5": (PLAIN, 5.0, 0),
-    "+ half patches": (ia.ImageQuilting(boundary_isometries="none"), 2.0, 0),
-    "+ turned patches": (ia.ImageQuilting(boundary_patch=0), 2.0, 0),
-    "+ both (the default)": (ia.ImageQuilting(), 2.0, 0),
-    "default, reach 4": (ia.ImageQuilting(), 2.0, 4),
+    "+ half patches": (replace(PLAIN, boundary_patch=None), 2.0, 0),
+    "+ turned patches": (replace(PLAIN, boundary_isometries=None), 2.0, 0),
+    "+ strays replaced": (replace(PLAIN, boundary_slack=None), 2.0, 0),
+    "+ half, turned": (ia.ImageQuilting(boundary_slack=FAR), 2.0, 0),
+    "+ all three (default)": (ia.ImageQuilting(), 2.0, 0),
     "default, reach 12": (ia.ImageQuilting(), 2.0, 12),
-    "patch-sampling, same join": (ia.PatchSampling(boundary_join="same"), 2.0, 0),
-    "patch-sampling, cut": (ia.PatchSampling(), 2.0, 0),
+    "sampling, join same": (ia.PatchSampling(boundary_join="same"), 2.0, 0),
+    "sampling, join cut": (ia.PatchSampling(), 2.0, 0),
 }
 
 
@@ -53,8 +57,6 @@ def seam_cost(out: ia.Synthesis, band: np.ndarray) -> float:
     pixels = out.exemplars[0].base.samples.astype(float) / 255
     yx, shown, total = out.map.yx.astype(int), out.render().samples.astype(float) / 255, np.zeros(band.shape)
     pose = np.zeros(band.shape, int) if out.map.pose is None else out.map.pose.astype(int)
-    from intarsia.geometry import ISOMETRIES
-
     j = np.array([i.j for i in ISOMETRIES])
     for axis in (0, 1):
         there = tuple(slice(1, None) if a == axis else slice(None) for a in (0, 1))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.analysis import Growth, GuidedSearch, Laying
+from intarsia.analysis.boundary import strays
 from intarsia.analysis.guidance import ONE, label_sets, pure_patch
 from intarsia.analysis.guided_search import seam_unit
 from intarsia.canvas import Canvas
@@ -154,7 +155,7 @@ class Scene:
                     a = variants.picture(work.variant[i, j])[y, x].astype(int)
                     seam += int(((a - variants.picture(v)[u + i, s + j].astype(int)) ** 2).sum())
                     n += 1
-        shown = self.guided.guidance.pictures.picture(v)[u : u + 12, s : s + 12].argmax(axis=2)
+        shown = self.guided.guidance.pictures.picture(v)[u : u + 12, s : s + 12, 0] // ONE
         g = np.sqrt((shown != self.target).mean())
         return float((np.sqrt(seam / (n * self.unit)) + self.weight * g) ** 2 * n * self.unit)
 
@@ -189,7 +190,7 @@ class TestCost:
         for u in range(29):
             for s in range(34):
                 count = int((scene.marks[u : u + 12, s : s + 12] != scene.target).sum())
-                assert apart[u, s] == count * 2 * 62**2
+                assert apart[u, s] == count * 62**2
 
     def test_where_nothing_is_known_labels_alone_decide(self) -> None:
         scene = Scene(2.0, exact=True)
@@ -343,3 +344,37 @@ class TestRefusals:
         marks = np.arange(40 * 40).reshape(40, 40) % 40
         with pytest.raises(ia.InputError, match="40 labels; at most 32"):
             ia.synthesize(painted(marks % 2), None, METHODS[0], guide=Guide(labels(marks), labels(marks)))
+
+
+class TestStrays:
+    def test_a_patch_of_wrong_pixels_is_judged_by_its_deepest(self) -> None:
+        target = np.zeros((20, 20), np.int16)
+        target[:, 10:] = 1
+        found = target.copy()
+        found[2:4, 10:13] = 0  # 3 px deep
+        found[8:10, 10:17] = 0  # 7 px deep
+        beside = np.ones((3, 3), bool)
+        assert np.argwhere(strays(found, target, 4, beside))[:, 0].tolist() == [8] * 7 + [9] * 7
+        assert not strays(found, target, 7, beside).any()
+        assert np.array_equal(strays(found, target, 7, np.eye(3, dtype=bool)), found != target)
+        assert not strays(target, target, 0, beside).any()
+
+    @BOTH
+    def test_labels_that_never_meet_are_cut_at_the_boundary(self, method: Any) -> None:
+        marks = regions(90, 90, 3)
+        target = disc(90, 2, 0)
+        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)))
+        assert np.array_equal(got(out.map, marks), target)
+
+    @BOTH
+    def test_less_slack_more_agreement(self, method: Any) -> None:
+        marks, target = regions(90, 90), (np.indices((90, 90)).sum(axis=0) // 20 % 2).astype(np.uint8)
+        near = [
+            agreement(
+                ia.synthesize(painted(marks), None, replace(method, boundary_slack=s, boundary_isometries="none"),
+                              guide=Guide(labels(marks), labels(target))).map,
+                target, marks,
+            )
+            for s in (90, 3, 0)
+        ]  # fmt: skip
+        assert near[0] < near[1] <= near[2] == 1.0

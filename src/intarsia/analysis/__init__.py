@@ -1,6 +1,6 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
-from .boundary import boundary_poses, grown
+from .boundary import boundary_poses, grown, slack_of
 from .features import Features, features, pose_array
 from .growth import Growth, Laying
 from .guidance import Guidance, check_guide
@@ -33,6 +33,7 @@ __all__ = [
     "isometry_ids",
     "pose_array",
     "random_patch",
+    "slack_of",
     "striking",
     "variants",
     "waves",

@@ -58,6 +58,8 @@ class Laying:
         Side of the patches along the boundaries of a guide's labels, px; 0: as large as the others.
     boundary_isometries
         The poses that may be used there besides.
+    slack : int, optional
+        How far one label's pixels may lie in another's region, px, before they are replaced; None: any distance.
     """
 
     patch: tuple[int, int]
@@ -74,6 +76,7 @@ class Laying:
     rim: int = 0
     boundary: int = 0
     boundary_isometries: str | tuple[int, ...] = "none"
+    slack: int | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
         """The isometries in which patches are taken, those for boundaries of labels included."""
@@ -97,11 +100,16 @@ class Laying:
 
 
 class Growth:
-    """A map that grows, and all that is needed to grow it; under labels perhaps only `inside_only` of regions."""
+    """A map that grows, and all that is needed to grow it.
+
+    Windows may be left out: with `inside_only` those that hold a boundary of labels; with `wanted`, a mask of the
+    canvas, those that hold none of its pixels.
+    """
 
     def __init__(
-        self, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False
-    ) -> None:
+        self, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> None:  # fmt: skip
         self.laying, self.exemplars, self.canvas = laying, exemplars, canvas
         self.layout = laying.layout(canvas)
         around = (laying.context, max(min(laying.patch) // SURROUNDINGS, 1)) if laying.context else (0.0, 0)
@@ -118,11 +126,11 @@ class Growth:
         )
         rim = laying.rim if canvas.rim is None else canvas.rim
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
-        wanted = self.patchwork.open_windows(self.layout)
+        windows = self.patchwork.open_windows(self.layout, wanted)
         self.guided = self._guided()
         if inside_only and self.guided is not None:
-            wanted &= ~self.guided.guidance.boundaries
-        self.waves = waves(self.layout, wanted)
+            windows &= ~self.guided.guidance.boundaries
+        self.waves = waves(self.layout, windows)
 
     def _guided(self) -> GuidedSearch | None:
         """The search under the canvas's guide, where it has one."""

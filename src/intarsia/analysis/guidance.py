@@ -38,7 +38,7 @@ class Guidance:
     ----------
     pictures : Variants
         The guide beside the exemplars, posed and laid out like the variants: one channel for each label of the
-        target, ONE where a pixel has it, or the channels of a target picture, 0 .. ONE.
+        target, ONE where a pixel has it (of two labels one is enough), or the channels of a target picture, 0 .. ONE.
     unit : int
         The squared difference of one pixel that differs fully.
     windows : int64 array (rows, columns)
@@ -53,7 +53,7 @@ class Guidance:
         self.guide, self.variants, self.layout, self._poses = guide, variants, layout, poses
         sources, self._target = _codes(guide, wrap)
         channels = self._target.shape[2]
-        self.unit = (2 if guide.is_labels else channels) * ONE * ONE
+        self.unit = (min(channels, 2) if guide.is_labels else channels) * ONE * ONE
         self.pictures = _laid_out(sources, variants, layout.patch)
         self.windows = np.zeros((len(layout.rows), len(layout.columns)), np.int64)
         self._held: list[Array] = []
@@ -68,19 +68,18 @@ class Guidance:
     def allowed(self, labels: int) -> list[Array]:
         """Return, for every variant, where patches begin that a window of these labels may take.
 
-        Those of exactly these labels; if there is none, all that hold no other label.
+        Those of exactly these labels; if there is none, all that hold no other label. Only patches that hold a
+        boundary are turned for it.
         """
         valid = list(self.variants.valid)
-        if not labels & (labels - 1):
-            valid = [
-                ok if p in self._poses else np.zeros_like(ok)
-                for ok, p in zip(valid, self.variants.pose.tolist(), strict=True)
-            ]
+        if labels & (labels - 1):
+            same = [ok & (held == labels) for ok, held in zip(valid, self._held, strict=True)]
+            if any(s.any() for s in same):
+                return same
+        posed = zip(valid, self.variants.pose.tolist(), strict=True)
+        valid = [ok if pose in self._poses else np.zeros_like(ok) for ok, pose in posed]
         if not labels:
             return valid
-        same = [ok & (held == labels) for ok, held in zip(valid, self._held, strict=True)]
-        if any(s.any() for s in same):
-            return same
         return [ok & (held & ~labels == 0) for ok, held in zip(valid, self._held, strict=True)]
 
     def wanted(self, at: Array) -> tuple[Array, Array]:
@@ -213,6 +212,8 @@ def _codes(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
                       for k in range(len(guide.names))], axis=2)
             for n, i in enumerate(ids)
         ]  # fmt: skip
+        if len(guide.names) == 2 and not any((i == 2).any() for i in ids):
+            codes = [c[:, :, 1:] for c in codes]  # of two labels the one says what the other would
     else:
         values = [code_values(p).astype(np.int64) for p in planes]
         low, high = min(int(v.min()) for v in values), max(int(v.max()) for v in values)

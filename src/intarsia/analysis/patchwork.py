@@ -52,12 +52,12 @@ class Patchwork:
             variant[mine] = v
         return cls(variants, variant, yx, _deeper_than(rim, variant != HOLE, canvas))
 
-    def open_windows(self, layout: Layout) -> NDArray[np.bool_]:
-        """Return which windows hold a pixel that is not known yet."""
-        if not (self.variant != HOLE).any():
+    def open_windows(self, layout: Layout, wanted: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+        """Return which windows hold a pixel that is not known yet, or that is `wanted`."""
+        if wanted is None and not (self.variant != HOLE).any():
             return np.ones((len(layout.rows), len(layout.columns)), bool)
         h, w = layout.patch
-        holes = self.variant == HOLE
+        holes = self.variant == HOLE if wanted is None else wanted
         for axis, (size, wrap) in enumerate(zip(layout.patch, layout.wraps, strict=True)):
             pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
             holes = np.pad(holes, pad, mode="wrap") if wrap else np.pad(holes, pad)

@@ -78,6 +78,10 @@ class ImageQuilting:
     boundary_isometries: str | tuple[int, ...] | None = param(
         AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
     )
+    boundary_slack: int | None = param(
+        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: a quarter patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         check(self)
@@ -131,10 +135,11 @@ class ImageQuilting:
     def laying(self) -> analysis.Laying:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
+        boundary = min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch
         return analysis.Laying(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
             isometries=self.isometries, exact=self.search == "exact", usage=self.usage,
             distance=self.min_repeat_distance, rim=max(overlap),
-            boundary=min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch,
-            boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
+            boundary=boundary, boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
+            slack=analysis.slack_of(self.footprint, boundary, self.boundary_slack),
         )  # fmt: skip

@@ -89,6 +89,10 @@ class PatchSampling:
     boundary_isometries: str | tuple[int, ...] | None = param(
         AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
     )
+    boundary_slack: int | None = param(
+        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: a quarter patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
     boundary_candidates: int = param(
         1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=LISTED
     )
@@ -154,13 +158,14 @@ class PatchSampling:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         rule = analysis.Rule(self.repetition if self.repetition != "none" else "prices")
+        boundary = min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch
         return analysis.Laying(
             patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
             isometries=self.isometries, exact=self.search == "exact", listed=LISTED, repeats=rule,
             usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
             rim=max(overlap),
-            boundary=min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch,
-            boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
+            boundary=boundary, boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
+            slack=analysis.slack_of(self.footprint, boundary, self.boundary_slack),
         )  # fmt: skip
 
     def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
