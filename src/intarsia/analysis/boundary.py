@@ -18,7 +18,7 @@ from .growth import Growth, Laying
 from .guidance import numbered
 
 PASS = 1 << 20  # draws of the second pass are apart from those of the first
-SLACK = 4  # strays may lie as far as this part of a patch on the wrong side
+SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
 
 Fill = Callable[[Growth, int, tuple[int, int]], None]
 Array = NDArray[Any]
@@ -67,7 +67,7 @@ def boundary_poses(patch: tuple[int, int], asked: str | tuple[int, ...] | None) 
 
 
 def slack_of(patch: tuple[int, int], boundary: int, asked: int | None) -> int:
-    """Return how far strays may lie on the wrong side: as asked, or a quarter of a boundary's patch, at least 2 px."""
+    """Return how far strays may lie on the wrong side: as asked, or half a patch of the boundary, at least 2 px."""
     return max(2, (boundary or min(patch)) // SLACK) if asked is None else asked
 
 
@@ -123,7 +123,7 @@ def strays(found: Array, target: Array, slack: int, beside: Array) -> Array:
 
     Where the exemplars never show two labels side by side (`beside`), there is no boundary to keep: all are strays.
     """
-    wrong = found != target
+    wrong = np.asarray(found != target)
     groups, count = label(wrong, np.ones((3, 3)))
     if not count:
         return wrong

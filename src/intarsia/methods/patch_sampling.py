@@ -90,7 +90,7 @@ class PatchSampling:
         AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
     )
     boundary_slack: int | None = param(
-        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: a quarter patch",
+        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     boundary_candidates: int = param(
