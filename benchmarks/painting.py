@@ -55,7 +55,7 @@ def targets(first: int, second: int) -> list[np.ndarray]:
 def seam_cost(out: ia.Synthesis, band: np.ndarray) -> float:
     """Mean difference of neighbours across seams, over all pixels of the band, in hundredths of the range."""
     pixels = out.exemplars[0].base.samples.astype(float) / 255
-    yx, shown, total = out.map.yx.astype(int), out.render().samples.astype(float) / 255, np.zeros(band.shape)
+    yx, shown, total = out.map.yx.astype(int), out.render(feather=0).samples.astype(float) / 255, np.zeros(band.shape)
     pose = np.zeros(band.shape, int) if out.map.pose is None else out.map.pose.astype(int)
     j = np.array([i.j for i in ISOMETRIES])
     for axis in (0, 1):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +17,9 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
-from intarsia.sourcemap import HOLE, identity
+from intarsia.sourcemap import HOLE
 from intarsia.testing.cases import texture
 from intarsia.testing.maps import which_of
-from intarsia.testing.start import with_hole
 
 Pixels = NDArray[Any]
 METHODS = [ia.ImageQuilting(patch=16, overlap=5), ia.PatchSampling(patch=10, overlap=3)]
@@ -204,105 +202,6 @@ class TestCost:
         assert int((scene.marks[u : u + 12, s : s + 12] != scene.target).sum()) == min(counts)
 
 
-class TestPainting:
-    @BOTH
-    @pytest.mark.parametrize("boundary_patch", [0, None])
-    def test_inside_of_regions_every_pixel_has_its_label(self, method: Any, boundary_patch: int | None) -> None:
-        marks, target = regions(90, 90), disc(90)
-        method = replace(method, boundary_patch=boundary_patch)
-        out = ia.synthesize(painted(marks), None, method, seed=3, guide=Guide(labels(marks), labels(target)))
-        found = got(out.map, marks)
-        laying = method.laying
-        canvas = Canvas(90, 90, guide=Guide(labels(marks), labels(target)))
-        growth = Growth(laying, [painted(marks)], canvas)
-        only_pure = np.ones((90, 90), bool)
-        h, w = growth.layout.patch
-        for r, y in enumerate(growth.layout.rows):
-            for c, x in enumerate(growth.layout.columns):
-                if growth.at_boundary((r, c)):
-                    only_pure[max(y, 0) : y + h, max(x, 0) : x + w] = False
-        assert only_pure.sum() > 500
-        assert (found == target)[only_pure].all()
-        assert (found == target).mean() > 0.95
-
-    @BOTH
-    def test_three_labels_and_all_sizes(self, method: Any) -> None:
-        marks, target = regions(96, 72, 3), regions(50, 131, 3)[::-1]
-        for wrap in ("none", "both"):
-            guide = Guide(labels(marks), labels(target))
-            out = ia.synthesize(painted(marks), None, method, guide=guide, wrap=wrap)
-            assert out.map.yx.shape[:2] == (50, 131)
-            assert agreement(out.map, target, marks) > (0.9 if wrap == "none" else 0.85)
-
-    @BOTH
-    def test_several_exemplars_of_one_label_each(self, method: Any) -> None:
-        sand, moss = np.full((40, 44), 3, np.uint8), np.full((36, 50), 9, np.uint8)
-        target = disc(70, 3, 9)
-        exemplars = [painted(sand // 3, 1), painted(moss // 9 * 3, 2)]
-        out = ia.synthesize(exemplars, None, method, guide=Guide([labels(sand), labels(moss)], labels(target)))
-        assert agreement(out.map, target, sand, moss) > 0.9
-        assert set(np.unique(which_of(out.map)).tolist()) == {0, 1}
-
-    @BOTH
-    def test_weight_0_still_keeps_regions_apart(self, method: Any) -> None:
-        marks, target = regions(90, 90), disc(90)
-        loose, close = (
-            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), weight))
-            for weight in (0.0, 2.0)
-        )
-        assert 0.8 < agreement(loose.map, target, marks) <= agreement(close.map, target, marks)
-
-    @BOTH
-    def test_turned_patches_follow_boundaries_that_the_exemplar_lacks(self, method: Any) -> None:
-        marks, target = regions(90, 90), regions(90, 90).T  # the exemplar's boundary lies across, the target's upright
-        guide = Guide(labels(marks), labels(target))
-        plain, turned = (
-            ia.synthesize(painted(marks), None, replace(method, boundary_isometries=i), guide=guide, seed=1).map
-            for i in ("none", "both")
-        )
-        assert agreement(turned, target, marks) > max(agreement(plain, target, marks), 0.97)
-
-    @BOTH
-    def test_the_same_for_any_number_of_threads(self, method: Any) -> None:
-        marks, target = regions(70, 70), disc(100)
-        outs = [
-            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)), run=ia.Run(n))
-            for n in (1, 2, 4)
-        ]
-        assert len({o.map.digest for o in outs}) == 1
-        assert "guide" in outs[0].recipe
-
-    @BOTH
-    def test_a_start_map_is_kept(self, method: Any) -> None:
-        marks = regions(70, 70)
-        e = painted(marks)
-        holes = np.zeros((70, 70), bool)
-        holes[:, 35:] = True
-        start = with_hole(identity([e.source], 0), holes)
-        target = marks.copy()
-        target[:, 50:] = 1
-        out = ia.synthesize(e, None, method, start=start, guide=Guide(labels(marks), labels(target)))
-        assert np.array_equal(out.map.yx[:, :25], start.yx[:, :25])
-        assert agreement(out.map, target, marks) > 0.93
-
-    @BOTH
-    def test_a_reach_is_followed(self, method: Any) -> None:
-        marks, target = regions(90, 90), disc(90)
-        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), reach=6))
-        assert agreement(out.map, target, marks) > 0.95
-
-    @BOTH
-    def test_a_target_picture_is_followed(self, method: Any) -> None:
-        e = Exemplar.of(texture(90, 90, 1, 4))
-        ramp = np.tile(np.linspace(40, 200, 80).astype(np.uint8), (60, 1))
-        near = []
-        for weight in (0.0, 2.0):
-            out = ia.synthesize(e, None, method, guide=Guide(e.base, Plane(ramp), weight))
-            shown = np.asarray(out.render(feather=0).pixels, float).reshape(60, 80).mean(axis=0)
-            near.append(float(np.corrcoef(shown, ramp[0])[0, 1]))
-        assert near[1] > 0.9 > near[0]
-
-
 class TestRefusals:
     def test_what_does_not_fit(self) -> None:
         marks, e = regions(40, 40), painted(regions(40, 40))
@@ -358,23 +257,3 @@ class TestStrays:
         assert not strays(found, target, 7, beside).any()
         assert np.array_equal(strays(found, target, 7, np.eye(3, dtype=bool)), found != target)
         assert not strays(target, target, 0, beside).any()
-
-    @BOTH
-    def test_labels_that_never_meet_are_cut_at_the_boundary(self, method: Any) -> None:
-        marks = regions(90, 90, 3)
-        target = disc(90, 2, 0)
-        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)))
-        assert np.array_equal(got(out.map, marks), target)
-
-    @BOTH
-    def test_less_slack_more_agreement(self, method: Any) -> None:
-        marks, target = regions(90, 90), (np.indices((90, 90)).sum(axis=0) // 20 % 2).astype(np.uint8)
-        near = [
-            agreement(
-                ia.synthesize(painted(marks), None, replace(method, boundary_slack=s, boundary_isometries="none"),
-                              guide=Guide(labels(marks), labels(target))).map,
-                target, marks,
-            )
-            for s in (90, 3, 0)
-        ]  # fmt: skip
-        assert near[0] < near[1] <= near[2] == 1.0

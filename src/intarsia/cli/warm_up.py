@@ -47,12 +47,16 @@ def _jobs() -> Iterator[dict[str, Any]]:
             yield {"method": slug, "several": True}
         if Ability.MASK in cls.supports:
             yield {"method": slug, "mask": True}
+        if Ability.GUIDE in cls.supports:
+            yield {"method": slug, "guide": True}
 
 
 def _grow(job: dict[str, Any], threads: int | None) -> None:
     import numpy as np
 
     from ..exemplar import Exemplar
+    from ..guide import Guide
+    from ..image import Kind, Plane
     from ..methods.base import make
     from ..run import Run
     from ..synthesis import synthesize
@@ -79,7 +83,9 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     patch = {"patch": 6} if job["method"] != "repeat" else {}
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
-    grown = synthesize(exemplars, (20, 20), method, wrap=job.get("wrap", "none"), run=run)
+    marks = Plane((columns > 11).astype(np.uint8), Kind.LABEL)
+    guide = Guide(marks, Plane(marks.pixels[:20, 2:22], Kind.LABEL)) if job.get("guide") else None
+    grown = synthesize(exemplars, (20, 20), method, wrap=job.get("wrap", "none"), guide=guide, run=run)
     for plane in planes:
         for feather in (0, 3):
             grown.render(plane, feather=feather, run=run)
