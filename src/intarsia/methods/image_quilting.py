@@ -35,7 +35,6 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2002  # keeps this method's draws apart from those of others
-BLIND = 256  # draws of a patch that matches nothing, until one is not too near its last use
 
 
 @dataclass(frozen=True)
@@ -168,11 +167,14 @@ class _Growth:
     def choose(self, window: tuple[int, int], found: Any) -> tuple[int, int, int]:
         """Pick at random among the candidates within the tolerance; note its use."""
         bits = draw(self.seed, STAGE, 0, *window)
-        if found.free:  # nothing is known here yet: any patch will do
-            tries = (analysis.random_patch(self.variants, draw(self.seed, STAGE, n, *window)) for n in range(BLIND))
-            pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
+        pick: tuple[int, int, int] | None
+        if found.free and not self.method.min_repeat_distance:  # nothing is known here yet: any patch will do
+            pick = analysis.random_patch(self.variants, bits)
         else:
             pick = self.repetition.pick(*window, found, self.method.tolerance, bits)
+            pick = pick or self.repetition.pick(
+                *window, self.repetition.allowed(*window, found), self.method.tolerance, bits
+            )
         if pick is None:
             raise MethodError(
                 f"min_repeat_distance={self.method.min_repeat_distance} px leaves no patch for some place; "
