@@ -24,7 +24,8 @@ BLOCK = re.compile(r"(<!-- (parameters|options|methods)(?:: ([\w-]+))? -->\n).*?
 
 def documents() -> list[Path]:
     """List everything that is written for readers."""
-    return [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted(ROOT.glob("docs/**/*.md"))
+    names = "README.md", "CHANGELOG.md", "CONTRIBUTING.md"
+    return [ROOT / name for name in names] + sorted(ROOT.glob("docs/**/*.md"))
 
 
 def rows(head: tuple[str, ...], lines: Iterable[tuple[str, ...]]) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import intarsia as ia
 
 
-def main(size: int = 1024, folder: Path = Path("out")) -> Path:
+def main(size: int = 1024, folder: Path = Path("demo")) -> Path:
     """Grow, tell the parameters that were chosen, write the picture with its recipe."""
     folder.mkdir(exist_ok=True)
     made = ia.synthesize("sample:stones", (size // 2, size), seed=1)

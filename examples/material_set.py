@@ -27,7 +27,7 @@ def material() -> ia.Exemplar:
     )
 
 
-def main(size: int = 512, folder: Path = Path("out")) -> list[Path]:
+def main(size: int = 512, folder: Path = Path("demo")) -> list[Path]:
     """Grow the set once, with mirrored and turned pieces (normals turn with them), and write every plane."""
     folder.mkdir(exist_ok=True)
     made = ia.synthesize(material(), size, ia.ImageQuilting(isometries="both"), seed=2, wrap="both")

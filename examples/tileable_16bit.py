@@ -10,7 +10,7 @@ import numpy as np
 import intarsia as ia
 
 
-def main(size: int = 512, folder: Path = Path("out")) -> Path:
+def main(size: int = 512, folder: Path = Path("demo")) -> Path:
     """Grow in 16 bit, and check that nothing was rounded on the way, not even through the file."""
     folder.mkdir(exist_ok=True)
     gravel = np.asarray(ia.read("sample:gravel").base).astype(np.uint16) * 257

@@ -13,7 +13,7 @@ import numpy as np
 import intarsia as ia
 
 
-def main(size: int = 512, folder: Path = Path("out")) -> list[Path]:
+def main(size: int = 512, folder: Path = Path("demo")) -> list[Path]:
     """Grow, then read the map."""
     folder.mkdir(exist_ok=True)
     made = ia.synthesize("sample:stones", size, seed=5)

@@ -13,7 +13,7 @@ import intarsia as ia
 from intarsia.analysis import Layout, PatchSearch, Repetition, features, striking, variants
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import spread
-from intarsia.kernels import usage
+from intarsia.kernels.usage import apart
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import noise, texture
 
@@ -242,8 +242,8 @@ def test_mirrored_patches_of_one_spot_count_as_repeats() -> None:
 def test_the_short_way_round_a_torus_is_found_for_coordinates_far_outside() -> None:
     """S0-80: exemplars may be longer than the canvas, so differences may be longer than it, too."""
     for a in range(-60, 60):
-        assert usage.apart.py_func(a, 0, 20, 1) == min(a % 20, -a % 20)
-        assert usage.apart.py_func(a, 0, 20, 0) == abs(a)
+        assert apart.py_func(a, 0, 20, 1) == min(a % 20, -a % 20)
+        assert apart.py_func(a, 0, 20, 0) == abs(a)
 
 
 def test_striking_spots_weigh_more() -> None:

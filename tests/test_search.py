@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,6 +146,25 @@ def test_the_fast_search_is_nearly_as_good_on_textures(name: str) -> None:
         total += found.rows[0, 0] ** 0.5
         least += min(fast.truth(found).values()) ** 0.5
     assert total <= 1.06 * least
+
+
+@pytest.mark.textures
+def test_the_fast_search_is_nearly_as_good_on_photographs(textures: dict[str, Path]) -> None:
+    """D0-8: a tenth more on average at most, over crops of the development textures."""
+    from PIL import Image
+
+    ratios = {}
+    for name, path in textures.items():
+        with Image.open(path) as file:
+            picture = np.array(file.convert("RGB"))[:72, :72]
+        fast = Scene([Exemplar.of(picture)], (24, 24), exact=False, overlap=8)
+        rng, total, least = np.random.default_rng(1), 0.0, 0.0
+        for _ in range(3):
+            found = fast.find(*fast.window(rng, mixed=False))
+            total += found.rows[0, 0] ** 0.5
+            least += min(fast.truth(found).values()) ** 0.5
+        ratios[name] = total / max(least, 1)
+    assert np.mean(list(ratios.values())) <= 1.1, ratios
 
 
 def test_a_window_of_which_nothing_is_known_is_free() -> None:

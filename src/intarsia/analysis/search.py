@@ -17,7 +17,7 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from ..kernels import match, windows
+from ..kernels import match, nearest, windows
 from .variants import Variants
 
 SHORT_LIST = 16
@@ -161,7 +161,7 @@ class PatchSearch:
     def measured(self, found: Candidates, rows: Array) -> Candidates:
         """Return the nearest among given patches (n, 4) in place of the short-list's."""
         out = np.empty((SHORT_LIST, 4), np.int64)
-        count = match.best_of(found.feats, found.known, self.variants.flat, self.variants.table, rows, out)
+        count = nearest.best_of(found.feats, found.known, self.variants.flat, self.variants.table, rows, out)
         return replace(found, rows=out[:count])
 
     def _correlations(self, v: int, spectra: Array) -> Array:

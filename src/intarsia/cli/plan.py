@@ -13,8 +13,7 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap, spread
 from ..methods.base import Method
 from ..sourcemap import Blend, Mixing
-from ..synthesis import check_abilities
-from ..synthesis import as_exemplars
+from ..synthesis import as_exemplars, check_abilities
 from .exemplars import Set, Shelf, stem_of
 from .outputs import filled, plane_files
 from .request import Targets, Wish
