@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..canvas import Canvas
-from ..draws import draw
+from ..draws import draw_many
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..geometry import hang, spread
 from ..run import Run
-from ..sourcemap import Blend, SourceMap
+from ..sourcemap import HOLE, Blend, SourceMap
 from .features import features
 from .patchwork import Patchwork, Window, random_patch, waves
 from .repetition import Layout, Repetition, Rule, striking
@@ -29,7 +29,6 @@ Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[tuple[int, int], Pick, Candidates], None]
 
-BLIND = 64  # random patches tried where nothing is known and repeats are forbidden
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
@@ -100,17 +99,25 @@ class Growth:
         rim = laying.rim if canvas.rim is None else canvas.rim
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
+        if canvas.start is not None:
+            self._note_start()
 
-    def fill(self, seed: int, stage: int, run: Run, choose: Choose, join: Join) -> None:
+    def fill(self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float) -> None:
         """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
 
-        `choose` picks among the candidates of a window, in a fixed order; `join` lays the patch into it.
+        `choose` picks among the candidates of a window, in a fixed order; a number stands for the choice by
+        price within this tolerance. `join` lays the patch into the window.
         """
         with run.pool() as each:
             for number, wave in enumerate(self.waves):
                 run.tick(number, len(self.waves), self.draft)
+                self.repetition.account()
                 found = self._search(wave, each, run.workers)
-                picks = [self._choose(w, f, seed, stage, choose) for w, f in zip(wave, found, strict=True)]
+                bits = draw_many(seed, stage, 0, wave)
+                if callable(choose):
+                    picks = [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
+                else:
+                    picks = self._choose_by_price(wave, found, bits, choose)
                 self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
         run.tick(len(self.waves), len(self.waves), self.draft)
 
@@ -149,13 +156,25 @@ class Growth:
         each(part, range(0, len(wave), size))
         return found
 
-    def _choose(self, window: Window, found: Candidates, seed: int, stage: int, choose: Choose) -> Pick:
+    def _choose_by_price(
+        self, wave: list[Window], found: list[Candidates], bits: list[int], tolerance: float
+    ) -> list[Pick]:
+        special: dict[int, Pick] = {}
+        for stop, picks in self.repetition.pick_all(wave, found, tolerance, bits):
+            if stop == len(wave):
+                return [special.get(k, pick) for k, pick in enumerate(picks)]
+            special[stop] = self._choose(
+                wave[stop], found[stop], bits[stop], lambda w, f, b: self.repetition.pick(*w, f, tolerance, b)
+            )
+        raise AssertionError("a wave ends with its last window")
+
+    def _choose(self, window: Window, found: Candidates, bits: int, choose: Choose) -> Pick:
         pick: Pick | None
-        if found.free:  # nothing is known here yet: any patch will do
-            tries = (random_patch(self.variants, draw(seed, stage, n, *window)) for n in range(BLIND))
-            pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
+        if found.free and not self.laying.distance:  # nothing is known here yet: any patch will do
+            pick = random_patch(self.variants, bits)
         else:
-            pick = choose(window, found, draw(seed, stage, 0, *window))
+            pick = choose(window, found, bits) if len(found.rows) else None
+            pick = pick or choose(window, self.repetition.allowed(*window, found), bits)
         if pick is None:
             raise MethodError(
                 f"min_repeat_distance={self.laying.distance} px leaves no patch for some place; "
@@ -163,6 +182,20 @@ class Growth:
             )
         self.repetition.add(*window, pick)
         return pick
+
+    def _note_start(self) -> None:
+        """Note what the start map shows, window by window, as if a patch had been laid there."""
+        h, w = self.layout.patch
+        for r, y in enumerate(self.layout.rows):
+            for c, x in enumerate(self.layout.columns):
+                rows, columns = np.arange(y, y + h), np.arange(x, x + w)
+                inside = np.ix_(rows % self.layout.height, columns % self.layout.width)
+                variant = self.patchwork.variant[inside]
+                known = np.argwhere(variant != HOLE)
+                if len(known):  # the middle one of the known pixels stands for all
+                    i, j = known[len(known) // 2].tolist()
+                    u, s = (self.patchwork.yx[inside][i, j] - (i, j)).tolist()
+                    self.repetition.add(r, c, (int(variant[i, j]), u, s), layer=1)
 
     def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
         def part(items: list[tuple[Window, Pick, Candidates]]) -> None:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import functools
 import itertools
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -26,6 +27,8 @@ from .variants import Variants
 REACH = 4  # blocks around a window in which nearness counts
 LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
 MATCH = 0.25  # a perfect match counts as this share of the usual distance when the tolerance is applied
+DRIFT = 3.0  # used so many times more than its share, a part of the exemplar becomes dear
+MOST_EXCESS = 1 << 24
 STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
 
 Array = NDArray[Any]
@@ -87,16 +90,34 @@ class Repetition:
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
         begins = np.cumsum([0] + [a * b for a, b in shapes])
         self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
-        counts = [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
+        self._priced = self._flat.copy()  # the uses, and what drift adds to them
+        self.laid = 0
+        counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.told = Prices(counts, round(strength * STEADY * 65536), rule is not Rule.PRICES)
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
         self._shape = np.array(layout.patch, np.int64)
         self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
-        self.grid = np.full((len(layout.rows), len(layout.columns), 8), -1, np.int64)
+        self.grid = np.full((len(layout.rows), len(layout.columns), 2, 8), -1, np.int64)  # laid; there from the start
         pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
         self.reach = REACH if strength and rule is Rule.PRICES else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
+
+    def account(self) -> None:
+        """Take the uses so far into the prices; to be called between waves.
+
+        What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
+        once chosen, fits itself perfectly, and would fill the output.
+        """
+        np.copyto(self._priced, self._flat)
+        if not self.strength or self.rule is not Rule.PRICES or not self.laid:
+            return
+        h, w = self.search.cells
+        even = self.laid * h * w / max(self._flat.size, 1) + 1  # uses, if all parts were used alike
+        if int(self._flat.max(initial=0)) > DRIFT * even * LEAST_STRIKING:
+            uses = self._flat / self._flat_striking  # what strikes was counted more
+            excess = np.maximum(uses / even - DRIFT, 0.0) * (usage.ONE / (self.strength * STEADY))
+            self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
@@ -104,7 +125,7 @@ class Repetition:
         at = (self.layout.rows[row], self.layout.columns[column])
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
         usage.prices(
-            found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._flat,
+            found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._priced,
             self._flat_striking, self._offsets, self.search.factor, self.told.multiply, steady, unit,
             self.distance, out,
         )  # fmt: skip
@@ -125,18 +146,45 @@ class Repetition:
         _, v, u, s = found.rows[k].tolist()
         return v, u, s
 
-    def allows(self, row: int, column: int, pick: tuple[int, int, int]) -> bool:
-        """Say whether a patch that matches nothing may be laid at a window."""
-        if not self.distance:
-            return True
-        alone = Candidates(np.array([(0, *pick)]), 0, np.empty((0, 0, 0), np.int16), np.empty((0, 0), np.uint8))
-        return bool(self.prices(row, column, alone)[0] >= 0)
+    def allowed(self, row: int, column: int, found: Candidates) -> Candidates:
+        """Return the best of all patches that would not return too near, where the short-list holds none."""
+        every = self.search.every_patch()
+        permitted = every[self.prices(row, column, replace(found, rows=every, usual=0)) >= 0]
+        return replace(found, rows=permitted) if found.free else self.search.measured(found, permitted)
 
-    def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
-        """Note that a patch (variant, row, column) was laid at a window."""
+    def pick_all(
+        self, windows: list[tuple[int, int]], found: list[Candidates], tolerance: float, bits: list[int]
+    ) -> Iterator[tuple[int, list[tuple[int, int, int]]]]:
+        """Pick for many windows in turn, noting each, with the rule PRICES.
+
+        Yields the number of every window for which there is no choice among its candidates, with the picks so
+        far; the caller notes a patch for it before going on. Last, yields the number of windows.
+        """
+        n, size = len(windows), max(len(f.rows) for f in found)
+        rows, picks = np.empty((n, max(size, 1), 4), np.int64), np.empty((n, 3), np.int64)
+        for k, f in enumerate(found):
+            rows[k, : len(f.rows)] = f.rows
+        counts = np.array([len(f.rows) for f in found], np.int64)
+        usual = np.array([f.usual for f in found], np.int64)
+        at = np.array([(self.layout.rows[r], self.layout.columns[c]) for r, c in windows], np.int64)
+        stop = before = -1
+        while stop < n:
+            stop = usage.pick_all(
+                rows, counts, usual, np.array(windows, np.int64), at, np.array([b >> 32 for b in bits], np.int64),
+                tolerance, MATCH, self.strength, self.strength * STEADY, self.grid, self.reach, self._shape,
+                self._canvas, self._frames, self._priced, self._flat, self._flat_striking, self._offsets,
+                self.search.factor, self.distance, stop + 1, picks,
+            )  # fmt: skip
+            self.laid += stop - (before + 1)
+            before = stop
+            yield stop, [(v, u, s) for v, u, s in picks.tolist()]
+
+    def add(self, row: int, column: int, pick: tuple[int, int, int], layer: int = 0) -> None:
+        """Note that a patch (variant, row, column) was laid at a window; layer 1: it was there from the start."""
+        self.laid += layer == 0
         usage.note(
             self._frames, self._shape, pick, (self.layout.rows[row], self.layout.columns[column]),
-            self.grid[row, column], self._offsets, self.search.factor, self._flat, self._flat_striking,
+            self.grid[row, column, layer], self._offsets, self.search.factor, self._flat, self._flat_striking,
             self.rule is Rule.COUNTER,
         )  # fmt: skip
 

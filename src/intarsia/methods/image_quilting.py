@@ -109,7 +109,7 @@ class ImageQuilting:
         growth = analysis.Growth(method.laying, exemplars, canvas)
         growth.fill(
             seed, STAGE, run,
-            choose=lambda window, found, bits: growth.repetition.pick(*window, found, self.tolerance, bits),
+            choose=self.tolerance,
             join=lambda at, pick, found: growth.patchwork.cut_in(
                 at, pick, found, growth.layout, self.seam == "gradient"
             ),
