@@ -216,5 +216,5 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
 def _xy(name: str, value: Any) -> Any:
     """Recipes are JSON, so extents stand x before y, and tuples are lists."""
     if isinstance(value, tuple):
-        return list(reversed(value)) if name in ("patch", "overlap") else list(value)
+        return list(reversed(value)) if name in ("patch", "overlap", "window") else list(value)
     return value
