@@ -127,6 +127,7 @@ class Scan:
             )
         variant, yx = self._noise(shape, places, exemplar) if self.torus is None else self._refined(shape)
         done = self._start(variant, yx)
+        self.given = done.copy()
         taps = np.array(taps_of(self.window, coarse), np.int64)
         self.torus = Torus(
             variant, yx, done, context, taps, self.variants.channels, bool((exemplar.closed[1] == 0).any()), places,
@@ -157,6 +158,17 @@ class Scan:
             for x in range(0, width, most):
                 yield y, x, min(x + most, width)
                 self.done += min(x + most, width) - x
+
+    def first_ones(self, most: int) -> list[NDArray[np.int64]]:
+        """List the pixels (n, 2), at most so many together, that saw noise across a wrapped border."""
+        torus = self._current()
+        saw = np.zeros(torus.variant.shape, bool)
+        if self.canvas.wrap.y:
+            saw[: self.window[0] - 1] = True
+        if self.canvas.wrap.x:
+            saw[:, : self.window[1] // 2] = True
+        pixels = np.argwhere(saw & ~self.given)
+        return [pixels[k : k + most] for k in range(0, len(pixels), most)]
 
     def map(self, blend: Blend) -> SourceMap:
         """The map as far as it has grown; of coarser levels nothing is seen yet."""

@@ -17,6 +17,7 @@ from .jit import kernel
 FAR = np.int64(1) << 62
 CHUNK = 2048  # positions compared together: sums, and the rows they come from, stay in the nearest cache
 GROUP = 4  # components added in one go
+DENSE = 10  # where more than this part of a chunk is left, all of it is compared exactly
 SLACK = 1.0001  # more than single precision loses in a sum of some hundred squares
 LEFT_OUT = np.float32(np.inf)
 START, HEIGHT, WIDTH, STRIDE, SIZE, CLOSED, TOP, LEFT, TORUS, LOW, HIGH = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11
@@ -49,6 +50,7 @@ class Work(NamedTuple):
     """What a search writes to."""
 
     sums: NDArray[np.float32]
+    exact: NDArray[np.float64]
     distance: NDArray[np.int64]
     variant: NDArray[np.int64]
     position: NDArray[np.int64]
@@ -57,6 +59,7 @@ class Work(NamedTuple):
 @kernel
 def room_for(components: int) -> Any:
     """Return an empty template for at most so many components."""
+    components += GROUP
     wide, narrow = np.empty((4, components), np.int64), np.empty((2, components), np.int32)
     return Template(wide[0], wide[1], wide[2], narrow[0], narrow[1], wide[3])
 
@@ -65,7 +68,7 @@ def room_for(components: int) -> Any:
 def workplace(ground: Any) -> Any:
     """Return room for all candidates that a search may find."""
     found = np.empty((3, ground.closed.shape[1]), np.int64)
-    return Work(np.empty(CHUNK, np.float32), found[0], found[1], found[2])
+    return Work(np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float64), found[0], found[1], found[2])
 
 
 @kernel
@@ -126,6 +129,25 @@ def bounds(soft: Any, start: int, template: Any, n: int, closed: Any, sums: Any)
 
 
 @kernel
+def distances(soft: Any, start: int, template: Any, n: int, sums: Any) -> None:
+    """Sum all `n` components at len(sums) positions from `start` on: whole numbers below 2**53, so exactly."""
+    size = len(sums)
+    for i in range(size):
+        sums[i] = 0
+    for m in range(0, n, GROUP):
+        a, b = start + template.offset[m], start + template.offset[m + 1]
+        c, d = start + template.offset[m + 2], start + template.offset[m + 3]
+        ra, rb, rc, rd = soft[a : a + size], soft[b : b + size], soft[c : c + size], soft[d : d + size]
+        ta, tb = np.float32(template.value[m]), np.float32(template.value[m + 1])
+        tc, td = np.float32(template.value[m + 2]), np.float32(template.value[m + 3])
+        wa, wb = np.float64(template.weight[m]), np.float64(template.weight[m + 1])
+        wc, wd = np.float64(template.weight[m + 2]), np.float64(template.weight[m + 3])
+        for i in range(size):
+            ea, eb, ec, ed = ra[i] - ta, rb[i] - tb, rc[i] - tc, rd[i] - td  # squares below 2**24 are exact
+            sums[i] += (wa * (ea * ea) + wb * (eb * eb)) + (wc * (ec * ec) + wd * (ed * ed))
+
+
+@kernel
 def widened(best: Any, share: int) -> Any:
     """Return best * (1 + share / 65536), rounded down."""
     if best >= np.int64(1) << 54:
@@ -139,23 +161,31 @@ def nearest(ground: Any, template: Any, n: int, kind: int, best: Any, share: int
 
     They are written into `work`, in the order of variants and positions. `best` is a distance known to exist, or
     FAR. The first `first` components are compared everywhere, in single precision, to leave out what is too far
-    already; all others exactly, and only integers decide.
+    already; all others exactly, and only these decide.
     """
     first = min(first, n) // GROUP * GROUP
     limit = widened(best, share)
     count = 0
+    for m in range(n, n + GROUP):  # fill the last group up with what does not count
+        template.plane[m], template.dy[m], template.dx[m], template.value[m], template.weight[m] = 0, 0, 0, 0, 0
     for v in range(len(ground.table)):
         row = ground.table[v]
-        aim(ground, v, template, n)
+        aim(ground, v, template, n + GROUP)
         for begin in range(row[LOW + kind], row[HIGH + kind], CHUNK):
             size = min(CHUNK, row[HIGH + kind] - begin)
-            sums = work.sums[:size]
+            sums, exact = work.sums[:size], work.exact[:size]
             at = row[CLOSED] + begin
             bounds(ground.soft, row[START] + begin, template, first, ground.closed[kind, at : at + size], sums)
             bound = np.float32(np.float64(limit) * SLACK + 1.0)
+            near = 0
             for i in range(size):
+                near += sums[i] <= bound
+            dense = near * DENSE > size
+            if dense:
+                distances(ground.soft, row[START] + begin, template, n, exact)
+            for i in range(size if near else 0):
                 if sums[i] <= bound:
-                    d = distance(ground, v, begin + i, template, n, limit)
+                    d = np.int64(exact[i]) if dense else distance(ground, v, begin + i, template, n, limit)
                     if d <= limit:
                         work.distance[count], work.variant[count], work.position[count] = d, v, begin + i
                         count += 1

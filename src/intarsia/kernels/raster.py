@@ -18,7 +18,8 @@ from .neighbourhoods import FAR, aim, distance, known_value, nearest, place, roo
 from .trees import ask, project
 
 ABOVE, BELOW, COARSE = 0, 1, 2  # kinds of taps: always counted; counted where known for good; of the coarser level
-FIRST = 12  # components by which a full search rules most candidates out
+FIRST = 12  # components by which a full search rules most candidates out, or SHARE / 16 of them
+SHARE = 10
 BRANCHES = 4  # neighbours whose continuations make the first bound
 
 
@@ -115,6 +116,15 @@ def full_row(torus: Any, ground: Any, y: int, x0: int, x1: int, components: int)
 
 
 @kernel
+def full_again(torus: Any, ground: Any, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2) of a full torus once more: now all of their neighbours count."""
+    template, work = room_for(components), workplace(ground)
+    for k in range(len(pixels)):
+        n, kind, _ = template_of(torus, ground, pixels[k, 0], pixels[k, 1], template)
+        full_pixel(torus, ground, pixels[k, 0], pixels[k, 1], n, kind, template, work)
+
+
+@kernel
 def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, template: Any, work: Any) -> None:
     """Fill a pixel by comparing its neighbourhood with all others; of equal ones the first is taken."""
     torus.done[y, x] = True
@@ -123,7 +133,7 @@ def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, templ
         show(ground, torus.variant, torus.yx, y, x, torus.choices[k, 0], torus.choices[k, 1])
         return
     best, _, _ = best_continuation(torus, ground, y, x, kind, template, n)
-    nearest(ground, template, n, kind, best, 0, FIRST, work)
+    nearest(ground, template, n, kind, best, 0, max(FIRST, n * SHARE // 16), work)
     show(ground, torus.variant, torus.yx, y, x, work.variant[0], work.position[0])
 
 

@@ -4,8 +4,8 @@ Wei and Levoy, "Fast Texture Synthesis using Tree-structured Vector Quantization
 (source 000, chapter 2) describes it.
 
 Departures: the noise at the beginning is made of exemplar pixels, so that it has the texture's own colours; where
-the last rows and columns see the first ones across the border, these count, too, and so the border fits; pixels of
-a start count on all sides; a canvas that does not wrap is cut from a slightly larger torus; finer levels begin with
+the last rows and columns see the first ones across the border, these count, too, and the first ones, which saw
+noise, are filled a second time at the end, so that the border fits; pixels of a start count on all sides; a canvas that does not wrap is cut from a slightly larger torus; finer levels begin with
 what the coarser one shows; the tree is a kd-tree whose best few are compared exactly, with the continuations of
 what lies beside, in place of a quantiser.
 
@@ -91,6 +91,9 @@ class WeiLevoy:
             for y, x0, x1 in scan.stretches(AT_ONCE):
                 run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
                 fill(y, x0, x1)
+            for pixels in scan.first_ones(AT_ONCE):
+                run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
+                raster.full_again(torus, exemplar, pixels, scan.room)
         run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
         return scan.map(self.blend)
 
