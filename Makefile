@@ -13,10 +13,9 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WORKERS ?= 2
 
-# numba keeps compiled kernels beside the source, so all test workers share what the warm-up has compiled.
-QUIET_BLAS := OPENBLAS_NUM_THREADS=1
+INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo test lint format bench pictures clean clean-all
+.PHONY: help demo test lint format bench pictures tables clean clean-all
 
 help:
 	@echo "make demo      grow a built-in colour exemplar and sample:brick to 1024x1024 into demo/"
@@ -25,6 +24,7 @@ help:
 	@echo "make format    put imports in order and repair what ruff can repair"
 	@echo "make bench     measure speed and memory; writes bench/results.json"
 	@echo "make pictures  remake the pictures of the documentation"
+	@echo "make tables    rewrite the tables of the documentation that follow from the code"
 	@echo "make clean     remove what the others made; clean-all removes .venv, too"
 	@echo "PYTHON=... chooses the Python for .venv (3.11 or newer), WORKERS=... the test processes (now $(WORKERS))"
 
@@ -33,48 +33,57 @@ $(BIN)/python:
 	@$(PYTHON) -c '$(NEW_ENOUGH)' 2>/dev/null || { echo "intarsia needs Python 3.11 or newer, not $(PYTHON); name another: make PYTHON=/path/to/python3"; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "this Python cannot make environments; install the package python3-venv"; exit 1; }
 	@echo "making $(VENV)"
-	@$(PYTHON) -m venv $(VENV)
+	@$(PYTHON) -m venv --clear $(VENV)
 
-# A stamp remembers what is installed. An environment that somebody else made, or that was moved, is completed or remade.
-$(VENV)/.intarsia-%: pyproject.toml | $(BIN)/python
-	@if ! $(BIN)/python -c '$(NEW_ENOUGH)' 2>/dev/null || ! $(BIN)/python -m pip --version >/dev/null 2>&1; then \
-		echo "making $(VENV) again"; rm -rf $(VENV); $(MAKE) --no-print-directory $(BIN)/python; fi
-	@echo "installing intarsia and what it needs into $(VENV) (once)"
-	@$(PIP) install -e '$(if $(filter dev,$*),.[dev],.)'
-	@touch $@
+# Installing is remembered by a stamp for each set of packages.
+$(VENV)/.installed $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+	@$(BIN)/python -c '$(NEW_ENOUGH)' || { rm -rf $(VENV); $(MAKE) --no-print-directory $(BIN)/python; }
+	@$(PIP) --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip >/dev/null || { rm -rf $(VENV); $(MAKE) --no-print-directory $(BIN)/python; }
+	@echo "installing intarsia and what it needs into $(VENV), once"
+	@$(PIP) install -e '.$(if $(findstring dev,$@),[dev])'
+	@touch $@ $(if $(findstring dev,$@),$(VENV)/.installed)
 
-# What an older stamp cannot know: that somebody removed or replaced a package since.
-define complete
-	@$(BIN)/python -c 'import click, intarsia, numba, numpy, PIL, rich, scipy, skimage, OpenImageIO $(1)' 2>/dev/null \
-		|| { rm -f $(VENV)/.intarsia-*; $(MAKE) --no-print-directory $(VENV)/.intarsia-$(2); }
+# A stamp cannot know that the environment was moved, or that something was removed from it since.
+define check
+	@$(BIN)/python -c '$(HERE); import click, numba, numpy, OpenImageIO, PIL, rich, scipy, skimage' 2>/dev/null \
+		|| { rm -f $(VENV)/.installed*; $(MAKE) --no-print-directory $(VENV)/.installed$(1); }
 endef
+HERE := import intarsia, os; assert os.path.samefile(os.path.dirname(intarsia.__file__), "src/intarsia")
 
-demo: $(VENV)/.intarsia-run
-	$(call complete,,run)
+demo: $(VENV)/.installed
+	$(call check,)
 	@mkdir -p demo
-	@$(BIN)/intarsia grow sample:stones -o demo/stones.png --size 1024 --force
-	@$(BIN)/intarsia grow sample:brick -o demo/brick.png --size 1024 --force
-	@echo "grown textures, 1024x1024 px:"
+	@$(INTARSIA) grow sample:stones -o demo/stones.png --size 1024 --force
+	@$(INTARSIA) grow sample:brick -o demo/brick.png --size 1024 --force
+	@echo "grown from built-in exemplars, 1024x1024 px each:"
 	@echo "  $(CURDIR)/demo/stones.png"
 	@echo "  $(CURDIR)/demo/brick.png"
 
 test: lint
-	@$(QUIET_BLAS) $(BIN)/intarsia warm-up --quiet
-	@$(QUIET_BLAS) $(BIN)/python -m pytest -q -n $(WORKERS)
+	@$(INTARSIA) warm-up --quiet
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS)
 
-lint: $(VENV)/.intarsia-dev
-	$(call complete,$(comma) hypothesis$(comma) mypy$(comma) pytest$(comma) pytest_timeout$(comma) ruff$(comma) xdist,dev)
-	@$(BIN)/ruff check src tests examples benchmarks docs
-	@$(BIN)/mypy --no-error-summary
+lint: $(VENV)/.installed-dev
+	$(call check,-dev)
+	@$(BIN)/python -c 'import hypothesis, mypy, pytest, pytest_timeout, ruff, xdist' 2>/dev/null \
+		|| { rm -f $(VENV)/.installed-dev; $(MAKE) --no-print-directory $(VENV)/.installed-dev; }
+	@$(BIN)/python -m ruff check --quiet src tests examples benchmarks docs
+	@$(BIN)/python -m mypy --no-error-summary
 
-format: $(VENV)/.intarsia-dev
-	@$(BIN)/ruff check --fix src tests examples benchmarks docs
+format: $(VENV)/.installed-dev
+	@$(BIN)/python -m ruff check --fix src tests examples benchmarks docs
 
-bench: $(VENV)/.intarsia-dev
+bench: $(VENV)/.installed-dev
+	$(call check,-dev)
 	@$(BIN)/python benchmarks/bench.py
 
-pictures: $(VENV)/.intarsia-dev
+pictures: $(VENV)/.installed-dev
+	$(call check,-dev)
 	@$(BIN)/python docs/make_pictures.py
+
+tables: $(VENV)/.installed-dev
+	$(call check,-dev)
+	@$(BIN)/python docs/make_tables.py
 
 clean:
 	@rm -rf demo bench dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
@@ -82,5 +91,3 @@ clean:
 
 clean-all: clean
 	@rm -rf $(VENV)
-
-comma := ,

@@ -7,9 +7,9 @@ features, and so the same map (law 13). All steps are integer arithmetic, or sin
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ OTHER_PLANES = 0.5  # variance of every further plane, relative to the base plan
 MAX_LABELS = 16
 MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
 
+T = TypeVar("T")
+
 Int32 = NDArray[np.int32]
 Int16 = NDArray[np.int16]
 
@@ -39,6 +41,14 @@ class Features:
 
     pictures: tuple[Int16, ...]
     normals: tuple[int, ...] = ()
+    _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def memo(self, key: Any, make: Callable[[], T]) -> T:
+        """Return what is known of these pictures under `key`, making it at the first asking."""
+        if key not in self._memo:
+            self._memo[key] = make()
+        value: T = self._memo[key]
+        return value
 
     def posed(self, number: int, pose: int) -> Int16:
         """Return picture `number` as it looks when laid down in isometry `pose`."""
@@ -113,7 +123,7 @@ def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
         sums = np.cumsum(np.pad(out, pad, mode=mode), axis=axis)
         n = out.shape[axis]
         out = (np.take(sums, range(2 * r + 1, 2 * r + 1 + n), axis) - np.take(sums, range(n), axis)) // (2 * r + 1)
-    return out.astype(np.int32)
+    return np.asarray(out, np.int32)
 
 
 def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:
@@ -177,7 +187,7 @@ def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     s = values.shape[0] // exemplar.height
     if s > 1:
         blocks = values.reshape(exemplar.height, s, exemplar.width, s, -1).astype(np.int64)
-        return (blocks.sum(axis=(1, 3)) // (s * s)).astype(np.int32)
+        return np.asarray(blocks.sum(axis=(1, 3)) // (s * s), np.int32)
     s = exemplar.height // values.shape[0]
     return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
 

@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..kernels import usage
 from .features import Features
@@ -109,6 +107,12 @@ class Repetition:
         _, v, u, s = found.rows[k].tolist()
         return v, u, s
 
+    def allowed(self, row: int, column: int, found: Candidates) -> Candidates:
+        """Return the best of all patches that would not return too near, where the short-list holds none."""
+        every = self.search.every_patch()
+        permitted = every[self.prices(row, column, replace(found, rows=every, usual=0)) >= 0]
+        return replace(found, rows=permitted) if found.free else self.search.measured(found, permitted)
+
     def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
         """Note that a patch (variant, row, column) was laid at a window."""
         usage.note(
@@ -118,27 +122,28 @@ class Repetition:
 
 
 def _frame(variants: Variants, v: int) -> tuple[int, ...]:
-    """Exemplar, the exemplar pixel shown first, and J: how a variant lies in its exemplar."""
+    """Exemplar, the exemplar pixel shown first, J, and the size if toroidal: how a variant lies in its exemplar."""
     iso = ISOMETRIES[variants.pose[v]]
     _, height, width, _ = variants.table[v].tolist()
     start = iso.start(width, height) if iso.swaps else iso.start(height, width)
-    return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1]
+    torus = (height, width) if variants.toroidal[v] else (0, 0)
+    return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1], *torus
 
 
-def striking(exemplars: Sequence[Exemplar], feats: Features, search: PatchSearch) -> list[Array]:
+def striking(feats: Features, search: PatchSearch) -> list[Array]:
     """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
     variants, patch = search.variants, search.patch
     out = []
     side = max(1, sum(patch) // 2)
     known = [
-        e.memo(("rarity", side), functools.partial(rarity, picture, side))
-        for e, picture in zip(exemplars, feats.pictures, strict=True)
+        feats.memo(("rarity", number, side), functools.partial(rarity, picture, side))
+        for number, picture in enumerate(feats.pictures)
     ]
     for v, valid in enumerate(search.valid):
         number = int(variants.exemplar[v])
         grid, step = known[number]
         y, x = (np.arange(n) * search.factor for n in valid.shape)
-        _, first, second, a, b, c, d = _frame(variants, v)
+        _, first, second, a, b, c, d = _frame(variants, v)[:7]
         cy = 2 * first + (a * (2 * y + patch[0] - 1))[:, None] + (b * (2 * x + patch[1] - 1))[None, :]
         cx = 2 * second + (c * (2 * y + patch[0] - 1))[:, None] + (d * (2 * x + patch[1] - 1))[None, :]
         at = [np.clip((m - p + 1) // (2 * step), 0, n - 1) for m, p, n in zip((cy, cx), patch, grid.shape, strict=True)]

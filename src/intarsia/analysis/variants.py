@@ -33,6 +33,8 @@ class Variants:
         Which exemplar it is, and how it lies.
     valid : tuple of bool arrays
         Of every variant, the windows' first pixels at which a patch holds usable pixels only.
+    toroidal : bool array, shape (V,)
+        Whether its exemplar is.
     """
 
     flat: NDArray[np.int16]
@@ -41,6 +43,7 @@ class Variants:
     pose: NDArray[np.uint8]
     valid: tuple[NDArray[np.bool_], ...]
     channels: int
+    toroidal: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.table)
@@ -125,6 +128,7 @@ def variants(
         np.array(pose, np.uint8),
         tuple(valid),
         feats.pictures[0].shape[2],
+        np.array([exemplars[n].toroidal for n in which], bool),
     )
 
 

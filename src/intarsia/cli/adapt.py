@@ -83,9 +83,9 @@ def reduced(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
             )
         exemplar = cropped(exemplar, (0, 0, width, height))
     planes = {name: plane.like(averaged(plane, n)) for name, plane in exemplar.planes.items()}
-    usable = exemplar.usable
-    if usable is not None:
-        usable = usable.reshape(height // n, n, width // n, n).all(axis=(1, 3))
+    usable = None
+    if exemplar.usable is not None:
+        usable = np.asarray(exemplar.usable.reshape(height // n, n, width // n, n).all(axis=(1, 3)))
     return Exemplar(planes, usable, False, exemplar.name)
 
 

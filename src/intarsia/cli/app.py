@@ -57,6 +57,7 @@ class LazyGroup(click.Group):
 
 
 @click.command(
+    "intarsia",
     cls=LazyGroup,
     invoke_without_command=True,
     epilog='Shell completion: put  eval "$(_INTARSIA_COMPLETE=bash_source intarsia)"  into ~/.bashrc '

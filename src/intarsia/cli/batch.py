@@ -28,10 +28,11 @@ class Batch:
     """Textures to grow, one after another; mostly one."""
 
     shelf: Shelf
-    orders: list[Order]
     wish: Wish
     targets: Targets
     report: Report
+    orders: list[Order] = field(default_factory=list)
+    places: set[str] = field(default_factory=set)
     sheet: str | None = None
     thumbnails: list[Plane] = field(default_factory=list)
 
@@ -40,15 +41,16 @@ class Batch:
         """Read and check everything that can be checked; nothing is written yet."""
         sets = sets_of(inputs, report)
         shelf = Shelf([[found] for found in sets] if "{stem}" in targets.out else [sets], inputs, report)
-        orders: list[Order] = []
+        batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
-            orders += orders_of(shelf, lot, wish, seeds, targets)
-            check_all((path for order in orders for path in order.paths), targets.force)
-        return cls(shelf, orders, wish, targets, report)
+            found = orders_of(shelf, lot, wish, seeds, targets)
+            check_all((path for order in found for path in order.paths), targets.force, batch.places)
+            batch.orders += found
+        return batch
 
     def add_sheet(self, path: str) -> None:
         """Ask for a contact sheet as well."""
-        check_all([*(p for order in self.orders for p in order.paths), path], self.targets.force)
+        check_all([path], self.targets.force, self.places)
         self.sheet = path
 
     def tell_plan(self) -> None:

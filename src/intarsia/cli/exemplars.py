@@ -36,7 +36,7 @@ def sets_of(inputs: Inputs, report: Report) -> list[Set]:
                 raise ParameterError(f"{option}: {found[name]} already is the plane {name}; drop one of the two.")
             found[name] = path
     if len(inputs.files) > 1 or os.path.isdir(inputs.files[0]):
-        for line in files.describe(sets).splitlines():
+        for line in files.describe([{**found} for found in sets]).splitlines():
             report.note(line)
     return sets
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import click
 
-from ..errors import ParameterError
+from ..errors import ParameterError, ResourceError
 from ..methods.base import METHODS, make, method_class
 from ..params import parameters, parse
 from .options import (
@@ -29,7 +30,10 @@ SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
 """As files.sample_names() lists them; asking it here would import numpy for a help text."""
 
 OWN = (
-    opt("size", "--size", "-s", type=Size(), help="Size of the output in px; by default twice the exemplar."),
+    opt(
+        "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
+        help="Size of the output in px, one number for a square; by default twice the exemplar.",
+    ),
     opt(
         "method", "--method", "-m", type=click.Choice(list(METHODS)), default=DEFAULT_METHOD, show_default=True,
         help="How to grow; `intarsia methods` tells of each.",
@@ -66,11 +70,13 @@ def _wish(method: str, feather: int | None, mixing: str | None, **given: Any) ->
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
     "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
 )
-@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
-@grown_target_options
 @gathered(*OWN, *PARAMETERS, into="wish", make=_wish)
-@click.option("--seed", type=Seed(), help="The same number gives the same picture. Default: 0.")
-@click.option("--seeds", type=Seeds(), help="A batch, one output for each seed; put {seed} into -o.")
+@click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
+@click.option(
+    "--seeds", type=Seeds(), metavar="1..9|1,4,7", help="A batch, one output for each seed; put {seed} into -o."
+)
+@grown_target_options
+@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
 @click.option("--sheet", type=FILE, metavar="FILE.png", help="A contact sheet of the batch.")
 @click.option("--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing.")
 @common
@@ -119,5 +125,7 @@ def check_stdout(targets: Targets, report: Report) -> None:
         return
     if report.as_json:
         raise ParameterError("--json and -o - both want the standard output; write the picture to a file.")
-    if click.get_binary_stream("stdout").isatty():
+    if sys.stdout is None:
+        raise ResourceError("-o -: the standard output is closed; name a file.")
+    if sys.stdout.isatty():
         raise ParameterError("-o - would print a picture on the terminal; redirect it, or name a file.")

@@ -111,7 +111,10 @@ def common(command: Command) -> Command:
     """Add --threads, --debug and help under -h."""
     command = click.option("--debug", is_flag=True, expose_value=False, hidden=True)(command)
     return click.option(
-        "--threads", type=click.IntRange(1, 1024), help="Threads to use; by default one a core. Never changes a pixel."
+        "--threads",
+        type=click.IntRange(1, 1024),
+        metavar="N",
+        help="Threads to use; by default one a core. Never changes a pixel.",
     )(command)
 
 

@@ -49,9 +49,8 @@ def _ending(path: str, otherwise: str) -> str:
     return ending
 
 
-def check_all(paths: Iterable[str], force: bool) -> None:
-    """Refuse files that cannot be written, and any that would be written twice."""
-    seen: set[str] = set()
+def check_all(paths: Iterable[str], force: bool, seen: set[str]) -> None:
+    """Refuse files that cannot be written, and any that would be written twice; `seen` remembers the places."""
     for path in paths:
         place = os.path.realpath(path)
         if path != "-" and place in seen:

@@ -110,7 +110,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     x, y, width, height = view.window or (0, 0, smap.width, smap.height)
     out = filled(targets.out, {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
     pictures = plane_files(out, sets[0])
-    check_all(pictures.values(), targets.force)
+    check_all(pictures.values(), targets.force, set())
     exemplars = Shelf([sets], inputs, report).get(0)
     _check_sizes(smap, exemplars)
     for name, path in pictures.items():

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..draws import SEED_LIMIT
 
+if TYPE_CHECKING:
+    ParamType = click.ParamType[Any]
+else:  # older versions of click do not take the bracket
+    ParamType = click.ParamType
+
 MAX_PIXELS = 1 << 31
 MAX_SEEDS = 10_000
 
 
-class Size(click.ParamType):
+class Size(ParamType):
     """WIDTHxHEIGHT, or one number for a square; gives (width, height)."""
 
     name = "WIDTHxHEIGHT"
@@ -29,7 +34,7 @@ class Size(click.ParamType):
         return width, height
 
 
-class Rectangle(click.ParamType):
+class Rectangle(ParamType):
     """X,Y,WIDTH,HEIGHT in px; gives the four numbers."""
 
     name = "X,Y,WIDTH,HEIGHT"
@@ -44,7 +49,7 @@ class Rectangle(click.ParamType):
         return x, y, width, height
 
 
-class Scale(click.ParamType):
+class Scale(ParamType):
     """1/2, 1/3, 0.25, ...; gives the whole number n of 1/n."""
 
     name = "1/N"
@@ -61,7 +66,7 @@ class Scale(click.ParamType):
         return int(times)
 
 
-class Colour(click.ParamType):
+class Colour(ParamType):
     """#rrggbb; gives (red, green, blue)."""
 
     name = "#RRGGBB"
@@ -72,7 +77,7 @@ class Colour(click.ParamType):
         return tuple(bytes.fromhex(value[1:]))
 
 
-class Seed(click.ParamType):
+class Seed(ParamType):
     """A whole number, or `random`, which draws one."""
 
     name = "N|random"
@@ -87,7 +92,7 @@ class Seed(click.ParamType):
         return int(value)
 
 
-class Seeds(click.ParamType):
+class Seeds(ParamType):
     """Ranges and numbers, as 1..9 or 1,4,7; gives a tuple of seeds."""
 
     name = "A..B|A,B,C"
@@ -105,7 +110,7 @@ class Seeds(click.ParamType):
         return tuple(dict.fromkeys(seeds))
 
 
-class NamedFile(click.ParamType):
+class NamedFile(ParamType):
     """NAME=FILE; gives the pair."""
 
     name = "NAME=FILE"

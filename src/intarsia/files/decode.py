@@ -15,8 +15,6 @@ from . import headers, netpbm
 from .formats import check_size
 from .source import Picture
 
-LINEAR = ("exr", "hdr")
-
 
 @dataclass
 class Decoded:
@@ -62,10 +60,7 @@ def _png(picture: Picture) -> Decoded:
     data = picture.data()
     facts = headers.png(data, picture.name)
     # Texts and profiles are taken out first: libpng would complain of broken ones on the terminal.
-    if facts.palette:
-        found = _pillow(picture, facts.clean or data)
-    else:
-        found = _oiio(picture, facts.clean)
+    found = _pillow(picture, facts.clean or data) if facts.palette else _oiio(picture, facts.clean)
     found.icc = facts.icc
     if facts.exif:
         found.pixels = upright(found.pixels, _exif_orientation(facts.exif))

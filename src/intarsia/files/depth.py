@@ -44,22 +44,29 @@ def convert(plane: Plane, depth: int | str) -> Plane:
             values = _on_colour(plane, values, to_srgb)
         top = np.iinfo(dtype).max
         values = np.clip(np.nan_to_num(values, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
-        return Plane(np.floor(values * top + 0.5).astype(dtype), plane.kind, Transfer.SRGB, plane.meta)
+        return Plane(np.floor(values * top + 0.5).astype(dtype), plane.kind, Transfer.SRGB, _facts(plane))
     values = pixels / np.float64(np.iinfo(pixels.dtype).max)
     values = _on_colour(plane, values, from_srgb)
-    return Plane(values.astype(dtype), plane.kind, Transfer.LINEAR, plane.meta)
+    return Plane(values.astype(dtype), plane.kind, Transfer.LINEAR, _facts(plane))
+
+
+def _facts(plane: Plane) -> dict[str, Any]:
+    """A colour profile describes the old curve: it stays behind."""
+    return {k: v for k, v in plane.meta.items() if k != "icc"}
 
 
 def to_srgb(linear: Array) -> NDArray[np.float64]:
     """Encode linear light by the sRGB curve (IEC 61966-2-1)."""
     v = np.clip(np.nan_to_num(linear, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
-    return np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.power(v, 1 / 2.4) - 0.055)
+    code: NDArray[np.float64] = np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.power(v, 1 / 2.4) - 0.055)
+    return code
 
 
 def from_srgb(code: Array) -> NDArray[np.float64]:
     """Decode the sRGB curve to linear light."""
     v = np.asarray(code, np.float64)
-    return np.where(v <= 0.04045, v / 12.92, np.power((v + 0.055) / 1.055, 2.4))
+    light: NDArray[np.float64] = np.where(v <= 0.04045, v / 12.92, np.power((v + 0.055) / 1.055, 2.4))
+    return light
 
 
 def _on_colour(plane: Plane, values: Array, curve: Callable[[Array], Array]) -> Array:

@@ -17,7 +17,17 @@ from .formats import FORMATS, MAX_CHANNELS, Format
 MARK = "intarsia recipe: "
 """What an embedded recipe starts with."""
 
-JPEG_TEXT = 60000
+LONGEST = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
+"""Longer recipes lie beside; a TIFF holds more, but OpenImageIO reads only so much of it."""
+
+_WORDS = {
+    "uint8": "8 bit",
+    "uint16": "16 bit",
+    "uint32": "32 bit",
+    "float16": "half",
+    "float32": "float",
+    "float64": "double",
+}
 _NAMES = {"jpg": "jpeg", "tif": "tiff"}
 
 
@@ -45,20 +55,18 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
 
 def holds_recipe(target: Format, recipe: str) -> bool:
     """Tell whether a recipe of this length finds room inside the file."""
-    return target.text and not (target.name == "jpeg" and len(recipe) > JPEG_TEXT)
+    return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
 def check_holds(target: Format, plane: Plane, dtype: str | None = None) -> None:
     """Refuse a plane that a format cannot hold, and say what to do."""
     name, dtype = target.name, dtype or plane.pixels.dtype.name
     dtype = "uint8" if dtype == "bool" else dtype
-    words = {"uint8": "8 bit", "uint16": "16 bit", "uint32": "32 bit", "float16": "half", "float32": "float", "float64": "double"}
     if dtype not in target.dtypes:
         choices = [f.suffixes[0] for f in FORMATS if dtype in f.dtypes and plane.channels in f.channels]
         remedy = f"write {_any_of(choices)}, or ask" if choices else "ask"
-        depth = {"uint8": "8", "uint16": "16", "float16": "half", "float32": "float"}[target.dtypes[-1] if name != "exr" else "float16"]
-        depth = "float" if "float32" in target.dtypes else depth
-        raise ParameterError(f"{name} holds {target.depths}, not {words[dtype]}; {remedy} for --depth {depth}.")
+        depth = "float" if "float32" in target.dtypes else "16" if "uint16" in target.dtypes else "8"
+        raise ParameterError(f"{name} holds {target.depths}, not {_WORDS[dtype]}; {remedy} for --depth {depth}.")
     if plane.channels not in target.channels:
         choices = [f.suffixes[0] for f in FORMATS if plane.channels in f.channels and dtype in f.dtypes]
         alpha = " (alpha among them)" if plane.alpha else ""
@@ -91,7 +99,7 @@ def _pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> by
     image = Image.fromarray(pixels[:, :, 0] if pixels.shape[2] == 1 else pixels)
     options: dict[str, Any] = {}
     if name == "jpeg":
-        options = {"quality": 95, "subsampling": 0, "optimize": True}
+        options = {"quality": 95, "subsampling": 0}
         if text is not None:
             options["comment"] = text.encode()
     if name == "webp":
@@ -102,7 +110,10 @@ def _pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> by
             options["exif"] = facts.tobytes()
     if icc:
         options["icc_profile"] = icc
-    image.save(buffer, name, **options)
+    try:
+        image.save(buffer, name, **options)
+    except OSError as e:
+        raise ResourceError(f"the {name} could not be made ({e}); write .png instead.") from None
     return buffer.getvalue()
 
 
@@ -110,8 +121,8 @@ def _oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> byte
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape
-    kind = {"float16": "half", "float32": "float", "float64": "double", "uint32": "uint"}.get(pixels.dtype.name, pixels.dtype.name)
-    spec = oiio.ImageSpec(width, height, channels, kind)
+    kind = {"float16": "half", "float32": "float", "float64": "double", "uint32": "uint"}
+    spec = oiio.ImageSpec(width, height, channels, kind.get(pixels.dtype.name, pixels.dtype.name))
     spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
     spec.attribute("DateTime", "")  # equal pixels, equal bytes
     if name == "tiff":

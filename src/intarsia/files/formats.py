@@ -160,7 +160,8 @@ def check_size(name: str, width: int, height: int, channels: int = 1) -> None:
         raise InputError(f"{name} has no pixels ({width}x{height}); save it again.")
     if width * height > MAX_PIXELS or max(width, height) > 1 << 20:
         raise InputError(
-            f"{name} claims {width}x{height} px; at most {MAX_PIXELS >> 20} Mi pixels and {1 << 20} px a side, so crop it first."
+            f"{name} claims {width}x{height} px; at most {MAX_PIXELS >> 20} Mi pixels and {1 << 20} px a side "
+            "are allowed, so crop it first."
         )
     if channels > MAX_CHANNELS:
         raise InputError(f"{name} has {channels} channels; at most {MAX_CHANNELS}, so save fewer.")

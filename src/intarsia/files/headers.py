@@ -93,7 +93,7 @@ def _text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int) -> 
         except zlib.error:
             return 0
         if unpacker.unconsumed_tail:
-            raise InputError(f"{name} holds more than {MAX_UNPACKED >> 20} MiB of packed text; save it without metadata.")
+            raise InputError(f"{name} unpacks to over {MAX_UNPACKED >> 20} MiB of text; save it without metadata.")
     if kind == b"iCCP":
         facts.icc = rest
     else:
@@ -116,7 +116,7 @@ def jpeg(data: bytes, name: str) -> None:
             bits, height, width, channels = struct.unpack(">BHHB", data[pos + 4 : pos + 10])
             check_size(name, width, height, channels)
             if bits != 8:
-                raise InputError(f"{name} is a JPEG of {bits} bit; only 8 bit is read, so save it as 16-bit PNG or TIFF.")
+                raise InputError(f"{name} is a JPEG of {bits} bit; only 8 bit is read, so save it as PNG or TIFF.")
             sized = True
         pos += 2 + length
         if marker == 0xDA:

@@ -81,7 +81,7 @@ def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> 
         pos += 1
     if len(data) - pos < need:
         have = max(0, len(data) - pos)
-        raise InputError(f"{name} ends too early ({have} of {need} bytes of pixels); it is damaged, copy or save it again.")
+        raise InputError(f"{name} ends too early ({have} of {need} bytes); it is damaged, copy or save it again.")
     return np.frombuffer(data, dtype, count, pos).astype(dtype.newbyteorder("="))
 
 
@@ -98,7 +98,7 @@ def _plain(text: bytes, count: int, name: str, bits: bool) -> Array:
             raise InputError(f"{name} holds something that is no number from 0 to 65535; it is damaged, save it again.")
         values = np.array(words, dtype="S5").astype(np.int64) if words else np.zeros(0, np.int64)
     if values.size < count:
-        raise InputError(f"{name} ends too early ({values.size} of {count} values); it is damaged, copy or save it again.")
+        raise InputError(f"{name} ends too early ({values.size} of {count} values); it is damaged, save it again.")
     return values
 
 

@@ -1,47 +1,58 @@
 """Surfaces painted by formula from hashed integers: the same pixels on every machine.
 
-Only + - * / and square roots of single numbers are used, which IEEE 754 rounds alike everywhere. All wrap around.
+All wrap around.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ..image import Plane
-
-SIDE = 256
-F = NDArray[np.float64]
-I = NDArray[np.int64]  # noqa: E741 - beside F
-LIGHT = (-0.48, -0.62, 0.62)
+from .relief import (
+    LIGHT,
+    SIDE,
+    F,
+    I,
+    blur,
+    cloud,
+    grid,
+    hash_of,
+    light,
+    noise,
+    pick,
+    rounded_box,
+    shadow,
+    smooth,
+    stretched,
+    value_of,
+)
 
 
 def tiles() -> Plane:
     """Glazed tiles of uneven blues and greens, with pale grout."""
     side = 64
-    y, x = _grid()
+    y, x = grid()
     row, column = y // side, x // side
     number = row * 4 + column
-    v = (y % side) + 0.5 - side / 2 + 1.6 * (_value(number, 1) - 0.5)
-    u = (x % side) + 0.5 - side / 2 + 1.6 * (_value(number, 2) - 0.5)
-    half = side / 2 - 2.6 + 0.9 * (_noise(16, 3) - 0.5)
-    inside = _rounded_box(u, v, half, half, 5.0)  # px to the edge, positive inside
-    glaze = _cloud(64, 4, 4)
-    height = 3.4 * _smooth(inside / 5.0) + 0.9 * _cloud(32, 5, 2)
-    grout = 0.9 * _cloud(4, 6, 2)
-    height = np.where(inside > 0, height, grout)
-    palette = [(38, 104, 118), (52, 132, 134), (30, 82, 112), (84, 152, 140), (116, 168, 150), (44, 112, 100), (70, 126, 150)]
-    colour = _pick(palette, _hash(number, 0, 7)) * (0.86 + 0.28 * _value(number, 8))[..., None]
-    pooled = _smooth(1.0 - inside / 16.0)  # glaze gathers, darker, toward the edge
-    colour = colour * (1.12 - 0.34 * pooled - 0.36 * (glaze - 0.5))[..., None]
-    speck = _cloud(2, 9, 1) > 0.93
-    colour = np.where((speck & (inside > 2))[..., None], colour * 0.72, colour)
-    joint = np.array([196.0, 187.0, 170.0]) * (0.72 + 0.36 * _cloud(8, 10, 4))[..., None]
-    joint = joint * (0.62 + 0.38 * _smooth(-inside / 2.6))[..., None]
+    v = (y % side) + 0.5 - side / 2 + 1.6 * (value_of(number, 1) - 0.5)
+    u = (x % side) + 0.5 - side / 2 + 1.6 * (value_of(number, 2) - 0.5)
+    half = side / 2 - 2.6 + 0.9 * (noise(16, 3) - 0.5)
+    inside = rounded_box(u, v, half, half, 5.0)  # px to the edge, positive inside
+    glaze = cloud(64, 4, 4)
     cover = np.clip(inside + 0.5, 0.0, 1.0)[..., None]
-    shade, gloss = _light(height, 1.0)
+    crown = 2.6 * smooth(inside / 6.5) + 2.2 * cloud(32, 5, 2)
+    height = crown * cover[..., 0] + (0.4 + 0.9 * cloud(4, 6, 2)) * (1 - cover[..., 0])
+    palette = [
+        (38, 104, 118), (52, 132, 134), (30, 82, 112), (84, 152, 140), (116, 168, 150), (44, 112, 100), (70, 126, 150),
+    ]  # fmt: skip
+    colour = pick(palette, hash_of(number, 0, 7)) * (0.86 + 0.28 * value_of(number, 8))[..., None]
+    pooled = smooth(1.0 - inside / 16.0)  # glaze gathers, darker, toward the edge
+    colour = colour * (1.12 - 0.34 * pooled - 0.36 * (glaze - 0.5))[..., None]
+    cloudy = smooth((cloud(16, 9, 4) - 0.42) / 0.3)
+    colour = colour * (0.9 + 0.16 * cloudy)[..., None] + 9.0 * cloudy[..., None]
+    joint = np.array([196.0, 187.0, 170.0]) * (0.72 + 0.36 * cloud(8, 10, 4))[..., None]
+    joint = joint * (0.62 + 0.38 * smooth(-inside / 2.6))[..., None]
+    shade, gloss = light(height, 0.9)
     lit = (colour * cover + joint * (1 - cover)) * shade[..., None]
     return _plane(lit + cover * 120.0 * gloss[..., None])
 
@@ -53,17 +64,17 @@ def pebbles() -> Plane:
         (142, 122, 100), (168, 150, 126), (116, 104, 94), (150, 146, 138), (188, 176, 156),
         (96, 90, 86), (128, 98, 76), (172, 132, 102), (138, 136, 132), (204, 198, 186),
     ]  # fmt: skip
-    colour = _pick(palette, _hash(number, 0, 30)) * (0.84 + 0.3 * _value(number, 31))[..., None]
-    shift = _hash(number, 3, 32) % SIDE
-    y, x = _grid()
-    bands = _cloud(16, 33, 4)[(y + shift) % SIDE, (x + shift // 3) % SIDE]
-    grain = _cloud(3, 34, 2)
+    colour = pick(palette, hash_of(number, 0, 30)) * (0.84 + 0.3 * value_of(number, 31))[..., None]
+    shift = hash_of(number, 3, 32) % SIDE
+    y, x = grid()
+    bands = cloud(16, 33, 4)[(y + shift) % SIDE, (x + shift // 3) % SIDE]
+    grain = cloud(3, 34, 2)
     colour = colour * (0.84 + 0.34 * (bands - 0.5) + 0.3 * grain)[..., None]
     facing = normal[0] * LIGHT[0] + normal[1] * LIGHT[1] + normal[2] * LIGHT[2]
     shade = 0.34 + 0.86 * np.clip(facing, 0.0, 1.0)
-    around = _blur(top, 9)
-    open_sky = np.clip(0.98 + (top - around) * 0.085, 0.16, 1.08)
-    cast = _shadow(top)
+    around = blur(top, 9)
+    open_sky = np.clip(0.98 + (top - around) * 0.075, 0.24, 1.08)
+    cast = shadow(top)
     sheen = np.clip(facing, 0.0, 1.0)
     sheen = sheen * sheen * sheen * sheen * sheen * sheen
     lit = colour * (shade * open_sky * cast * (0.7 + 0.3 * rim))[..., None] + (26.0 * sheen * cast)[..., None]
@@ -72,64 +83,64 @@ def pebbles() -> Plane:
 
 def stones() -> Plane:
     """A wall of rough stones in uneven courses, warm, with sandy mortar."""
-    y, x = _grid()
-    wy = y + 0.5 + 7.0 * (_cloud(32, 41, 3) - 0.5)
-    wx = x + 0.5 + 8.0 * (_cloud(32, 42, 3) - 0.5)
+    y, x = grid()
+    wy = y + 0.5 + 7.0 * (cloud(32, 41, 3) - 0.5)
+    wx = x + 0.5 + 8.0 * (cloud(32, 42, 3) - 0.5)
     inside, number = _courses(wy % SIDE, wx % SIDE)
-    inside = inside + 2.6 * (_cloud(8, 43, 2) - 0.5)
-    shift = _hash(number, 1, 44) % SIDE
-    rough = _cloud(32, 45, 5)[(y + shift) % SIDE, (x + 3 * shift) % SIDE]
-    fine = _cloud(4, 46, 2)
-    tilt = (_value(number, 47) - 0.5) * 0.07 * (x % 64 - 32) + (_value(number, 48) - 0.5) * 0.07 * (y % 64 - 32)
-    bulge = 6.0 * _smooth(inside / 9.0)
-    sand = 1.4 * _cloud(4, 49, 2)
-    height = np.where(inside > 0, bulge + 7.0 * (rough - 0.5) + 0.8 * fine + 0.0 * tilt + 1.5, sand)
+    inside = inside + 2.6 * (cloud(8, 43, 2) - 0.5)
+    shift = hash_of(number, 1, 44) % SIDE
+    rough = cloud(32, 45, 5)[(y + shift) % SIDE, (x + 3 * shift) % SIDE]
+    fine = cloud(4, 46, 2)
+    bulge = 6.0 * smooth(inside / 9.0)
+    sand = 1.4 * cloud(4, 49, 2)
+    cover = np.clip(inside * 0.5 + 0.5, 0.0, 1.0)
+    height = (bulge + 7.0 * (rough - 0.5) + 0.8 * fine + 1.5) * cover + sand * (1.0 - cover)
     palette = [
         (176, 146, 110), (158, 126, 94), (190, 166, 130), (142, 118, 96), (168, 132, 92),
         (152, 138, 118), (182, 150, 118), (134, 108, 86), (196, 174, 142),
     ]  # fmt: skip
-    colour = _pick(palette, _hash(number, 2, 50)) * (0.86 + 0.24 * _value(number, 51))[..., None]
-    stain = _cloud(64, 52, 4)
+    colour = pick(palette, hash_of(number, 2, 50)) * (0.86 + 0.24 * value_of(number, 51))[..., None]
+    stain = cloud(64, 52, 4)
     colour = colour * (0.8 + 0.55 * (rough - 0.5) + 0.26 * fine + 0.14 * stain)[..., None]
     warm = np.stack([1.0 + 0.1 * (stain - 0.5), np.ones_like(stain), 1.0 - 0.2 * (stain - 0.5)], axis=2)
-    mortar = np.array([172.0, 160.0, 142.0]) * (0.56 + 0.42 * _cloud(4, 53, 3))[..., None]
-    mortar = mortar * (0.7 + 0.3 * _smooth(-inside / 3.0))[..., None]
-    cover = np.clip(inside * 0.8 + 0.5, 0.0, 1.0)[..., None]
-    shade, _ = _light(height, 0.75)
-    open_sky = np.clip(1.0 + (height - _blur(height, 8)) * 0.035, 0.55, 1.1)
-    return _plane((colour * warm * cover + mortar * (1 - cover)) * (shade * open_sky)[..., None])
+    mortar = np.array([172.0, 160.0, 142.0]) * (0.56 + 0.42 * cloud(4, 53, 3))[..., None]
+    mortar = mortar * (0.7 + 0.3 * smooth(-inside / 3.0))[..., None]
+    shade, _ = light(height, 0.75)
+    open_sky = np.clip(1.0 + (height - blur(height, 8)) * 0.035, 0.55, 1.1)
+    return _plane((colour * warm * cover[..., None] + mortar * (1 - cover)[..., None]) * (shade * open_sky)[..., None])
 
 
 def planks() -> Plane:
     """Weathered boards of warm wood, with grain, knots, butt joints and nails."""
-    y, x = _grid()
+    y, x = grid()
     boards = np.array([0, 47, 102, 150, 206, 256])
     board = np.searchsorted(boards, x[0], side="right") - 1
     left, right = boards[board], boards[board + 1]
-    joint = _hash(np.arange(5), 0, 61) % SIDE  # each board has one butt joint
+    joint = hash_of(np.arange(5), 0, 61) % SIDE  # each board has one butt joint
     along = (y - joint[board]) % SIDE
     across = (x - left) + 0.5
     number = np.broadcast_to(board, y.shape)
-    shift = _hash(number, 5, 62) % SIDE
-    slow = _stretched(8, 64, 63)[(y + shift) % SIDE, (x + shift) % SIDE]
+    shift = hash_of(number, 5, 62) % SIDE
+    slow = stretched(8, 64, 63)[(y + shift) % SIDE, (x + shift) % SIDE]
     bend, knot, ring = _knots(along, across, number)
-    t = across * 0.135 + 2.6 * slow + bend + 9.0 * _value(number, 64)
+    t = across * 0.135 + 2.6 * slow + bend + 9.0 * value_of(number, 64)
     wave = t - np.floor(t)
-    late = _smooth(wave / 0.82) * (1.0 - _smooth((wave - 0.82) / 0.18))  # slow to darken, quick to clear
-    fibre = _stretched(1, 24, 65)
-    fine = _stretched(2, 48, 66)
-    base = _pick([(176, 128, 82), (160, 112, 70), (190, 144, 96), (150, 106, 70), (182, 136, 92)], _hash(number, 6, 67))
-    base = base * (0.9 + 0.16 * _value(number, 68))[..., None]
+    late = smooth(wave / 0.82) * (1.0 - smooth((wave - 0.82) / 0.18))  # slow to darken, quick to clear
+    fibre = stretched(1, 24, 65)
+    fine = stretched(2, 48, 66)
+    palette = [(176, 128, 82), (160, 112, 70), (190, 144, 96), (150, 106, 70), (182, 136, 92)]
+    base = pick(palette, hash_of(number, 6, 67))
+    base = base * (0.9 + 0.16 * value_of(number, 68))[..., None]
     dark = np.stack([0.34 * late, 0.4 * late, 0.46 * late], axis=2)
     colour = base * (1.0 - 0.62 * dark) * (0.8 + 0.24 * fibre + 0.2 * fine)[..., None]
-    colour = colour * (0.92 + 0.16 * _cloud(64, 69, 3))[..., None]
+    colour = colour * (0.92 + 0.16 * cloud(64, 69, 3))[..., None]
     tone = np.array([84.0, 50.0, 28.0]) * (0.75 + 0.5 * ring)[..., None]
     colour = colour * (1 - knot[..., None]) + tone * knot[..., None]
     edge = np.minimum(np.minimum(across, right - x - 0.5), np.minimum(along + 0.5, SIDE - along - 0.5))
-    edge = edge + 0.9 * (_stretched(2, 16, 70) - 0.5)
-    height = 2.6 * _smooth((edge - 0.4) / 3.2) + 0.55 * fibre - 0.7 * late + 0.5 * fine
-    shade, _ = _light(height, 0.55)
-    gap = _smooth((edge - 0.3) / 1.6)
+    edge = edge + 0.9 * (stretched(2, 16, 70) - 0.5)
+    height = 2.6 * smooth((edge - 0.4) / 3.2) + 0.55 * fibre - 0.7 * late + 0.5 * fine
+    shade, _ = light(height, 0.55)
+    gap = smooth((edge - 0.3) / 1.6)
     lit = colour * (shade * (0.16 + 0.84 * gap))[..., None]
     for at in (9, SIDE - 10):
         for share in (0.25, 0.75):
@@ -139,15 +150,14 @@ def planks() -> Plane:
 
 def _heap(cell: int, seed: int) -> tuple[F, tuple[F, F, F], I, F]:
     """Drop ellipsoids around a jittered grid: the highest surface, its normal, its number, and how far from its rim."""
-    y, x = _grid()
     n = SIDE // cell
     step = SIDE / n
-    top = np.full(y.shape, -1e9)
-    facts = [np.zeros(y.shape) for _ in range(4)]
-    owner = np.zeros(y.shape, np.int64)
+    top = np.full((SIDE, SIDE), -1e9)
+    facts = [np.zeros((SIDE, SIDE)) for _ in range(4)]
+    owner = np.zeros((SIDE, SIDE), np.int64)
     for number in range(2 * n * n):
         i = number % (n * n)
-        at = [float(_value(np.array(number), seed + k)) for k in range(8)]
+        at = [float(value_of(np.array(number), seed + k)) for k in range(8)]
         late = number >= n * n
         cy, cx = (i // n + at[0]) * step, (i % n + at[1]) * step
         long = step * ((0.5 + 0.62 * at[2] * at[2]) if late else (0.62 + 0.34 * at[2]))
@@ -162,7 +172,8 @@ def _heap(cell: int, seed: int) -> tuple[F, tuple[F, F, F], I, F]:
         d2 = u * u + v * v
         d2 = d2 * (0.35 + 0.65 * d2)  # flatter than a ball
         tall = short * 0.62
-        z = np.where(d2 < 1.0, (6.0 * at[6] - 3.0) + (2.0 if late else 0.0) + tall * np.sqrt(np.clip(1.0 - d2, 0.0, 1.0)), -1e9)
+        lift = 6.0 * at[6] - 3.0 + (2.0 if late else 0.0)
+        z = np.where(d2 < 1.0, lift + tall * np.sqrt(np.clip(1.0 - d2, 0.0, 1.0)), -1e9)
         wins = z > top[window]
         gx, gy = c * u / long - s * v / short, s * u / long + c * v / short
         nz = np.sqrt(np.clip(1.0 - d2, 0.0, 1.0)) / (short * 0.8)
@@ -170,10 +181,10 @@ def _heap(cell: int, seed: int) -> tuple[F, tuple[F, F, F], I, F]:
             store[window] = np.where(wins, value, store[window])
         owner[window] = np.where(wins, number, owner[window])
     gx, gy, gz, rim = facts
-    norm_of = np.sqrt(gx * gx + gy * gy + gz * gz) + 1e-9
     bare = top < -1e8
-    top = np.where(bare, -8.0, top)
-    return top, (gx / norm_of, gy / norm_of, gz / norm_of), owner, _smooth(rim / 0.35)
+    top, gz = np.where(bare, -3.0, top), np.where(bare, 1.0, gz)
+    norm_of = np.sqrt(gx * gx + gy * gy + gz * gz) + 1e-9
+    return top, (gx / norm_of, gy / norm_of, gz / norm_of), owner, smooth(rim / 0.35)
 
 
 def _near(centre: float, reach: float) -> I:
@@ -187,7 +198,7 @@ def _courses(y: F, x: F) -> tuple[F, I]:
     inside = np.zeros(y.shape)
     number = np.zeros(y.shape, np.int64)
     for r in range(len(rows) - 1):
-        widths = 34.0 + 46.0 * _value(np.arange(5 if r % 2 else 4), 200 + r)
+        widths = 34.0 + 46.0 * value_of(np.arange(5 if r % 2 else 4), 200 + r)
         ends = np.concatenate([[0.0], np.cumsum(widths)])
         ends = ends * (SIDE / ends[-1])
         local = (x + 61.0 * r + 17.0) % SIDE
@@ -196,7 +207,7 @@ def _courses(y: F, x: F) -> tuple[F, I]:
         v = y - (rows[r] + rows[r + 1]) / 2
         wide, tall = (ends[stone + 1] - ends[stone]) / 2 - 2.4, (rows[r + 1] - rows[r]) / 2 - 2.4
         mine = row == r
-        inside = np.where(mine, _rounded_box(u, v, wide, tall, 8.0), inside)
+        inside = np.where(mine, rounded_box(u, v, wide, tall, 8.0), inside)
         number = np.where(mine, r * 16 + stone, number)
     return inside, number
 
@@ -210,7 +221,7 @@ def _knots(along: I, across: F, board: I) -> tuple[F, F, F]:
         mine = board == number
         reach = size * 3.2
         bend = bend + np.where(mine, 2.4 * size / 4.0 * reach * dx / (dx * dx + dy * dy + reach * size) * 0.55, 0.0)
-        knot = np.maximum(knot, np.where(mine, 1.0 - _smooth((d - size * 0.75) / (size * 0.5)), 0.0))
+        knot = np.maximum(knot, np.where(mine, 1.0 - smooth((d - size * 0.75) / (size * 0.5)), 0.0))
         phase = d / 1.7
         phase = phase - np.floor(phase)
         ring = np.where(mine & (d < size * 1.6), 4.0 * phase * (1.0 - phase), ring)
@@ -223,99 +234,6 @@ def _nail(lit: F, dy: F | I, dx: F) -> F:
     halo = (1.0 - 0.35 * np.clip(1.0 - (d - 2.0) / 3.0, 0.0, 1.0))[..., None]
     steel = 62.0 - 9.0 * (dx + dy)
     return lit * halo * (1 - head) + np.stack([steel, steel * 0.97, steel * 0.95], axis=2) * head
-
-
-def _grid() -> tuple[I, I]:
-    y, x = np.mgrid[:SIDE, :SIDE]
-    return y.astype(np.int64), x.astype(np.int64)
-
-
-def _hash(a: I, b: int, seed: int) -> I:
-    """Mix two numbers and a seed to 32 bits."""
-    z = np.asarray(a).astype(np.uint32) * np.uint32(0x9E3779B1) + np.uint32((b * 0x85EBCA77 + seed * 0xC2B2AE3D) & 0xFFFFFFFF)
-    for shift, factor in ((16, 0x7FEB352D), (15, 0x846CA68B)):
-        z = (z ^ (z >> np.uint32(shift))) * np.uint32(factor)
-    return (z ^ (z >> np.uint32(16))).astype(np.int64)
-
-
-def _value(a: I, seed: int) -> F:
-    return _hash(a, 0, seed) / 4294967296.0
-
-
-def _pick(palette: Sequence[tuple[int, int, int]], which: I) -> F:
-    return np.array(palette, np.float64)[which % len(palette)]
-
-
-def _smooth(t: F) -> F:
-    t = np.clip(t, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
-
-
-def _lattice(tall: int, wide: int, seed: int) -> F:
-    """Value noise that wraps, with cells of tall x wide px, in 0..1."""
-    ny, nx = max(1, SIDE // tall), max(1, SIDE // wide)
-    knots = _value(np.arange(ny * nx), seed).reshape(ny, nx)
-    p, q = np.arange(SIDE) * (ny / SIDE), np.arange(SIDE) * (nx / SIDE)
-    i, j = p.astype(np.int64), q.astype(np.int64)
-    f, g = _smooth(p - i)[:, None], _smooth(q - j)[None, :]
-    rows = knots[i % ny] * (1 - f) + knots[(i + 1) % ny] * f
-    return rows[:, j % nx] * (1 - g) + rows[:, (j + 1) % nx] * g
-
-
-def _noise(cell: int, seed: int) -> F:
-    return _lattice(cell, cell, seed)
-
-
-def _stretched(wide: int, tall: int, seed: int) -> F:
-    """Noise drawn out along y, of two octaves."""
-    return 0.65 * _lattice(tall, wide, seed) + 0.35 * _lattice(max(1, tall // 2), max(1, wide // 2), seed + 1000)
-
-
-def _cloud(cell: int, seed: int, octaves: int) -> F:
-    """Noise of several octaves, each half as large and half as strong."""
-    total, weight, norm = np.zeros((SIDE, SIDE)), 1.0, 0.0
-    for octave in range(octaves):
-        total = total + weight * _lattice(max(1, cell >> octave), max(1, cell >> octave), seed + 100 * octave)
-        norm, weight = norm + weight, weight * 0.55
-    return total / norm
-
-
-def _rounded_box(u: F, v: F, wide: F | float, tall: F | float, radius: float) -> F:
-    """Distance to the edge of a box with round corners, positive inside."""
-    p, q = np.abs(u) - wide + radius, np.abs(v) - tall + radius
-    a, b = np.maximum(p, 0.0), np.maximum(q, 0.0)
-    return radius - np.sqrt(a * a + b * b) - np.minimum(np.maximum(p, q), 0.0)
-
-
-def _light(height: F, strength: float) -> tuple[F, F]:
-    """Light a relief from the upper left: shade (1 is flat), and gloss."""
-    gx = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) * (0.5 * strength)
-    gy = (np.roll(height, -1, 0) - np.roll(height, 1, 0)) * (0.5 * strength)
-    norm = np.sqrt(gx * gx + gy * gy + 1.0)
-    facing = np.clip((-gx * LIGHT[0] - gy * LIGHT[1] + LIGHT[2]) / norm, 0.0, 1.0)
-    gloss = np.clip((-gx * -0.36 - gy * -0.46 + 0.81) / norm, 0.0, 1.0)
-    for _ in range(5):
-        gloss = gloss * gloss
-    return 0.45 + 0.55 / LIGHT[2] * facing, gloss * 0.6
-
-
-def _blur(a: F, radius: int) -> F:
-    """A box, twice, along both axes, with wrap."""
-    for axis in (0, 1, 0, 1):
-        total = a.copy()
-        for k in range(1, radius + 1):
-            total = total + np.roll(a, k, axis) + np.roll(a, -k, axis)
-        a = total / (2 * radius + 1)
-    return a
-
-
-def _shadow(height: F) -> F:
-    """Shade what lies behind something higher, as seen from the light."""
-    worst = np.zeros(height.shape)
-    for k in range(1, 9):
-        above = np.roll(height, (k, (k * 3) // 4), (0, 1)) - 0.95 * k - height
-        worst = np.maximum(worst, above)
-    return 1.0 - 0.5 * _smooth(worst / 3.0)
 
 
 def _plane(lit: F) -> Plane:

@@ -39,7 +39,11 @@ def _labels(plane: Plane) -> Array:
     if values.dtype == bool:
         return values.astype(np.uint8) * np.uint8(255)
     if values.shape[2] > 1:
-        return convert(Plane(values, Kind.DATA if values.dtype != np.uint32 else Kind.LABEL), 8).samples
+        return (
+            (values & 255).astype(np.uint8)
+            if values.dtype == np.uint32
+            else convert(Plane(values, Kind.DATA), 8).samples
+        )
     if plane.is_float:
         values = values.astype(np.float32).view(np.uint32)
     mixed = values[:, :, 0].astype(np.uint32)

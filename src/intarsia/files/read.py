@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InputError, ParameterError
 from ..exemplar import KIND_OF_NAME, Exemplar
 from ..image import Kind, Plane, Transfer
-from .decode import LINEAR, decode
+from .decode import decode
 from .formats import shown
 from .samples import PREFIX, sample
 from .sets import name_of, uses_directx
@@ -35,9 +35,9 @@ def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", *
     mask : path, optional
         A picture of the same size: white where the exemplar may be used, black where not.
     alpha : "auto", "channel" or "mask"
-        ``channel``: alpha is synthesised like a colour. ``mask``: pixels of at most half opacity are not used, and alpha
-        is dropped. ``auto`` is ``mask`` where alpha is nowhere partial, somewhere 0, and opaque in over half of the
-        picture, else ``channel``. Colours under alpha 0 stay as stored.
+        ``channel``: alpha is synthesised like a colour. ``mask``: pixels of at most half opacity are not used, and
+        alpha is dropped. ``auto`` is ``mask`` where alpha is nowhere partial, somewhere 0, and opaque in over half
+        of the picture, else ``channel``. Colours under alpha 0 stay as stored.
     **planes : paths
         Further maps; their names (normal, height, roughness, metallic, ao, opacity, ...) tell what they hold.
 
@@ -79,8 +79,8 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
     if kind is Kind.NORMAL:
         pixels = _three(pixels, picture.name)
     if pixels.dtype == np.uint32 and kind is not Kind.LABEL:
-        raise InputError(f"{picture.name} holds 32-bit whole numbers, which can only be labels; save it with 16 bit or float.")
-    linear = picture.format in LINEAR or pixels.dtype.kind == "f"
+        raise InputError(f"{picture.name} holds 32-bit labels, not a picture; save it with 16 bit or float.")
+    linear = pixels.dtype.kind == "f"
     meta = {"name": picture.format} | ({} if found.icc is None else {"icc": found.icc})
     try:
         return Plane(pixels, kind, Transfer.LINEAR if linear else Transfer.SRGB, meta)
@@ -108,7 +108,7 @@ def _three(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:
         return pixels[:, :, :3]
     if pixels.ndim != 3 or pixels.shape[2] != 3:
         channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-        raise InputError(f"{name} has {channels} channels; a normal map needs 3 (red, green, blue), so save it without others.")
+        raise InputError(f"{name} has {channels} channels; a normal map needs 3, so save it without the others.")
     return pixels
 
 
@@ -135,9 +135,8 @@ def _mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
     """White is usable: lighter than half, and opaque; in files that hold only 0 and 1, every 1."""
     plane = read_plane(path, Kind.LABEL)
     if (plane.height, plane.width) != (base.height, base.width):
-        raise InputError(
-            f"the mask {shown(path)} is {plane.width}x{plane.height} px, {name} {base.width}x{base.height}; make them equal."
-        )
+        size = f"{plane.width}x{plane.height} px, {name} {base.width}x{base.height}"
+        raise InputError(f"the mask {shown(path)} is {size}; make them equal.")
     values = plane.samples
     full = 1.0 if plane.is_float else float(np.iinfo(values.dtype).max)
     if not plane.is_float and int(values.max()) <= 1:

@@ -36,5 +36,5 @@ def sample(name: str) -> Plane:
     found = importlib.util.find_spec("skimage")
     path = Path(found.origin or "").parent / "data" / f"{word}.png" if found else None
     if path is None or not path.is_file():
-        raise InputError(f"this scikit-image carries no {word}.png; choose sample:tiles, sample:stones or another painted one.")
+        raise InputError(f"this scikit-image carries no {word}.png; choose a painted one, such as sample:tiles.")
     return Plane(decode(look(path)).pixels, meta={"name": "png"})

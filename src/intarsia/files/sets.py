@@ -14,7 +14,8 @@ PathLike = str | os.PathLike[str]
 
 WORDS = {
     "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",
-    "normal": "normal normals nrm norm nor_gl nor_dx normalgl normaldx normal_gl normal_dx normal_ogl normal_opengl normal_directx nrm_gl nrm_dx",
+    "normal": "normal normals nrm norm nor_gl normalgl normal_gl normal_ogl normal_opengl nrm_gl "
+    "nor_dx normaldx normal_dx normal_directx nrm_dx",
     "roughness": "roughness rough",
     "metallic": "metallic metalness metal",
     "height": "height disp displacement bump",
@@ -28,10 +29,11 @@ WORDS = {
 """The names of planes, in the order of a set, and the endings that mean them."""
 
 _NAME = {word: name for name, words in WORDS.items() for word in words.split()}
-_CLEAR = frozenset(
-    "normal normals nrm nor_gl nor_dx normalgl normaldx normal_gl normal_dx normal_ogl normal_opengl normal_directx nrm_gl "
-    "nrm_dx roughness metallic metalness displacement ao ambientocclusion ambient_occlusion orm arm".split()
+_CLEAR = frozenset(_NAME) - frozenset(
+    [w for n in ("albedo", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
+    + ["norm", "rough", "metal", "height", "disp", "bump", "occlusion"]
 )
+"""Words that tell a map even where a file stands alone; "old_metal.png" is a picture of metal."""
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
 _TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif", re.IGNORECASE)
 _READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
@@ -103,7 +105,8 @@ def _split(path: PathLike) -> tuple[list[str], str | None]:
 def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
     if len(files) == 1:
         word = _split(files[0])[1]
-        return {_NAME[word] if word in _CLEAR and not _special(files[0]) else "albedo": files[0]}  # type: ignore[index]
+        clear = word is not None and word in _CLEAR and not _special(files[0])
+        return {_NAME[word] if word is not None and clear else "albedo": files[0]}
     named: dict[str, PathLike] = {}
     for path in files:
         name = name_of(path)[1] or "albedo"
@@ -114,7 +117,7 @@ def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
         else:
             first, second = shown(Path(os.fspath(named[name])).name), shown(Path(os.fspath(path)).name)
             raise ParameterError(
-                f"{first} and {second} both are the {name} of {shown(owner)}; give one of them, or read them as --several."
+                f"{first} and {second} both are the {name} of {shown(owner)}; give one, or ask for --several."
             )
     return {name: named[name] for name in WORDS if name in named}
 
@@ -133,7 +136,8 @@ def _inside(folder: PathLike) -> list[PathLike]:
     try:
         names = sorted(os.listdir(folder))
     except OSError as e:
-        raise InputError(f"{shown(folder)} cannot be listed ({(e.strerror or str(e)).lower()}); check the permissions.") from None
+        reason = (e.strerror or str(e)).lower()
+        raise InputError(f"{shown(folder)} cannot be listed ({reason}); check the permissions.") from None
     paths: list[PathLike] = [
         Path(folder) / n for n in names if not n.startswith(".") and os.path.splitext(n)[1].lower() in _READABLE
     ]

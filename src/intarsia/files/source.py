@@ -91,7 +91,7 @@ def _ordinary(path: Path, name: str) -> int:
     if stat.S_ISDIR(state.st_mode):
         raise InputError(f"{name} is a folder; name a picture in it.")
     if not stat.S_ISREG(state.st_mode):
-        raise InputError(f"{name} is no ordinary file but a pipe or a device; name a picture file, or - for the standard input.")
+        raise InputError(f"{name} is a pipe or a device; name a picture file, or - for the standard input.")
     return state.st_size
 
 

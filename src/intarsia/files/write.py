@@ -22,7 +22,14 @@ PathLike = str | os.PathLike[str]
 _COUNTER = count()
 
 
-def write(path: PathLike, picture: Any, *, depth: int | str | None = None, recipe: str | None = None, force: bool = False) -> None:
+def write(
+    path: PathLike,
+    picture: Any,
+    *,
+    depth: int | str | None = None,
+    recipe: str | None = None,
+    force: bool = False,
+) -> None:
     """Write a picture; its ending names the format, and its depth stays as it is unless another is asked for.
 
     Parameters
@@ -82,9 +89,9 @@ def check_writable(path: PathLike, force: bool = False) -> None:
         return
     if not text:
         raise ParameterError("an empty file name was given; name the file to write.")
-    target = os.path.realpath(path)
-    folder = os.path.dirname(target)
     try:
+        target = os.path.realpath(path)
+        folder = os.path.dirname(target)
         exists = os.path.lexists(target)
         if os.path.isdir(target):
             raise ParameterError(f"{name} is a folder; name a file in it.")
@@ -97,9 +104,11 @@ def check_writable(path: PathLike, force: bool = False) -> None:
         if len(os.fsencode(os.path.basename(target))) > 255:
             raise InputError(f"{name} is too long a name; give at most 255 bytes.")
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise ResourceError(f"the folder {shown(folder)} cannot be written; name another, or change its permissions.")
-    except ValueError as e:  # a zero byte in the name
-        raise InputError(f"{name} is no name of a file ({e}); choose another.") from None
+            raise ResourceError(f"the folder {shown(folder)} cannot be written; name another one.")
+    except ValueError:  # a zero byte in the name
+        raise InputError(f"{name} is no name of a file; choose another.") from None
+    except OSError as e:
+        raise _failed(path, e) from None
 
 
 def check_depth(path: PathLike, picture: Any, depth: int | str | None = None) -> None:

@@ -48,22 +48,37 @@ def shared(a: Any, b: Any, h: int, w: int) -> Any:
 def apart(a: int, b: int, length: int, wrap: int) -> int:
     """Distance of two canvas coordinates along one axis, the short way round if it wraps."""
     d = abs(a - b)
-    return length - d if wrap and length - d < d else d
+    if wrap:
+        d %= length  # exemplar coordinates are in it, too: it may be longer than the canvas
+        return min(d, length - d)
+    return d
 
 
 @kernel
-def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, distance: int) -> bool:
-    """True where two patches would show the same exemplar pixel twice within `distance` px of the output."""
+def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, distance: int) -> bool:
+    """True where two patches would show the same exemplar pixel twice within `distance` px of the output.
+
+    `torus` (2,): height and width of the variant of `a` where its exemplar is toroidal, else 0.
+    """
     if a[5] != b[5]:
         return False
     if a[0] == b[0]:
-        if abs(a[1] - b[1]) >= h or abs(a[2] - b[2]) >= w:
-            return False
-        dy = apart(a[3] - a[1], b[3] - b[1], canvas[0], canvas[2])
-        dx = apart(a[4] - a[2], b[4] - b[2], canvas[1], canvas[3])
-        return dy * dy + dx * dx < distance * distance and (dy != 0 or dx != 0)
+        turns = (torus[0] > 0) * (2 + h // max(torus[0], 1)), (torus[1] > 0) * (2 + w // max(torus[1], 1))
+        for i in range(-turns[0], turns[0] + 1):
+            down = a[1] - b[1] + i * torus[0]
+            if abs(down) >= h:
+                continue
+            for j in range(-turns[1], turns[1] + 1):
+                right = a[2] - b[2] + j * torus[1]
+                if abs(right) >= w:
+                    continue
+                dy = apart(a[3] - down, b[3], canvas[0], canvas[2])
+                dx = apart(a[4] - right, b[4], canvas[1], canvas[3])
+                if dy * dy + dx * dx < distance * distance and (dy != 0 or dx != 0):
+                    return True
+        return False
     reach = max(h, w)
-    if abs(a[6] - b[6]) >= 2 * reach or abs(a[7] - b[7]) >= 2 * reach:
+    if torus[0] == 0 and (abs(a[6] - b[6]) >= 2 * reach or abs(a[7] - b[7]) >= 2 * reach):
         return False
     # Poses differ: a pixel may lie anywhere in both, so the patches themselves are kept apart.
     dy = max(apart(a[3], b[3], canvas[0], canvas[2]) - reach, 0)
@@ -75,7 +90,8 @@ def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, distance: int)
 def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, out: Any) -> None:
     """Write the placement row of the patch of variant `v` at (u, s) in the window at (y, x).
 
-    `frames` (V, 7): exemplar, first exemplar row and column shown, and J, row by row.
+    `frames` (V, 9): exemplar, first exemplar row and column shown, J, row by row, and height and width of the
+    variant if it is toroidal, else 0.
     """
     f = frames[v]
     a, b = 2 * u + shape[0] - 1, 2 * s + shape[1] - 1
@@ -109,6 +125,14 @@ def note(
 
 
 @kernel
+def around(at: int, reach: int, count: int, wrap: int) -> Any:
+    """First window, and one past the last, within `reach` of window `at`; each once, also around a torus."""
+    if wrap:
+        return at - reach, min(at + reach + 1, at - reach + count)
+    return max(at - reach, 0), min(at + reach + 1, count)
+
+
+@kernel
 def prices(
     found: Any, grid: Any, row: int, column: int, at: Any, reach: int, shape: Any, canvas: Any, frames: Any,
     counts: Any, striking: Any, offsets: Any, factor: int, steady: int, unit: int, distance: int, out: Any,
@@ -124,6 +148,7 @@ def prices(
     h, w = shape[0], shape[1]
     area = 9 * h * w // 2  # 2 sigma**2 with sigma = 1.5 patches
     rows, columns = grid.shape[0], grid.shape[1]
+    near_rows, near_columns = around(row, reach, rows, canvas[2]), around(column, reach, columns, canvas[3])
     mine = np.empty(8, np.int64)
     for k in range(found.shape[0]):
         v = found[k, 1]
@@ -131,16 +156,14 @@ def prices(
         cell = offsets[v, 0] + min(found[k, 2] // factor, offsets[v, 1] - 1) * offsets[v, 2]
         cell += min(found[k, 3] // factor, offsets[v, 2] - 1)
         total = np.int64(0)
-        for i in range(row - reach, row + reach + 1):
-            if total < 0 or (not canvas[2] and (i < 0 or i >= rows)) or i - row + reach >= rows:
-                continue
-            for j in range(column - reach, column + reach + 1):
-                if (not canvas[3] and (j < 0 or j >= columns)) or j - column + reach >= columns:
-                    continue
+        for i in range(near_rows[0], near_rows[1]):
+            if total < 0:
+                break
+            for j in range(near_columns[0], near_columns[1]):
                 other = grid[i % rows, j % columns]
                 if other[5] < 0:
                     continue
-                if distance > 0 and returns_too_near(mine, other, h, w, canvas, distance):
+                if distance > 0 and returns_too_near(mine, other, h, w, canvas, frames[v, 7:9], distance):
                     total = np.int64(-1)
                     break
                 share = shared(mine, other, h, w)

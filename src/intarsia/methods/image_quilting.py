@@ -139,7 +139,7 @@ class _Growth:
         poses = analysis.isometry_ids(method.isometries)
         self.variants = analysis.variants(exemplars, feats, poses, (height, width), shown)
         self.finder = analysis.PatchSearch(self.variants, (height, width), min(overlap), method.search == "exact")
-        striking = analysis.striking(exemplars, feats, self.finder) if method.usage else None
+        striking = analysis.striking(feats, self.finder) if method.usage else None
         self.repetition = analysis.Repetition(
             self.finder, self.layout, method.usage, method.min_repeat_distance, striking
         )
@@ -167,16 +167,19 @@ class _Growth:
     def choose(self, window: tuple[int, int], found: Any) -> tuple[int, int, int]:
         """Pick at random among the candidates within the tolerance; note its use."""
         bits = draw(self.seed, STAGE, 0, *window)
-        if found.free:  # nothing is known here yet: any patch will do
+        pick: tuple[int, int, int] | None
+        if found.free and not self.method.min_repeat_distance:  # nothing is known here yet: any patch will do
             pick = analysis.random_patch(self.variants, bits)
         else:
-            chosen = self.repetition.pick(*window, found, self.method.tolerance, bits)
-            if chosen is None:
-                raise MethodError(
-                    f"min_repeat_distance={self.method.min_repeat_distance} px leaves no patch for some place; "
-                    "choose a smaller distance, a smaller patch, or a larger exemplar."
-                )
-            pick = chosen
+            pick = self.repetition.pick(*window, found, self.method.tolerance, bits)
+            pick = pick or self.repetition.pick(
+                *window, self.repetition.allowed(*window, found), self.method.tolerance, bits
+            )
+        if pick is None:
+            raise MethodError(
+                f"min_repeat_distance={self.method.min_repeat_distance} px leaves no patch for some place; "
+                "choose a smaller distance, a smaller patch, or a larger exemplar."
+            )
         self.repetition.add(*window, pick)
         return pick
 

@@ -17,21 +17,25 @@ from ..run import Run
 from ..sourcemap import SourceMap
 from ..synthesis import Synthesis, synthesize
 
-SEEDS = st.integers(0, 2**64 - 1)
-WRAPS = st.sampled_from(list(Wrap))
+DEPTHS = ("uint8", "uint16", "float32")
+LONGEST = 45
 
 
 def noise(height: int, width: int, seed: int) -> NDArray[np.uint64]:
     """Return 64 mixed bits for every pixel, the same on every machine."""
     y, x = np.mgrid[:height, :width].astype(np.uint64)
-    z = (np.uint64(seed % 2**32) << np.uint64(24)) + y * np.uint64(0x9E3779B97F4A7C15) + x * np.uint64(0xD1B54A32D192ED03)
+    z = np.uint64(seed % 2**32) << np.uint64(24)
+    z = z + y * np.uint64(0x9E3779B97F4A7C15) + x * np.uint64(0xD1B54A32D192ED03)
     for factor in (0xBF58476D1CE4E5B9, 0x94D049BB133111EB):
         z = (z ^ (z >> np.uint64(29))) * np.uint64(factor)
     return np.asarray(z ^ (z >> np.uint64(32)), np.uint64)
 
 
 def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> NDArray[np.uint8]:
-    """Return a procedural texture (height, width, channels): soft blobs of some 6 px under a little noise."""
+    """Return a procedural texture (height, width, channels): soft blobs of some 6 px under a little noise.
+
+    Made of whole numbers only, so it is the same on every machine.
+    """
     layers = []
     for c in range(channels):
         cells = (noise(height // 6 + 2, width // 6 + 2, seed * 97 + c) >> np.uint64(56)).astype(np.int64)
@@ -39,7 +43,8 @@ def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> NDArra
         top = cells[np.ix_(y, x)] * (6 - u) + cells[np.ix_(y, x + 1)] * u
         low = cells[np.ix_(y + 1, x)] * (6 - u) + cells[np.ix_(y + 1, x + 1)] * u
         soft = (top * (6 - v)[:, None] + low * v[:, None]) // 36
-        layers.append(np.clip(soft + (noise(height, width, seed * 89 + c) % np.uint64(9)).astype(np.int64) - 4, 0, 255))
+        grain = (noise(height, width, seed * 89 + c) % np.uint64(9)).astype(np.int64) - 4
+        layers.append(np.clip(soft + grain, 0, 255))
     return np.stack(layers, axis=2).astype(np.uint8)
 
 
@@ -51,28 +56,20 @@ def as_depth(pixels: NDArray[np.uint8], dtype: str) -> Array:
 
 
 @st.composite
-def exemplars(draw: DrawFn, *, masks: bool = True, least: int = 20, most: int = 40) -> Exemplar:
-    """Draw an exemplar: uint8, uint16 or float32, of 1 to 5 channels, sometimes masked or toroidal."""
-    return _exemplar(draw, _Make.drawn(draw), masks, least, most)
-
-
-@dataclass(frozen=True)
-class _Make:
-    """What exemplars of one request have in common."""
-
-    dtype: str
-    channels: int
-
-    @classmethod
-    def drawn(cls, draw: DrawFn) -> _Make:
-        return cls(draw(st.sampled_from(("uint8", "uint16", "float32"))), draw(st.integers(1, 5)))
-
-
-def _exemplar(draw: DrawFn, kind: _Make, masks: bool, least: int, most: int) -> Exemplar:
+def exemplars(
+    draw: DrawFn,
+    dtype: str | None = None,
+    channels: int | None = None,
+    *,
+    masks: bool = True,
+    least: int = 20,
+    most: int = 36,
+) -> Exemplar:
+    """Draw an exemplar: uint8, uint16 or float32, of 1 to 5 channels, sometimes masked, sometimes toroidal."""
+    dtype = dtype or draw(st.sampled_from(DEPTHS))
+    channels = channels or draw(st.integers(1, 5))
     height, width = draw(st.integers(least, most)), draw(st.integers(least, most))
-    pixels = as_depth(texture(height, width, kind.channels, draw(st.integers(0, 999))), kind.dtype)
-    if kind.channels == 1 and draw(st.booleans()):
-        pixels = pixels[:, :, 0]
+    pixels = as_depth(texture(height, width, channels, draw(st.integers(0, 999))), dtype)
     usable = None
     if masks and draw(st.booleans()):
         usable = np.ones((height, width), bool)
@@ -90,18 +87,32 @@ class Case:
     seed: int
     wrap: Wrap
 
-    def grow(self, method: Method, **other: Any) -> Synthesis:
-        """Run the method on it."""
-        given = {"seed": self.seed, "wrap": self.wrap, "run": Run(threads=1)} | other
-        return synthesize(self.exemplars, given.pop("size", self.size), method, **given)
+    def grow(
+        self, method: Method, *, start: SourceMap | None = None, seed: int | None = None, threads: int = 1
+    ) -> Synthesis:
+        """Run the method on it, or on a start map, or with another seed."""
+        return synthesize(
+            self.exemplars,
+            self.size,
+            method,
+            seed=self.seed if seed is None else seed,
+            wrap=self.wrap,
+            start=start,
+            run=Run(threads),
+        )
 
 
 @st.composite
-def cases(draw: DrawFn, method: Method, *, least: int = 20, sizes: SearchStrategy[int] | None = None) -> Case:
+def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
     """Draw a request that the method claims to serve: several exemplars, masks and wraps only if it does."""
-    kind, supports = _Make.drawn(draw), method.supports
+    supports = method.supports
+    dtype, channels = draw(st.sampled_from(DEPTHS)), draw(st.integers(1, 5))
     count = draw(st.integers(1, 2)) if Ability.SEVERAL in supports else 1
-    given = [_exemplar(draw, kind, Ability.MASK in supports, least, least + 14) for _ in range(count)]
-    side = st.integers(1, 45) if sizes is None else sizes
-    wrap = draw(WRAPS) if Ability.WRAP in supports else Wrap.NONE
-    return Case(tuple(given), (draw(side), draw(side)), draw(SEEDS), wrap)
+    kind = exemplars(dtype, channels, masks=Ability.MASK in supports, least=least, most=least + 14)
+    side = st.integers(1, LONGEST)
+    return Case(
+        tuple(draw(kind) for _ in range(count)),
+        (draw(side), draw(side)),
+        draw(st.integers(0, 2**64 - 1)),
+        draw(st.sampled_from(list(Wrap))) if Ability.WRAP in supports else Wrap.NONE,
+    )

@@ -1,6 +1,25 @@
-"""hooks"""
-class MethodContract:
-    """The laws of the package, as tests of one method; subclass it and name the ``method``.
+"""What all laws share: the method, the requests that it is tested on, and what a subclass may replace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import ClassVar
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis.strategies import SearchStrategy
+
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..geometry import Box
+from ..methods.base import Ability, Method
+from ..params import extent
+from ..sourcemap import SourceMap
+from .cases import Case, cases
+
+
+class Laws:
+    """A method under test.
 
     Attributes
     ----------
@@ -16,14 +35,12 @@ class MethodContract:
     examples: ClassVar[int] = 10
     least: ClassVar[int] = 20
 
-    # ---- what the laws use; a subclass may replace them -------------------------------------------------------
-
     def cases(self) -> SearchStrategy[Case]:
-        """The requests on which the laws are tested."""
+        """Return the requests on which the laws are tested."""
         return cases(self.method, least=self.least)
 
     def rim(self, exemplars: Sequence[Exemplar], size: tuple[int, int]) -> int:
-        """How deep, in px, the method may replace what a start map holds: its overlap, 0 if it has none."""
+        """Return how deep, in px, a start map may be changed: the method's overlap, 0 if it has none."""
         settled = self.method.settled(exemplars, Canvas(*size))
         return max(extent(getattr(settled, "overlap", 0)))
 
@@ -35,16 +52,20 @@ class MethodContract:
         """Test a law on requests that hypothesis draws."""
 
         @settings(
-            max_examples=examples or self.examples, deadline=None, derandomize=True, database=None,
+            max_examples=examples or self.examples,
+            deadline=None,
+            derandomize=True,
+            database=None,
             suppress_health_check=[HealthCheck.too_slow],
-        )  # fmt: skip
+        )
         @given(self.cases())
         def check(case: Case) -> None:
             law(case)
 
         check()
 
-    def claims(self, ability: Ability) -> None:
-        """Skip the test of an ability that the method does not claim."""
-        if ability not in self.method.supports:
-            pytest.skip(f"{self.method.slug} does not claim {ability}")
+    def claims(self, *abilities: Ability) -> None:
+        """Skip a test of abilities that the method does not claim."""
+        for ability in abilities:
+            if ability not in self.method.supports:
+                pytest.skip(f"{self.method.slug} does not claim {ability}")

@@ -19,13 +19,22 @@ from ..sourcemap import Blend, SourceMap
 from ..synthesis import Synthesis, synthesize
 
 
+def which_of(smap: SourceMap) -> NDArray[np.uint8]:
+    """Return the exemplar number of every pixel, also where the map leaves it out."""
+    return np.zeros((smap.height, smap.width), np.uint8) if smap.which is None else smap.which
+
+
+def pose_of(smap: SourceMap) -> NDArray[np.uint8]:
+    """Return the isometry of every pixel, also where the map leaves it out."""
+    return np.zeros((smap.height, smap.width), np.uint8) if smap.pose is None else smap.pose
+
+
 def looked_up(exemplars: Sequence[Exemplar], smap: SourceMap, plane: str | None = None) -> Array:
     """Fetch every pixel of a map from its exemplar, one exemplar after the other: law 1 in plain words."""
     planes = [e.base if plane is None else e.planes[plane] for e in exemplars]
     out = np.zeros((smap.height, smap.width, planes[0].channels), planes[0].pixels.dtype)
-    which = np.zeros(out.shape[:2], np.uint8) if smap.which is None else smap.which
     for number, p in enumerate(planes):
-        mine = which == number
+        mine = which_of(smap) == number
         out[mine] = p.samples[smap.yx[mine, 0], smap.yx[mine, 1]]
     return out if planes[0].pixels.ndim == 3 else out[:, :, 0]
 
@@ -35,55 +44,58 @@ def same_map(a: SourceMap, b: SourceMap) -> bool:
     return a.digest == b.digest
 
 
+def same_pixels(a: SourceMap, b: SourceMap, where: NDArray[np.bool_]) -> bool:
+    """Say whether two maps show the same exemplar pixels, in the same poses, wherever `where` says so."""
+    pairs = ((a.yx, b.yx), (which_of(a), which_of(b)), (pose_of(a), pose_of(b)))
+    return all(bool((one[where] == two[where]).all()) for one, two in pairs)
+
+
 def unbroken(smap: SourceMap, axis: int) -> NDArray[np.bool_]:
     """Say where a pixel and the next along an axis (the first after the last) continue one another."""
-    which = np.zeros((smap.height, smap.width), np.uint8) if smap.which is None else smap.which
-    pose = np.zeros((smap.height, smap.width), np.uint8) if smap.pose is None else smap.pose
+    which, pose = which_of(smap), pose_of(smap)
     step = np.array([(i.j[0][axis], i.j[1][axis]) for i in ISOMETRIES])[pose]
-    following = (np.roll(a, -1, axis) for a in (smap.yx, which, pose))
-    yx, other, turned = following
+    yx, other, turned = (np.roll(a, -1, axis) for a in (smap.yx, which, pose))
     return np.asarray((yx == smap.yx + step).all(axis=2) & (other == which) & (turned == pose))
 
 
-def same_pixels(a: SourceMap, b: SourceMap, where: NDArray[np.bool_]) -> bool:
-    """Say whether two maps show the same exemplar pixels, in the same poses, wherever `where` says so."""
-    for name in ("which", "pose"):
-        one, two = (np.zeros(where.shape, np.uint8) if getattr(m, name) is None else getattr(m, name) for m in (a, b))
-        if not (one[where] == two[where]).all():
-            return False
-    return bool((a.yx[where] == b.yx[where]).all())
-
-
-def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
-    """Run a recipe (JSON) again on its exemplars."""
-    told = json.loads(recipe)
-    assert [s["sha256"] for s in told["exemplars"]] == [e.digest for e in exemplars]
-    kinds = {p.name: p.kind for p in parameters(make(told["method"], {}))}
-    values = {k: v[::-1] if kinds[k] == "extent" and isinstance(v, list) else v for k, v in told["parameters"].items()}
-    blend = Blend(**told["blend"])
-    width, height = told["size"]
-    method = make(told["method"], values)
-    return synthesize(exemplars, (height, width), method, seed=told["seed"], wrap=told["wrap"], blend=blend)
-
-
-def _filled(plane: Plane, value: Array) -> Plane:
-    return plane.like(np.broadcast_to(value, plane.samples.shape))
-
-
-def _depth(start: SourceMap, wrap: Wrap) -> NDArray[np.int32]:
-    """How far, along rows, columns and diagonals, every start pixel is from the nearest hole."""
+def depth(start: SourceMap, wrap: Wrap) -> NDArray[np.int32]:
+    """Return how far, along rows, columns and diagonals, every pixel is from the nearest hole."""
     known = ~start.holes
     if known.all():
         return np.full(known.shape, 1 << 20, np.int32)
-    pad = [(n if w else 0,) * 2 for n, w in zip(known.shape, (wrap.y, wrap.x), strict=True)]
-    depth = distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
-    return np.asarray(depth[pad[0][0] : pad[0][0] + known.shape[0], pad[1][0] : pad[1][0] + known.shape[1]], np.int32)
+    height, width = known.shape
+    tops, lefts = (height if wrap.y else 0), (width if wrap.x else 0)
+    around = np.pad(known, ((tops, tops), (lefts, lefts)), mode="wrap")
+    far = distance_transform_cdt(around, metric="chessboard")
+    return np.asarray(far[tops : tops + height, lefts : lefts + width], np.int32)
 
 
-def _laid_over(below: SourceMap, start: SourceMap) -> dict[str, Array]:
-    """The arrays of `start`, its holes filled from another map."""
-    holes, out = start.holes, {}
-    for name in ("which", "pose"):
-        one, two = (np.zeros(holes.shape, np.uint8) if getattr(m, name) is None else getattr(m, name) for m in (below, start))
-        out[name] = np.where(holes, one, two)
-    return {**out, "yx": np.where(holes[:, :, None], below.yx, start.yx)}
+def laid_over(below: SourceMap, start: SourceMap) -> SourceMap:
+    """Fill the holes of `start` from another map."""
+    holes = start.holes
+    return replace(
+        start,
+        yx=np.where(holes[:, :, None], below.yx, start.yx),
+        which=np.where(holes, which_of(below), which_of(start)),
+        pose=np.where(holes, pose_of(below), pose_of(start)),
+    )
+
+
+def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
+    """Run a recipe (JSON, without a start map) again on its exemplars."""
+    told = json.loads(recipe)
+    assert [s["sha256"] for s in told["exemplars"]] == [e.digest for e in exemplars]
+    kinds = {p.name: p.kind for p in parameters(make(told["method"], {}))}
+    values = {
+        name: value[::-1] if kinds[name] == "extent" and isinstance(value, list) else value
+        for name, value in told["parameters"].items()
+    }
+    width, height = told["size"]
+    return synthesize(
+        exemplars,
+        (height, width),
+        make(told["method"], values),
+        seed=told["seed"],
+        wrap=told["wrap"],
+        blend=Blend(**told["blend"]),
+    )

@@ -1,0 +1,360 @@
+"""Measure speed and memory: CPU time of one thread, as ratios to R, so that machines can be compared.
+
+R is the CPU time of 100 x ``scipy.fft.rfft2`` of a 512 x 512 float32 array with one worker, measured in the same run
+right before each repetition. Ratios are medians; kernels are compiled before anything is measured.
+
+    python benchmarks/bench.py                 all cases; prints a table, writes bench/results.json
+    python benchmarks/bench.py --only cut      cases whose name holds "cut"
+    python benchmarks/bench.py --markdown      the table as the README shows it
+"""
+
+from __future__ import annotations
+
+import os
+
+# Before NumPy is imported: process time counts all threads.
+os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
+
+import argparse
+import json
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.fft
+
+import intarsia as ia
+
+ROOT = Path(__file__).resolve().parent.parent
+RESULTS = ROOT / "bench" / "results.json"
+REPEATS = 5
+ONE = ia.Run(threads=1)
+IDLE = 0.5  # load average below which wall times mean something
+
+
+@dataclass
+class Result:
+    """One line of the table: what was measured, in which unit, and what it should be at most."""
+
+    name: str
+    value: float | None
+    unit: str
+    target: float | None
+    note: str = ""
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the target is reached; None without a value or a target."""
+        return None if self.value is None or self.target is None else self.value <= self.target
+
+
+# --- how to measure -------------------------------------------------------------------------------------------------
+
+
+@cache
+def _field() -> Any:
+    return np.random.default_rng(0).random((512, 512), dtype=np.float32)
+
+
+def unit_r() -> float:
+    """Return R in seconds of CPU time, as measured now."""
+    field = _field()
+    begin = time.process_time()
+    for _ in range(100):
+        scipy.fft.rfft2(field, workers=1)
+    return time.process_time() - begin
+
+
+def in_r(work: Callable[[], object], inner: int) -> tuple[float, float]:
+    """Return the median CPU time of `work` in R and in seconds; `inner` calls are one repetition."""
+    ratios, seconds = [], []
+    for _ in range(REPEATS):
+        r = unit_r()
+        begin = time.process_time()
+        for _ in range(inner):
+            work()
+        seconds.append((time.process_time() - begin) / inner)
+        ratios.append(seconds[-1] / r)
+    return statistics.median(ratios), statistics.median(seconds)
+
+
+def timed(name: str, target: float | None, work: Callable[[], object]) -> Result:
+    """Measure a case in R; short work is repeated until it takes a twentieth of a second."""
+    work()
+    begin = time.process_time()
+    work()
+    ratio, seconds = in_r(work, inner=max(1, int(0.05 / max(time.process_time() - begin, 1e-5))))
+    return Result(name, ratio, "R", target, f"{1000 * seconds:.3g} ms")
+
+
+def peak_bytes() -> int:
+    """Return the most memory that this process has held. Linux's own figure is not inherited from the caller."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        return next(int(line.split()[1]) << 10 for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak << 10
+
+
+def child_cpu(command: list[str], repeats: int = 7) -> float:
+    """Return the median CPU time of a command, in seconds."""
+    import resource
+
+    seconds = []
+    for _ in range(repeats + 1):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        seconds.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return statistics.median(seconds[1:])
+
+
+# --- what to measure ------------------------------------------------------------------------------------------------
+
+
+@cache
+def pixels(name: str = "stones") -> Any:
+    """Return a built-in exemplar as 256 x 256 RGB."""
+    found = np.asarray(ia.read(f"sample:{name}").base)[:256, :256]
+    return np.ascontiguousarray(np.dstack([found] * 3) if found.ndim == 2 else found[:, :, :3])
+
+
+def quilting(**parameters: Any) -> Callable[[], object]:
+    """Grow and render 1024 x 1024 from 256 x 256, nothing known of the exemplar beforehand."""
+    method = ia.ImageQuilting(patch=40, overlap=10, **parameters)
+    return lambda: ia.synthesize(pixels(), 1024, method, run=ONE).render(run=ONE)
+
+
+def case_quilting() -> list[Result]:
+    return [timed("image quilting, 1024x1024 from 256x256, patch 40, overlap 10", 5, quilting())]
+
+
+def case_quilting_exact() -> list[Result]:
+    return [timed("the same, search at full resolution", 12, quilting(search="exact"))]
+
+
+def case_quilting_automatic() -> list[Result]:
+    def work() -> object:
+        return ia.synthesize(pixels(), 1024, run=ONE).render(run=ONE)
+
+    return [timed("the same, automatic patch and overlap", None, work)]
+
+
+def case_threads() -> list[Result]:
+    """Wall times mean something only while nobody else works here."""
+    name = "two threads: wall time of the first line, relative to one thread"
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 1.0
+    if load >= IDLE or (os.cpu_count() or 1) < 2:
+        return [Result(name, None, "x", None, f"load {load:.1f}")]
+    method = ia.ImageQuilting(patch=40, overlap=10)
+    walls, busy = [], False
+    for _ in range(REPEATS + 1):
+        pair = []
+        for threads in (1, 2):
+            run = ia.Run(threads=threads)
+            begin, cpu = time.perf_counter(), time.process_time()
+            ia.synthesize(pixels(), 1024, method, run=run).render(run=run)
+            pair.append(time.perf_counter() - begin)
+            busy |= threads == 1 and bool(walls) and pair[0] > 1.15 * (time.process_time() - cpu)
+        walls.append(pair[1] / pair[0])
+    return [Result(name, None if busy else statistics.median(walls[1:]), "x", None, "others at work" if busy else "")]
+
+
+def case_giant() -> list[Result]:
+    found = child("giant")
+    case = "image quilting, 4096x4096 from 2048x2048, patch 256"
+    return [
+        Result(case, found["ratio"], "R", 120, f"{found['seconds']:.3g} s"),
+        Result("peak memory of that", found["peak"] / 1e9, "GB", 2.5),
+    ]
+
+
+def child_giant() -> dict[str, float]:
+    """Measured in a process of its own, once: what it holds at most is part of the question."""
+    exemplar = np.asarray(ia.synthesize(pixels(), 2048, ia.RandomTiling(patch=128), run=ONE).render(run=ONE))
+    ia.synthesize(exemplar, 600, ia.ImageQuilting(patch=256), run=ONE).render(run=ONE)  # compiles, or reads the cache
+    r = statistics.median(unit_r() for _ in range(3))
+    begin = time.process_time()
+    ia.synthesize(exemplar, 4096, ia.ImageQuilting(patch=256), run=ONE).render(run=ONE)
+    seconds = time.process_time() - begin
+    return {"ratio": seconds / r, "seconds": seconds, "peak": peak_bytes()}
+
+
+def case_rendering() -> list[Result]:
+    grown = ia.synthesize(pixels(), 1024, ia.ImageQuilting(patch=40, overlap=10), run=ONE)
+    return [
+        timed("rendering 1024x1024, feather 28", 5, lambda: grown.render(feather=28, run=ONE)),
+        timed("rendering 1024x1024, feather 0 (exact copies)", None, lambda: grown.render(feather=0, run=ONE)),
+    ]
+
+
+def case_cuts() -> list[Result]:
+    from intarsia.kernels.cuts import min_cut, seam_costs
+
+    a, b = pixels()[:, :, :].astype(np.int16), np.roll(pixels(), (37, 91), (0, 1)).astype(np.int16)
+    right, down = seam_costs(a, b, False)
+    out = np.empty((256, 256), np.uint8)
+    strip = np.ones((256, 256), np.uint8)
+    strip[:, 0], strip[:, -1] = 0, 2
+    ring = np.ones((256, 256), np.uint8)
+    ring[[0, -1]] = ring[:, [0, -1]] = 0
+    ring[96:160, 96:160] = 2
+    return [
+        timed("minimum cut, strip of 256x256 px", 2.6, lambda: min_cut(strip, right, down, out)),
+        timed("minimum cut, patch in patch, 256x256 px", 0.8, lambda: min_cut(ring, right, down, out)),
+    ]
+
+
+def case_elements() -> list[Result]:
+    from intarsia import analysis
+    from intarsia.analysis.elements import element_size
+
+    feats = analysis.features([ia.Exemplar.of(pixels())]).pictures[0]
+    return [timed("element size of 256x256", None, lambda: element_size(feats))]
+
+
+def case_help() -> list[Result]:
+    bare = child_cpu([sys.executable, "-c", "pass"])
+    helped = child_cpu([sys.executable, "-m", "intarsia", "--help"])
+    target = 3000 * bare + 20
+    return [Result("`intarsia --help`, CPU", 1000 * helped, "ms", target, f"`python -c pass`: {1000 * bare:.0f} ms")]
+
+
+def case_command() -> list[Result]:
+    with tempfile.TemporaryDirectory() as folder:
+        source, out = f"{folder}/a.png", f"{folder}/b.png"
+        ia.write(source, pixels())
+        command = ["intarsia", "grow", source, "-o", out, "--force", "--quiet", "--threads", "1"]
+        seconds = child_cpu([sys.executable, "-m", *command, "--size", "512"], REPEATS)
+        peak = child("peak", *command, "--size", "1024")["peak"]
+    return [
+        Result("`intarsia grow`, 256x256 to 512x512, the whole command, CPU", seconds, "s", 1.2),
+        Result("peak memory of `intarsia grow` to 1024x1024", peak / 1e6, "MB", 250 + 24 * 1024**2 / 1e6),
+    ]
+
+
+def child_peak(*command: str) -> dict[str, float]:
+    """Run the command line in this process, and tell the most memory that it held."""
+    from intarsia.cli import main
+
+    sys.argv = list(command)
+    try:
+        main()
+    except SystemExit as end:
+        if end.code:
+            raise
+    return {"peak": peak_bytes()}
+
+
+CASES: dict[str, Callable[[], list[Result]]] = {
+    "quilting": case_quilting,
+    "quilting-exact": case_quilting_exact,
+    "quilting-automatic": case_quilting_automatic,
+    "threads": case_threads,
+    "giant": case_giant,
+    "rendering": case_rendering,
+    "cuts": case_cuts,
+    "elements": case_elements,
+    "help": case_help,
+    "command": case_command,
+}
+CHILDREN: dict[str, Callable[..., dict[str, float]]] = {"giant": child_giant, "peak": child_peak}
+
+
+def child(name: str, *arguments: str) -> dict[str, float]:
+    """Run one of CHILDREN in a process of its own."""
+    command = [sys.executable, __file__, "--child", name, *arguments]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+# --- what to say ----------------------------------------------------------------------------------------------------
+
+
+def shown(value: float | None, unit: str) -> str:
+    """Write a value with three digits and its unit."""
+    if value is None:
+        return "not measured"
+    digits = f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+    return f"{digits} {unit}"
+
+
+def table(results: list[Result]) -> str:
+    """Return the results as plain lines."""
+    wide = max(len(r.name) for r in results)
+    lines = []
+    for r in results:
+        verdict = {True: "ok", False: "MISSED", None: ""}[r.met]
+        target = "" if r.target is None else f"at most {shown(r.target, r.unit)}"
+        lines.append(f"{r.name:{wide}}  {shown(r.value, r.unit):>14}  {target:<18} {verdict:7}{r.note}".rstrip())
+    return "\n".join(lines)
+
+
+def markdown(results: list[Result]) -> str:
+    """Return the results as the README shows them."""
+    lines = ["| case | measured | target | |", "|:---|:---|:---|:---|"]
+    for r in results:
+        target = "" if r.target is None else f"≤ {shown(r.target, r.unit)}" + (" (missed)" if r.met is False else "")
+        lines.append(f"| {r.name} | {shown(r.value, r.unit)} | {target} | {r.note} |")
+    return "\n".join(lines)
+
+
+def machine() -> dict[str, Any]:
+    """Say what was measured on, without naming the machine."""
+    return {
+        "intarsia": ia.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "system": platform.system(),
+        "processor": platform.machine(),
+        "cores": os.cpu_count(),
+        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+    }
+
+
+def measure(only: str = "") -> list[Result]:
+    """Run the cases whose name holds `only`."""
+    found = {}
+    for name in sorted(CASES, key=lambda name: name != "threads"):  # threads first: the machine may still be idle
+        if only in name:
+            print(f"measuring {name} ...", file=sys.stderr)
+            found[name] = CASES[name]()
+    return [result for name in CASES for result in found.get(name, [])]
+
+
+def main() -> None:
+    """Measure, print, and keep the results."""
+    if sys.argv[1:2] == ["--child"]:
+        print(json.dumps(CHILDREN[sys.argv[2]](*sys.argv[3:])))
+        return
+    parser = argparse.ArgumentParser(description="Measure speed and memory in ratios to R.")
+    parser.add_argument("--only", default="", metavar="WORD", help="cases whose name holds this word")
+    parser.add_argument("--markdown", action="store_true", help="print the table as the README shows it")
+    parser.add_argument("--again", action="store_true", help="print the kept results, measure nothing")
+    given = parser.parse_args()
+    if given.again:
+        results = [Result(**r) for r in json.loads(RESULTS.read_text())["results"]]
+    else:
+        about = machine()
+        results = measure(given.only)
+        about["r_ms"] = 1000 * statistics.median(unit_r() for _ in range(5))
+        RESULTS.parent.mkdir(exist_ok=True)
+        RESULTS.write_text(json.dumps({"machine": about, "results": [asdict(r) for r in results]}, indent=2) + "\n")
+    print((markdown if given.markdown else table)(results))
+
+
+if __name__ == "__main__":
+    main()
