@@ -172,7 +172,8 @@ class NaiveScan:
             }
             above = None if level == self.levels - 1 else pyramid[level + 1]
             self.level(level, size, pyramid[level], above, known)
-        return {(y, x): self.shown[y + margin[0], x + margin[1]] for y in range(self.size[0]) for x in range(self.size[1])}
+        top, left = margin
+        return {(y, x): self.shown[y + top, x + left] for y in range(self.size[0]) for x in range(self.size[1])}
 
     def level(
         self, level: int, size: tuple[int, int], grounds: list[Ground], above: list[Ground] | None,
@@ -213,7 +214,7 @@ class NaiveScan:
         again = [
             (y, x) for y, x in every if (self.wrap.y and y < up) or (self.wrap.x and x < side)
         ]  # they saw noise; at the end they see what came in its place
-        for y, x in every + ([] if self.coherent else again):
+        for y, x in every + again:
             taps, full = [], False
             for _, kind, t in order:
                 at = (y + t[0]) % size[0], (x + t[1]) % size[1]

@@ -13,6 +13,7 @@ import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.methods.efros_leung import _taps
 from intarsia.sourcemap import HOLE, identity
+from intarsia.testing import MethodContract
 
 RNG = np.random.default_rng(5)
 GRAY = RNG.integers(0, 256, (14, 16), dtype=np.uint8)
@@ -51,7 +52,7 @@ def test_it_draws_what_the_plain_version_draws(name: str) -> None:
     case = {"size": (9, 11), "isometries": (0,), "tolerance": 0.1, "wrap": "none"} | CASES[name]
     for seed in (0, 77):
         method = ia.EfrosLeung(window=case["window"], tolerance=case["tolerance"], isometries=case["isometries"])
-        out = ia.synthesize(case["exemplars"], case["size"], method, seed=seed, wrap=case["wrap"], run=ia.Run(threads=1))
+        out = ia.synthesize(case["exemplars"], case["size"], method, seed=seed, wrap=case["wrap"])
         window = case["window"] if isinstance(case["window"], tuple) else (case["window"],) * 2
         plain = NaiveEfrosLeung(
             case["exemplars"], case["size"], window, seed, ia.Wrap(case["wrap"]), case["isometries"], case["tolerance"]
@@ -67,10 +68,8 @@ def pixel_of(plain: NaiveEfrosLeung, v: int, y: int, x: int) -> tuple[int, ...]:
 
 @pytest.mark.parametrize("window", [3, 9, (5, 11)])
 def test_threads_change_nothing(window: Any) -> None:
-    outs = [
-        ia.synthesize(COLOUR if window == 3 else big(), (40, 37), ia.EfrosLeung(window=window), run=ia.Run(threads=n), wrap="x")
-        for n in (1, 2, 5)
-    ]
+    exemplar, method = COLOUR if window == 3 else big(), ia.EfrosLeung(window=window)
+    outs = [ia.synthesize(exemplar, (40, 37), method, run=ia.Run(threads=n), wrap="x") for n in (1, 2, 5)]
     assert len({o.map.digest for o in outs}) == 1
 
 
@@ -107,12 +106,27 @@ def test_windows_without_a_middle_or_room_are_refused() -> None:
         ia.EfrosLeung(window=8)
     with pytest.raises(ia.ParameterError, match="larger exemplar"):
         ia.synthesize(GRAY, 20, ia.EfrosLeung(window=17))
+    speckled = Exemplar.of(np.zeros((20, 20), np.uint8), usable=np.indices((20, 20)).sum(axis=0) % 4 > 0)
     with pytest.raises(ia.MethodError, match="masked"):
-        speckled = np.indices((20, 20)).sum(axis=0) % 4 > 0
-        ia.synthesize(Exemplar.of(RNG.integers(0, 9, (20, 20), dtype=np.uint8), usable=speckled), 20, ia.EfrosLeung(window=9))
+        ia.synthesize(speckled, 20, ia.EfrosLeung(window=9))
 
 
 def test_the_automatic_window_shrinks_until_it_finds_room() -> None:
     out = ia.synthesize(GRAY, 8, ia.EfrosLeung())
     assert isinstance(out.method, ia.EfrosLeung)
     assert out.method.window in range(3, 15, 2)
+
+
+class TestEfrosLeung(MethodContract):
+    method = ia.EfrosLeung(window=5)
+    examples = 6
+
+
+class TestTurnedEfrosLeung(MethodContract):
+    method = ia.EfrosLeung(window=(3, 7), isometries="180", tolerance=0.5)
+    examples = 4
+
+
+class TestAutomaticEfrosLeung(MethodContract):
+    method = ia.EfrosLeung()
+    examples = 4

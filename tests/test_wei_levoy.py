@@ -16,6 +16,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.kernels import raster
 from intarsia.methods.wei_levoy import STAGE
 from intarsia.sourcemap import HOLE, identity
+from intarsia.testing import MethodContract
 
 RNG = np.random.default_rng(6)
 GRAY = RNG.integers(0, 256, (14, 16), dtype=np.uint8)
@@ -74,7 +75,8 @@ def test_it_takes_what_the_plain_version_takes(name: str) -> None:
 def test_a_start_is_continued_as_the_plain_version_does(levels: int) -> None:
     e = Exemplar.of(smooth(4, 20, 19))
     start, holes = with_hole(e)
-    out = ia.synthesize(e, None, ia.WeiLevoy(window=(2, 5), levels=levels, search="exact"), start=start, wrap="x", seed=3)
+    method = ia.WeiLevoy(window=(2, 5), levels=levels, search="exact")
+    out = ia.synthesize(e, None, method, start=start, wrap="x", seed=3)
     known = {(int(y), int(x)): (0, int(y), int(x)) for y, x in np.argwhere(~holes)}
     plain = NaiveScan([e], (20, 19), (2, 5), 3, STAGE, ia.Wrap.X, levels, start=known)
     assert shown(out) == plain.run()
@@ -177,6 +179,26 @@ def test_what_cannot_be_compared_is_refused() -> None:
             ia.WeiLevoy(window=window)
     with pytest.raises(ia.ParameterError, match="larger exemplar"):
         ia.synthesize(GRAY, 20, ia.WeiLevoy(window=(3, 9), levels=3))
+    speckled = Exemplar.of(smooth(9, 20, 20), usable=np.indices((20, 20)).sum(axis=0) % 4 > 0)
     with pytest.raises(ia.MethodError, match="masked"):
-        speckled = np.indices((20, 20)).sum(axis=0) % 4 > 0
-        ia.synthesize(Exemplar.of(smooth(9, 20, 20), usable=speckled), 20, ia.WeiLevoy(window=(3, 9)))
+        ia.synthesize(speckled, 20, ia.WeiLevoy(window=(3, 9)))
+
+
+class TestWeiLevoy(MethodContract):
+    method = ia.WeiLevoy(window=(3, 5))
+    examples = 6
+
+
+class TestExactWeiLevoy(MethodContract):
+    method = ia.WeiLevoy(window=(2, 7), search="exact")
+    examples = 4
+
+
+class TestWeiLevoyOfTwoLevels(MethodContract):
+    method = ia.WeiLevoy(window=(2, 3), levels=2)
+    examples = 5
+
+
+class TestAutomaticWeiLevoy(MethodContract):
+    method = ia.WeiLevoy()
+    examples = 4

@@ -1,8 +1,8 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
 from .features import Features, features, pose_array
-from .pixels import Layer, check_window, choices, default_window, ground, layers
 from .patchwork import Patchwork, random_patch, waves
+from .pixels import Layer, check_window, choices, default_window, ground, layers
 from .repetition import Layout, Repetition, striking
 from .scan import Scan, scan_reach
 from .search import Candidates, PatchSearch

@@ -67,8 +67,10 @@ def _halved(one: Layer) -> Layer:
     usable = np.pad(one.usable, ((0, odd[0]), (0, odd[1])), mode="edge")
     mode: Any = "wrap" if one.toroidal else "edge"
     planes, usable = np.pad(planes, ((0, 0), (1, 1), (1, 1)), mode=mode), np.pad(usable, 1, mode=mode)
-    planes = sum(w * planes[:, k : k + height + odd[0] : 2] for k, w in enumerate((1, 3, 3, 1)))
-    planes = sum(w * planes[:, :, k : k + width + odd[1] : 2] for k, w in enumerate((1, 3, 3, 1)))
+    rows = [planes[:, k : k + height + odd[0] : 2] for k in range(4)]
+    planes = rows[0] + 3 * rows[1] + 3 * rows[2] + rows[3]
+    columns = [planes[:, :, k : k + width + odd[1] : 2] for k in range(4)]
+    planes = columns[0] + 3 * columns[1] + 3 * columns[2] + columns[3]
     usable = np.logical_and.reduce([usable[k : k + height + odd[0] : 2] for k in range(4)])
     usable = np.logical_and.reduce([usable[:, k : k + width + odd[1] : 2] for k in range(4)])
     return Layer(np.asarray((planes + 32) >> 6).astype(np.int16), usable, one.toroidal)
@@ -82,7 +84,12 @@ class Scan:
     """
 
     def __init__(
-        self, exemplars: Sequence[Exemplar], canvas: Canvas, window: tuple[int, int], levels: int, draws: tuple[int, int]
+        self,
+        exemplars: Sequence[Exemplar],
+        canvas: Canvas,
+        window: tuple[int, int],
+        levels: int,
+        draws: tuple[int, int],
     ) -> None:
         self.exemplars, self.canvas, self.window, self.levels, self.draws = exemplars, canvas, window, levels, draws
         shown = () if canvas.start is None else canvas.start.poses

@@ -31,6 +31,6 @@ def draw(seed: Any, stage: int, level: int, y: int, x: int) -> Any:
 
 
 @kernel
-def below(n: int, bits: Any) -> int:
+def below(n: int, bits: Any) -> Any:
     """Turn 64 drawn bits into a number in 0 .. n-1."""
     return np.int64(((bits >> S32) * np.uint64(n)) >> S32)

@@ -86,7 +86,7 @@ def place(ground: Any, v: int, y: int, x: int, kind: int) -> int:
 
 
 @kernel
-def aim(ground: Any, v: int, template: Any, n: int) -> None:
+def aim(ground: Any, v: Any, template: Any, n: int) -> None:
     """Work out where the components of a template lie around a position of variant `v`."""
     size, stride = ground.table[v, SIZE], ground.table[v, STRIDE]
     for m in range(n):
@@ -94,7 +94,7 @@ def aim(ground: Any, v: int, template: Any, n: int) -> None:
 
 
 @kernel
-def distance(ground: Any, v: int, position: int, template: Any, n: int, limit: Any) -> Any:
+def distance(ground: Any, v: Any, position: Any, template: Any, n: int, limit: Any) -> Any:
     """Sum weight * difference**2 over a template aimed at variant `v`; stop once above `limit`."""
     at = ground.table[v, START] + position
     total = np.int64(0)
@@ -210,7 +210,7 @@ def known_value(ground: Any, v: int, yx: Any, y: int, x: int, plane: int) -> Any
 
 
 @kernel
-def show(ground: Any, variant: Any, yx: Any, y: int, x: int, v: int, position: int) -> None:
+def show(ground: Any, variant: Any, yx: Any, y: int, x: int, v: Any, position: Any) -> None:
     """Write into a map that (y, x) shows the exemplar pixel at a position."""
     row = ground.table[v]
     variant[y, x] = v

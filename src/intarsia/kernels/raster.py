@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .hashes import below, draw
 from .jit import kernel
-from .neighbourhoods import FAR, aim, distance, known_value, nearest, place, room_for, show, workplace
+from .neighbourhoods import CLOSED, FAR, aim, distance, known_value, nearest, place, room_for, show, workplace
 from .trees import ask, project
 
 ABOVE, BELOW, COARSE = 0, 1, 2  # kinds of taps: always counted; counted where known for good; of the coarser level
@@ -78,7 +78,7 @@ def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> 
 
 
 @kernel
-def variant_at(torus: Any, y: int, x: int, t: int) -> int:
+def variant_at(torus: Any, y: int, x: int, t: int) -> Any:
     """Return the variant that tap `t` of (y, x) shows."""
     a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
     return torus.variant[a, (x + torus.taps[t, 1]) % torus.variant.shape[1]]
@@ -170,52 +170,70 @@ def tree_row(torus: Any, ground: Any, tree: Any, leaves: int, few: int, y: int, 
 
 @kernel
 def coherent_row(torus: Any, ground: Any, similar: Any, y: int, x0: int, x1: int, components: int) -> None:
-    """Fill a stretch of a row with the best of the pixels that continue its neighbours in the exemplar.
-
-    Where the exemplar ends a drawn pixel takes the candidate's place. `similar` (positions, k, 2) are pixels to
-    try beside every candidate: (variant, position), -1 for none. Of equal candidates the first stays.
-    """
-    template = room_for(components)
-    tried = np.empty((len(torus.taps), 2), np.int64)
+    """Fill a stretch of a row with the best of the pixels that continue its neighbours in the exemplar."""
+    template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
     for x in range(x0, x1):
-        if torus.done[y, x]:
+        if not torus.done[y, x]:
+            coherent_pixel(torus, ground, similar, y, x, template, tried)
+
+
+@kernel
+def coherent_again(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2) of a full torus once more: now all of their neighbours count, and propose."""
+    template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
+    for k in range(len(pixels)):
+        coherent_pixel(torus, ground, similar, pixels[k, 0], pixels[k, 1], template, tried)
+
+
+@kernel
+def coherent_pixel(torus: Any, ground: Any, similar: Any, y: int, x: int, template: Any, tried: Any) -> None:
+    """Fill a pixel with the best of those that continue a neighbour; where the exemplar ends, a drawn one is tried.
+
+    `similar` (positions, k, 2) are pixels to try beside every candidate: (variant, position), -1 for none. Of equal
+    candidates the first stays.
+    """
+    n, kind, _ = template_of(torus, ground, y, x, template)
+    best, variant, position, count = FAR, np.int64(-1), np.int64(-1), 0
+    for t in range(len(torus.taps)):
+        if not _counts(torus, y, x, t, kind):
             continue
-        n, kind, _ = template_of(torus, ground, y, x, template)
-        best, variant, position, count = FAR, -1, -1, 0
-        for t in range(len(torus.taps)):
-            a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
-            b = (x + torus.taps[t, 1]) % torus.variant.shape[1]
-            later = torus.taps[t, 2] == BELOW and not (kind == 1 and torus.done[a, b])
-            if torus.taps[t, 2] == COARSE or later or (a == y and b == x):
+        v, at = np.int64(variant_at(torus, y, x, t)), np.int64(continuation(torus, ground, y, x, t, kind))
+        if at < 0:
+            k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
+            v, at = torus.choices[k, 0], torus.choices[k, 1]
+            if ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
                 continue
-            v, at = np.int64(torus.variant[a, b]), continuation(torus, ground, y, x, t, kind)
-            if at < 0:
-                k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
-                v, at = torus.choices[k, 0], torus.choices[k, 1]
-                if ground.closed[kind, ground.table[v, 5] + at] != 0:
+        known = False
+        for k in range(count):
+            known = known or (tried[k, 0] == v and tried[k, 1] == at)
+        if known:
+            continue
+        tried[count, 0], tried[count, 1] = v, at
+        count += 1
+        spot = ground.table[v, CLOSED] + at
+        for k in range(-1, similar.shape[1]):
+            if k >= 0:
+                v, at = similar[spot, k, 0], similar[spot, k, 1]
+                if v < 0 or ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
                     continue
-            known = False
-            for k in range(count):
-                known = known or (tried[k, 0] == v and tried[k, 1] == at)
-            if known:
-                continue
-            tried[count, 0], tried[count, 1] = v, at
-            count += 1
-            spot = ground.table[v, 5] + at
-            for k in range(-1, similar.shape[1]):
-                if k >= 0:
-                    v, at = similar[spot, k, 0], similar[spot, k, 1]
-                    if v < 0 or ground.closed[kind, ground.table[v, 5] + at] != 0:
-                        continue
-                aim(ground, v, template, n)
-                d = distance(ground, v, at, template, n, best)
-                if d < best:
-                    best, variant, position = d, v, at
-        if variant < 0:
-            k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
-            variant, position = torus.choices[k, 0], torus.choices[k, 1]
-        show(ground, torus.variant, torus.yx, y, x, variant, position)
-        torus.done[y, x] = True
+            aim(ground, v, template, n)
+            d = distance(ground, v, at, template, n, best)
+            if d < best:
+                best, variant, position = d, v, at
+    if variant < 0:
+        k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
+        variant, position = torus.choices[k, 0], torus.choices[k, 1]
+    show(ground, torus.variant, torus.yx, y, x, variant, position)
+    torus.done[y, x] = True
+
+
+@kernel
+def _counts(torus: Any, y: int, x: int, t: int, kind: int) -> bool:
+    """Say whether tap `t` shows a pixel that a neighbourhood of this kind compares."""
+    a, b = (y + torus.taps[t, 0]) % torus.variant.shape[0], (x + torus.taps[t, 1]) % torus.variant.shape[1]
+    if torus.taps[t, 2] == COARSE or (a == y and b == x):
+        return False
+    return torus.taps[t, 2] == ABOVE or (kind == 1 and bool(torus.done[a, b]))
 
 
 @kernel

@@ -4,8 +4,9 @@ Ashikhmin, "Synthesizing Natural Textures", I3D 2001; with `jumps`, the candidat
 Bidirectional Texture Functions on Arbitrary Surfaces", SIGGRAPH 2002 (k-coherence).
 
 Departures: of the paper's user control nothing is here; a canvas that does not wrap is cut from a slightly larger
-torus; where the last rows and columns see the first ones across the border, or a start, these count and propose,
-too; similar pixels are found by neighbourhoods above and to the left, the same that are compared.
+torus; where the last rows and columns see the first ones across the border, or a start, these count and propose, too,
+and the first ones, which saw noise, are filled a second time at the end; similar pixels are found by neighbourhoods
+above and to the left, the same that are compared.
 
 Cost: a handful of neighbourhoods for each pixel; nothing depends on the exemplar's size.
 """
@@ -80,5 +81,8 @@ class Ashikhmin:
         for y, x0, x1 in scan.stretches(AT_ONCE):
             run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
             raster.coherent_row(torus, exemplar, similar, y, x0, x1, scan.room)
+        for pixels in scan.first_ones(AT_ONCE):
+            run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
+            raster.coherent_again(torus, exemplar, similar, pixels, scan.room)
         run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
         return scan.map(self.blend)

@@ -89,7 +89,7 @@ class EfrosLeung:
         total = grown.unknown
         with run.pool() as each:
             while grown.unknown:
-                for batch in grown.batches(run.workers):
+                for batch in grown.batches():
                     run.tick(total - grown.unknown, total, grown.map)
                     grown.fill(batch, each, run.workers)
         run.tick(total, total, grown.map)
@@ -129,19 +129,18 @@ class _Growth:
                     self.patchwork.variant[y, x] = v
                     self.patchwork.yx[y, x] = (position // stride + dy) % height, (position % stride + dx) % width
 
-    def batches(self, workers: int) -> list[Any]:
-        """List the pixels of the next layer in batches; where there are threads, those of a batch do not touch."""
-        seed = np.uint64(self.seed)
-        pixels = growth.layer(self.patchwork.variant, self.window, *self.wraps, seed, STAGE)
-        if workers == 1:
-            return [pixels[k : k + AT_ONCE] for k in range(0, len(pixels), AT_ONCE)]
+    def batches(self) -> list[list[Any]]:
+        """List the pixels of the next layer: batches of groups, the pixels of a group do not see one another."""
+        pixels = growth.layer(self.patchwork.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
         rank = growth.ranks(pixels, self.patchwork.variant.shape, self.window, *self.wraps)
         order = np.argsort(rank, kind="stable")
-        begins = np.flatnonzero(np.diff(rank[order], prepend=-1))
-        return np.split(pixels[order], begins[1:])
+        groups = np.split(pixels[order], np.flatnonzero(np.diff(rank[order])) + 1)
+        groups = [g[k : k + AT_ONCE] for g in groups for k in range(0, len(g), AT_ONCE)]
+        full = np.cumsum([len(g) for g in groups]) // AT_ONCE
+        return [[g for g, f in zip(groups, full, strict=True) if f == n] for n in np.unique(full)]
 
-    def fill(self, batch: Any, each: Any, workers: int) -> None:
-        """Fill the pixels of a batch."""
+    def fill(self, batch: list[Any], each: Any, workers: int) -> None:
+        """Fill the pixels of a batch, all in turn, or group by group at the same time."""
 
         def part(pixels: Any) -> None:
             growth.fill(
@@ -149,8 +148,12 @@ class _Growth:
                 self.ground, *self.wraps, round(self.method.tolerance * 65536), self.first, np.uint64(self.seed), STAGE,
             )  # fmt: skip
 
-        each(part, np.array_split(batch, min(workers, max(len(batch) // WORTH_SHARING, 1))))
-        self.unknown -= len(batch)
+        if workers == 1:
+            part(np.concatenate(batch))
+        else:
+            for group in batch:
+                each(part, np.array_split(group, min(workers, max(len(group) // WORTH_SHARING, 1))))
+        self.unknown -= sum(len(group) for group in batch)
 
     def map(self) -> sourcemap.SourceMap:
         """The map as far as it has grown."""

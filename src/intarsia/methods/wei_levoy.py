@@ -3,13 +3,13 @@
 Wei and Levoy, "Fast Texture Synthesis using Tree-structured Vector Quantization", SIGGRAPH 2000, as Multrus 2003
 (source 000, chapter 2) describes it.
 
-Departures: the noise at the beginning is made of exemplar pixels, so that it has the texture's own colours; where
-the last rows and columns see the first ones across the border, these count, too, and the first ones, which saw
-noise, are filled a second time at the end, so that the border fits; pixels of a start count on all sides; a canvas that does not wrap is cut from a slightly larger torus; finer levels begin with
-what the coarser one shows; the tree is a kd-tree whose best few are compared exactly, with the continuations of
-what lies beside, in place of a quantiser.
+Departures: the noise at the beginning is made of exemplar pixels, so that it has the texture's own colours; where the
+last rows and columns see the first ones across the border, these count, too, and the first ones, which saw noise, are
+filled a second time at the end, so that the border fits; pixels of a start count on all sides; a canvas that does not
+wrap is cut from a slightly larger torus; finer levels begin with what the coarser one shows; the tree is a kd-tree
+whose best few are compared exactly, with the continuations of what lies beside, in place of a quantiser.
 
-Cost: exact, all neighbourhoods of the exemplar for each pixel; with the tree, some 40 of its leaves.
+Cost: exact, all neighbourhoods of the exemplar for each pixel; with the tree, 24 of its leaves.
 """
 
 from __future__ import annotations
