@@ -12,7 +12,6 @@ from test_wei_levoy import COLOUR, GRAY, TWO, USABLE, shown, smooth, with_hole
 import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.methods.ashikhmin import STAGE
-from intarsia.testing import MethodContract
 
 CASES: dict[str, dict[str, Any]] = {
     "gray": {"exemplars": [Exemplar.of(GRAY)]},
@@ -81,18 +80,3 @@ def test_what_cannot_be_compared_is_refused() -> None:
             ia.Ashikhmin(window=window)
     with pytest.raises(ia.ParameterError, match="larger exemplar"):
         ia.synthesize(GRAY, 20, ia.Ashikhmin(window=(3, 19)))
-
-
-class TestAshikhmin(MethodContract):
-    method = ia.Ashikhmin(window=(3, 5))
-    examples = 6
-
-
-class TestJumpingAshikhmin(MethodContract):
-    method = ia.Ashikhmin(window=(2, 7), jumps=3)
-    examples = 4
-
-
-class TestAutomaticAshikhmin(MethodContract):
-    method = ia.Ashikhmin()
-    examples = 4

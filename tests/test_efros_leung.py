@@ -13,7 +13,6 @@ import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.methods.efros_leung import _taps
 from intarsia.sourcemap import HOLE, identity
-from intarsia.testing import MethodContract
 
 RNG = np.random.default_rng(5)
 GRAY = RNG.integers(0, 256, (14, 16), dtype=np.uint8)
@@ -115,18 +114,3 @@ def test_the_automatic_window_shrinks_until_it_finds_room() -> None:
     out = ia.synthesize(GRAY, 8, ia.EfrosLeung())
     assert isinstance(out.method, ia.EfrosLeung)
     assert out.method.window in range(3, 15, 2)
-
-
-class TestEfrosLeung(MethodContract):
-    method = ia.EfrosLeung(window=5)
-    examples = 6
-
-
-class TestTurnedEfrosLeung(MethodContract):
-    method = ia.EfrosLeung(window=(3, 7), isometries="180", tolerance=0.5)
-    examples = 4
-
-
-class TestAutomaticEfrosLeung(MethodContract):
-    method = ia.EfrosLeung()
-    examples = 4

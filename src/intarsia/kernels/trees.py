@@ -111,7 +111,7 @@ def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any) -> int:
 
 
 @kernel
-def _insert(near: Any, number: Any, count: int, distance: int, index: Any) -> None:
+def _insert(near: Any, number: Any, count: int, distance: Any, index: Any) -> None:
     """Put an entry into its place among the first `count`, the last of which is lost."""
     at = count - 1
     while at > 0 and (near[at - 1] > distance or (near[at - 1] == distance and number[at - 1] > index)):

@@ -49,12 +49,12 @@ class Method(Protocol):
 
 
 METHODS = {
-    "ashikhmin": ("ashikhmin", "Ashikhmin"),
-    "efros-leung": ("efros_leung", "EfrosLeung"),
     "image-quilting": ("image_quilting", "ImageQuilting"),
     "random-tiling": ("random_tiling", "RandomTiling"),
     "repeat": ("repeat", "Repeat"),
+    "efros-leung": ("efros_leung", "EfrosLeung"),
     "wei-levoy": ("wei_levoy", "WeiLevoy"),
+    "ashikhmin": ("ashikhmin", "Ashikhmin"),
 }
 """Slug -> module and class, in the order of the listings."""
 

@@ -60,15 +60,15 @@ class EfrosLeung:
 
     window: int | tuple[int, int] | None = param(
         AUTO, "extent", "neighbourhood that is compared, odd; automatic: the size of the texture's elements",
-        low=3, high=255, unit="px",
+        low=1, high=255, unit="px",
     )  # fmt: skip
     tolerance: float = param(0.1, "float", "choose among places up to this much worse than the best", low=0, high=100)
     isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned pieces may be used")
 
     def __post_init__(self) -> None:
         check(self)
-        if self.window is not AUTO and not all(n % 2 for n in extent(self.window)):
-            raise ParameterError(f"window={words(self.window)} has no pixel in its middle; choose odd numbers.")
+        if self.window is not AUTO and not all(n % 2 and n > 1 for n in extent(self.window)):
+            raise ParameterError(f"window={words(self.window)} is not allowed; choose odd numbers from 3 on.")
 
     @property
     def blend(self) -> sourcemap.Blend:

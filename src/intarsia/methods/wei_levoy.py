@@ -58,7 +58,7 @@ class WeiLevoy:
     )  # fmt: skip
     levels: int = param(1, "int", "levels of detail, the coarsest first, each half the size of the next", low=1, high=8)
     search: str = param(
-        "tree", "choice", "ask a tree for a few similar places, or compare all of them", choices=("tree", "exact")
+        "fast", "choice", "ask a tree for a few similar places, or compare all of them", choices=("fast", "exact")
     )
 
     def __post_init__(self) -> None:
