@@ -257,6 +257,22 @@ def child_peak(*command: str) -> dict[str, float]:
     return {"peak": peak_bytes()}
 
 
+def case_pixels() -> list[Result]:
+    """The methods that grow pixel by pixel; the sizes of the published timings of 2003 where there are any."""
+    gravel = np.asarray(ia.read("sample:gravel").base.pixels)
+
+    def work(size: int, side: int, method: ia.EfrosLeung | ia.WeiLevoy | ia.Ashikhmin) -> Callable[[], object]:
+        return lambda: ia.synthesize(np.ascontiguousarray(gravel[:side, :side]), size, method, run=ONE)
+
+    small = "200x200 from 128x128, window 9x3"
+    return [
+        timed("Efros-Leung, 128x128 from 64x64, window 11", 25, work(128, 64, ia.EfrosLeung(window=11))),
+        timed(f"Wei-Levoy, {small}, exact", 60, work(200, 128, ia.WeiLevoy(window=(3, 9), search="exact"))),
+        timed(f"Wei-Levoy, {small}, tree", 12, work(200, 128, ia.WeiLevoy(window=(3, 9)))),
+        timed(f"Ashikhmin, {small}", None, work(200, 128, ia.Ashikhmin(window=(3, 9)))),
+    ]
+
+
 CASES: dict[str, Callable[[], list[Result]]] = {
     "quilting": case_quilting,
     "quilting-exact": case_quilting_exact,
@@ -266,6 +282,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "rendering": case_rendering,
     "cuts": case_cuts,
     "elements": case_elements,
+    "pixels": case_pixels,
     "help": case_help,
     "command": case_command,
 }

@@ -101,6 +101,19 @@ def repeat() -> np.ndarray:
     return beside(rgb(grown("tiles", (320, 512), "repeat")), rgb(grown("brick", (320, 640), "repeat"))[:, 400:])
 
 
+def pixel_by_pixel() -> np.ndarray:
+    """Gravel grown by the three methods that go pixel by pixel."""
+    gravel = np.ascontiguousarray(ia.read("sample:gravel").base.pixels[:128, :128])
+    methods = ia.EfrosLeung(window=15), ia.WeiLevoy(), ia.Ashikhmin()
+    return beside(rgb(gravel), *(rgb(ia.synthesize(gravel, 192, m, seed=1, wrap="both")) for m in methods))
+
+
+def window_sizes() -> np.ndarray:
+    """Windows too small, and large enough for a brick."""
+    brick = np.ascontiguousarray(ia.read("sample:brick").base.pixels[::4, ::4])
+    return beside(rgb(brick), *(rgb(ia.synthesize(brick, 192, ia.EfrosLeung(window=n), seed=2)) for n in (5, 11, 23)))
+
+
 PICTURES = {
     "hero": hero,
     "photographs": photographs,
@@ -111,6 +124,8 @@ PICTURES = {
     "feathers": feathers,
     "repetition": repetition,
     "repeat": repeat,
+    "pixels": pixel_by_pixel,
+    "windows": window_sizes,
 }
 
 

@@ -67,8 +67,24 @@ def tiled(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize(texture(40, 50, 3, 4), (70, 64), ia.RandomTiling(patch=14, isometries="90"), seed=4, run=run)
 
 
+def outward(run: ia.Run) -> ia.Synthesis:
+    usable = np.ones((40, 36), bool)
+    usable[7, 9] = False
+    one = Exemplar.of(texture(40, 36, 3, 8), usable=usable)
+    return ia.synthesize(one, (44, 40), ia.EfrosLeung(window=7, isometries="180"), seed=3, wrap="x", run=run)
+
+
+def by_rows(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(bricks(50, 60, 2), (64, 70), ia.WeiLevoy(window=(4, 7), levels=2), seed=5, wrap="y", run=run)
+
+
+def coherent(run: ia.Run) -> ia.Synthesis:
+    one, two = Exemplar.of(texture(40, 36, 3, 9)), Exemplar.of(texture(30, 44, 3, 4), toroidal=True)
+    return ia.synthesize([one, two], (70, 80), ia.Ashikhmin(jumps=2), seed=6, wrap="both", run=run)
+
+
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
-    f.__name__: f for f in (plain, wrapped, automatic, exact, started, tiled)
+    f.__name__: f for f in (plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent)
 }
 
 GOLDEN = {
@@ -95,6 +111,18 @@ GOLDEN = {
     "tiled": (
         "2e940c0baa828dbc6a5d329d0a717a6e0136bd8c94f517054656f71c9ca05203",
         "592547b6f2dae31ca324d6a9f23000f63ad4c0ecc7953cae5d8d632aa482f86d",
+    ),
+    "outward": (
+        "bbadb095a1c5e95ab2aa37f7b2f7ffd54e22efc8c3e075cf1f81fb9edbc4c166",
+        "53f9ff5206deb1cbbdcb3fd913b427025f6b794fe547bd35020a81aebf9b7592",
+    ),
+    "by_rows": (
+        "97ee257bd28ce62437955a2ecec283f2904dfe1c4a49b9920048e8ed07ff5393",
+        "cc5e2b2f463644860c2ab43e2656eb78cbb3742f14b0821523c0dc4afb8f5b3a",
+    ),
+    "coherent": (
+        "45254d910d47a1e0a145c853c84446a69cf6ce44d2b94b2883477642795d151b",
+        "52d07d6b92425320cef3388db649f62ac1df2da514371812ca90f17e1e0f1a07",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
@@ -135,13 +163,13 @@ def newer_features() -> str:
 @pytest.mark.parametrize("cores", ["Nehalem", "Haswell"])
 def test_the_linear_algebra_of_another_cpu_changes_no_map(cores: str) -> None:
     """Law 4: OpenBLAS as if on an older CPU, with one thread."""
-    names = ["plain", "exact", "started"]
+    names = ["plain", "exact", "started", "by_rows", "coherent"]
     assert elsewhere(names, OPENBLAS_CORETYPE=cores, OPENBLAS_NUM_THREADS="1") == {n: GOLDEN[n] for n in names}
 
 
 def test_numpy_without_its_fast_paths_changes_no_map() -> None:
     """Law 4: NumPy with no instruction set beyond its baseline."""
-    names = ["plain", "automatic", "started"]
+    names = ["plain", "automatic", "started", "outward", "by_rows"]
     assert elsewhere(names, NPY_DISABLE_CPU_FEATURES=newer_features()) == {n: GOLDEN[n] for n in names}
 
 

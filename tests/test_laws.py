@@ -45,6 +45,54 @@ class TestRepeat(MethodContract):
     examples = 8
 
 
+class TestEfrosLeung(MethodContract):
+    method = ia.EfrosLeung(window=5)
+    examples = 6
+
+
+class TestTurnedEfrosLeung(MethodContract):
+    method = ia.EfrosLeung(window=(3, 7), isometries="180", tolerance=0.5)
+    examples = 4
+
+
+class TestAutomaticEfrosLeung(MethodContract):
+    method = ia.EfrosLeung()
+    examples = 4
+
+class TestWeiLevoy(MethodContract):
+    method = ia.WeiLevoy(window=(3, 5))
+    examples = 6
+
+
+class TestExactWeiLevoy(MethodContract):
+    method = ia.WeiLevoy(window=(2, 7), search="exact")
+    examples = 4
+
+
+class TestWeiLevoyOfTwoLevels(MethodContract):
+    method = ia.WeiLevoy(window=(2, 3), levels=2)
+    examples = 5
+
+
+class TestAutomaticWeiLevoy(MethodContract):
+    method = ia.WeiLevoy()
+    examples = 4
+
+class TestAshikhmin(MethodContract):
+    method = ia.Ashikhmin(window=(3, 5))
+    examples = 6
+
+
+class TestJumpingAshikhmin(MethodContract):
+    method = ia.Ashikhmin(window=(2, 7), jumps=3)
+    examples = 4
+
+
+class TestAutomaticAshikhmin(MethodContract):
+    method = ia.Ashikhmin()
+    examples = 4
+
+
 def test_every_method_is_under_contract() -> None:
     tested = {c.method.slug for c in MethodContract.__subclasses__()}
     assert tested == set(METHODS)

@@ -22,9 +22,12 @@ A = Ability
 OBVIOUS = {"height", "width"}
 
 CLAIMS: dict[str, set[Ability]] = {
+    "ashikhmin": {A.WRAP, A.START, A.MASK, A.SEVERAL},
+    "efros-leung": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "image-quilting": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "repeat": {A.START},
+    "wei-levoy": {A.WRAP, A.START, A.MASK, A.SEVERAL},
 }
 """What every method must be able to do; a claim is added here first."""
 

@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Ashikhmin": "methods.ashikhmin",
     "Blend": "sourcemap",
     "Box": "geometry",
     "Canvas": "canvas",
     "CancelledError": "errors",
+    "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
@@ -35,6 +37,7 @@ _HOMES = {
     "Run": "run",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
+    "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
     "read": "files",
     "synthesize": "synthesis",
@@ -42,10 +45,12 @@ _HOMES = {
 }
 
 __all__ = [
+    "Ashikhmin",
     "Blend",
     "Box",
     "CancelledError",
     "Canvas",
+    "EfrosLeung",
     "Exemplar",
     "Guide",
     "ImageQuilting",
@@ -62,6 +67,7 @@ __all__ = [
     "Run",
     "SourceMap",
     "Synthesis",
+    "WeiLevoy",
     "Wrap",
     "read",
     "synthesize",
@@ -76,10 +82,13 @@ if TYPE_CHECKING:
     from .geometry import Box, Wrap
     from .guide import Guide
     from .image import Kind, Plane
+    from .methods.ashikhmin import Ashikhmin
+    from .methods.efros_leung import EfrosLeung
     from .methods.image_quilting import ImageQuilting
     from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
+    from .methods.wei_levoy import WeiLevoy
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap
     from .synthesis import Synthesis, synthesize

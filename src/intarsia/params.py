@@ -116,6 +116,12 @@ def extent(value: int | tuple[int, int]) -> tuple[int, int]:
     return value if isinstance(value, tuple) else (value, value)
 
 
+def words(value: int | tuple[int, int] | None) -> str:
+    """Write an extent as the command line does: one number, or WIDTHxHEIGHT."""
+    rows, columns = extent(value or 0)
+    return f"{rows}" if rows == columns else f"{columns}x{rows}"
+
+
 def _is_pair(p: Parameter, value: Any) -> bool:
     return p.kind == "extent" and isinstance(value, tuple)
 

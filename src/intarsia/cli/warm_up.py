@@ -53,7 +53,8 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     import numpy as np
 
     from ..exemplar import Exemplar
-    from ..methods.base import make
+    from ..methods.base import make, method_class
+    from ..params import parameters
     from ..run import Run
     from ..synthesis import synthesize
 
@@ -76,7 +77,8 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     exemplars = [Exemplar.of(planes, usable=usable)]
     if job.get("several"):
         exemplars.append(Exemplar.of({name: plane[::-1] for name, plane in planes.items()}))
-    patch = {"patch": 6} if job["method"] != "repeat" else {}
+    names = {p.name for p in parameters(method_class(job["method"]))}
+    patch = {"patch": 6} if "patch" in names else {}
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
     grown = synthesize(exemplars, (20, 20), method, wrap=job.get("wrap", "none"), run=run)

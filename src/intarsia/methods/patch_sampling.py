@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..draws import below
-from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
 from .base import Ability
