@@ -4,7 +4,7 @@ from .features import Features, features, pose_array
 from .growth import Growth, Laying
 from .patchwork import Patchwork, random_patch, waves
 from .repetition import Layout, Repetition, Rule, striking
-from .search import Candidates, PatchSearch
+from .search import Candidates, PatchSearch, Prices
 from .sizes import check_patch, default_patch
 from .variants import Variants, isometry_ids, variants
 
@@ -16,6 +16,7 @@ __all__ = [
     "Layout",
     "PatchSearch",
     "Patchwork",
+    "Prices",
     "Repetition",
     "Rule",
     "Variants",

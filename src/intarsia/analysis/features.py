@@ -127,7 +127,7 @@ def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
         sums = np.cumsum(np.pad(out, pad, mode=mode), axis=axis)
         n = out.shape[axis]
         out = (np.take(sums, range(2 * r + 1, 2 * r + 1 + n), axis) - np.take(sums, range(n), axis)) // (2 * r + 1)
-    return out.astype(np.int32)
+    return np.asarray(out, np.int32)
 
 
 def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:
@@ -194,7 +194,7 @@ def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     s = values.shape[0] // exemplar.height
     if s > 1:
         blocks = values.reshape(exemplar.height, s, exemplar.width, s, -1).astype(np.int64)
-        return (blocks.sum(axis=(1, 3)) // (s * s)).astype(np.int32)
+        return np.asarray(blocks.sum(axis=(1, 3)) // (s * s), np.int32)
     s = exemplar.height // values.shape[0]
     return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
 

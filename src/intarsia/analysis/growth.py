@@ -72,7 +72,8 @@ class Laying:
         for length, patch, overlap, wrap in zip(
             (canvas.height, canvas.width), self.patch, self.overlap, (canvas.wrap.y, canvas.wrap.x), strict=True
         ):
-            axes.append(hang(length, patch, overlap) if self.hangs and not wrap else spread(length, patch, overlap, wrap))
+            hangs = self.hangs and not wrap
+            axes.append(hang(length, patch, overlap) if hangs else spread(length, patch, overlap, wrap))
         (rows, height), (columns, width) = axes
         return Layout(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..draws import below
-from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
 from .base import Ability
@@ -50,11 +49,11 @@ class PatchSampling:
     )
 
     patch: int | tuple[int, int] | None = param(
-        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+        AUTO, "extent", "side of a patch without its seams; automatic: so that with them it spans an element",
         low=1, high=1 << 16, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
-        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
+        AUTO, "extent", "width of the seam, which two neighbours share; automatic: a fifth of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     bound: str = param(
