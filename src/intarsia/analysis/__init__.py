@@ -1,10 +1,11 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
 from .features import Features, features, pose_array
-from .growth import Growth, Laying
-from .patchwork import Patchwork, random_patch, waves
+from .growth import Growth, Laying, Pick
+from .patchwork import Patchwork, Window, random_patch, waves
+from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
-from .search import Candidates, PatchSearch, Prices
+from .search import Candidates, PatchSearch, Prices, Search
 from .sizes import check_patch, default_patch
 from .variants import Variants, isometry_ids, variants
 
@@ -16,11 +17,16 @@ __all__ = [
     "Layout",
     "PatchSearch",
     "Patchwork",
+    "Pick",
     "Prices",
+    "PyramidSearch",
     "Repetition",
     "Rule",
+    "Search",
     "Variants",
+    "Window",
     "check_patch",
+    "check_pyramid",
     "default_patch",
     "features",
     "isometry_ids",

@@ -21,8 +21,9 @@ from ..run import Run
 from ..sourcemap import Blend, SourceMap
 from .features import features
 from .patchwork import Patchwork, Window, random_patch, waves
+from .pyramid import PyramidSearch
 from .repetition import Layout, Repetition, Rule, striking
-from .search import Candidates, PatchSearch
+from .search import Candidates, PatchSearch, Search
 from .variants import isometry_ids, variants
 
 Pick = tuple[int, int, int]
@@ -43,8 +44,10 @@ class Laying:
         Of a window, px; neighbours share `overlap`.
     hangs : bool
         Windows keep their pitch and may hang over the border (source 000), or are spread to end at it.
-    weights, context, isometries, exact
+    weights, context, isometries, search
         As the parameters of the methods: channel weights, weight of the surroundings, poses, search.
+    pyramid : (filter, kept)
+        Of the pyramid search: what is averaged, and how many positions are followed.
     listed : int
         Candidates kept of every search.
     repeats, usage, distance
@@ -59,7 +62,8 @@ class Laying:
     weights: tuple[float, ...] | None = None
     context: float = 0.0
     isometries: str | tuple[int, ...] = "none"
-    exact: bool = False
+    search: str = "fast"
+    pyramid: tuple[str, int] = ("mean", 1)
     listed: int = 16
     repeats: Rule = Rule.PRICES
     usage: float = 0.0
@@ -92,7 +96,7 @@ class Growth:
         self.variants = variants(
             exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
         )
-        self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, laying.listed)
+        self.finder = self._finder()
         priced = laying.usage and laying.repeats is Rule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(
@@ -101,6 +105,12 @@ class Growth:
         rim = laying.rim if canvas.rim is None else canvas.rim
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
+
+    def _finder(self) -> Search:
+        laying, patch = self.laying, self.layout.patch
+        if laying.search == "pyramid":
+            return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, laying.listed)
+        return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", laying.listed)
 
     def fill(self, seed: int, stage: int, run: Run, choose: Choose, join: Join) -> None:
         """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.

@@ -20,7 +20,7 @@ from ..geometry import ISOMETRIES
 from ..kernels import usage
 from .features import Features
 from .rarity import rarity
-from .search import Candidates, PatchSearch, Prices
+from .search import Candidates, Prices, Search
 from .variants import Variants
 
 REACH = 4  # blocks around a window in which nearness counts
@@ -62,7 +62,7 @@ class Repetition:
 
     Parameters
     ----------
-    search : PatchSearch
+    search : Search
         Whose variants and coarse positions are meant.
     layout : Layout
         The windows.
@@ -77,7 +77,7 @@ class Repetition:
     """
 
     def __init__(
-        self, search: PatchSearch, layout: Layout, strength: float, distance: int,
+        self, search: Search, layout: Layout, strength: float, distance: int,
         striking: list[Array] | None = None, rule: Rule = Rule.PRICES,
     ) -> None:  # fmt: skip
         self.search, self.layout, self.distance, self.strength, self.rule = search, layout, distance, strength, rule
@@ -150,7 +150,7 @@ def _frame(variants: Variants, v: int) -> tuple[int, ...]:
     return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1], *torus
 
 
-def striking(feats: Features, search: PatchSearch) -> list[Array]:
+def striking(feats: Features, search: Search) -> list[Array]:
     """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
     variants, patch = search.variants, search.patch
     out = []

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.fft
@@ -56,6 +56,26 @@ class Prices:
     multiply: bool = False
 
 
+class Search(Protocol):
+    """A way to find patches: what growing a map needs of it.
+
+    ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it.
+    """
+
+    variants: Variants
+    patch: tuple[int, int]
+    valid: list[Array]
+    factor: int
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+
+    def find(
+        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
+    ) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+
+
 class PatchSearch:
     """Search patches of one size in a set of variants.
 
@@ -68,6 +88,8 @@ class PatchSearch:
     exact : bool
         Search every position at full resolution, in place of the reduced short-list.
     """
+
+    factor: int
 
     def __init__(
         self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False, listed: int = SHORT_LIST

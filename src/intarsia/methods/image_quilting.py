@@ -65,7 +65,15 @@ class ImageQuilting:
         0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
     )
     search: str = param(
-        "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
+        choices=("fast", "exact", "pyramid"),
+    )  # fmt: skip
+    pyramid_filter: str = param(
+        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
+        choices=("mean", "gaussian", "none"),
+    )  # fmt: skip
+    pyramid_kept: int = param(
+        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
     )
     seam: str = param(
         "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
@@ -101,7 +109,11 @@ class ImageQuilting:
         analysis.check_patch(patch, exemplars, self.isometries)
         rows, columns = extent(patch)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
-        return replace(self, patch=patch, overlap=third if self.overlap is AUTO else self.overlap)
+        settled = replace(self, patch=patch, overlap=third if self.overlap is AUTO else self.overlap)
+        if self.search == "pyramid":
+            overlap = extent(settled.overlap or 0)
+            analysis.check_pyramid((rows - 2 * overlap[0], columns - 2 * overlap[1]), overlap)
+        return settled
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
@@ -122,6 +134,7 @@ class ImageQuilting:
         overlap = extent(self.overlap or 0)
         return analysis.Laying(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
-            isometries=self.isometries, exact=self.search == "exact", usage=self.usage,
+            isometries=self.isometries, search=self.search,
+            pyramid=(self.pyramid_filter, self.pyramid_kept), usage=self.usage,
             distance=self.min_repeat_distance, rim=max(overlap),
         )  # fmt: skip

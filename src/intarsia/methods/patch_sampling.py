@@ -34,7 +34,9 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2003  # keeps this method's draws apart from those of others
-LISTED = 48  # candidates kept of every search
+MOST = 64  # candidates that may be chosen among
+LEAST_LISTED = 16  # candidates kept of every search, or thrice as many as may be chosen
+LISTED_BY_EPSILON = 48
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class PatchSampling:
         "best", "choice", "who may be chosen: the best few, all within epsilon of black, or of the best distance",
         choices=("best", "epsilon", "relative"),
     )  # fmt: skip
-    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=LISTED)
+    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=MOST)
     epsilon: float = param(0.1, "float", "with the other bounds: how far from the ideal one may be", low=0, high=100)
     join: str = param(
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
@@ -80,7 +82,15 @@ class PatchSampling:
         0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
     )
     search: str = param(
-        "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
+        choices=("fast", "exact", "pyramid"),
+    )  # fmt: skip
+    pyramid_filter: str = param(
+        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
+        choices=("mean", "gaussian", "none"),
+    )  # fmt: skip
+    pyramid_kept: int = param(
+        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
     )
 
     def __post_init__(self) -> None:
@@ -115,6 +125,8 @@ class PatchSampling:
             overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
         settled = replace(self, patch=patch, overlap=overlap)
         analysis.check_patch(settled.footprint, exemplars, self.isometries)
+        if self.search == "pyramid":
+            analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
         return settled
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
@@ -132,18 +144,26 @@ class PatchSampling:
         return growth.map(method.blend)
 
     @property
+    def listed(self) -> int:
+        """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
+        return max(LEAST_LISTED, 3 * self.candidates) if self.bound == "best" else LISTED_BY_EPSILON
+
+    @property
     def laying(self) -> analysis.Laying:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         rule = analysis.Rule(self.repetition if self.repetition != "none" else "prices")
         return analysis.Laying(
             patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
-            isometries=self.isometries, exact=self.search == "exact", listed=LISTED, repeats=rule,
+            isometries=self.isometries, search=self.search,
+            pyramid=(self.pyramid_filter, self.pyramid_kept), listed=self.listed, repeats=rule,
             usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
             rim=max(overlap),
         )  # fmt: skip
 
-    def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
+    def choose(
+        self, growth: analysis.Growth, window: analysis.Window, found: Any, bits: int, misses: list[int]
+    ) -> analysis.Pick | None:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
         prices = growth.repetition.prices(*window, found)
         order = np.argsort(prices, kind="stable")
@@ -160,9 +180,10 @@ class PatchSampling:
             if not len(near):
                 misses.append(1)
                 near = order[:1]
-        return tuple(found.rows[near[below(len(near), bits)], 1:].tolist())
+        v, u, s = found.rows[near[below(len(near), bits)], 1:].tolist()
+        return v, u, s
 
-    def join_in(self, growth: analysis.Growth, at: Any, pick: Any, found: Any) -> None:
+    def join_in(self, growth: analysis.Growth, at: analysis.Window, pick: analysis.Pick, found: Any) -> None:
         """Lay a patch into its window as `join` says."""
         if self.join == "cut":
             growth.patchwork.cut_in(at, pick, found, growth.layout, False)
