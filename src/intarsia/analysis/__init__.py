@@ -7,6 +7,7 @@ from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch, Prices, Search
 from .sizes import check_patch, default_patch
+from .symmetry import allowed_isometries, settled_isometries
 from .variants import Variants, isometry_ids, variants
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "Search",
     "Variants",
     "Window",
+    "allowed_isometries",
     "check_patch",
     "check_pyramid",
     "default_patch",
@@ -32,6 +34,7 @@ __all__ = [
     "isometry_ids",
     "pose_array",
     "random_patch",
+    "settled_isometries",
     "striking",
     "variants",
     "waves",

@@ -134,7 +134,13 @@ grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, into="targets", m
 report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
 
 
-METAVARS = {"extent": "PX|WxH", "int": "N", "float": "F", "weights": "W,W,...", "isometries": "none|180|90|both|IDS"}
+METAVARS = {
+    "extent": "PX|WxH",
+    "int": "N",
+    "float": "F",
+    "weights": "W,W,...",
+    "isometries": "none|180|90|both|auto|IDS",
+}
 
 
 def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:

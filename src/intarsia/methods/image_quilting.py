@@ -59,7 +59,9 @@ class ImageQuilting:
     context: float = param(
         0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
     )
-    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
     usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
     min_repeat_distance: int = param(
         0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
@@ -106,13 +108,15 @@ class ImageQuilting:
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
         """Decide patch and overlap from the size of the texture's elements."""
         patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
-        analysis.check_patch(patch, exemplars, self.isometries)
         rows, columns = extent(patch)
+        isometries = analysis.settled_isometries(self.isometries, exemplars, (rows, columns))
+        analysis.check_patch(patch, exemplars, isometries)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
-        settled = replace(self, patch=patch, overlap=third if self.overlap is AUTO else self.overlap)
+        overlap = third if self.overlap is AUTO else self.overlap
+        settled = replace(self, patch=patch, overlap=overlap, isometries=isometries)
         if self.search == "pyramid":
-            overlap = extent(settled.overlap or 0)
-            analysis.check_pyramid((rows - 2 * overlap[0], columns - 2 * overlap[1]), overlap)
+            seam = extent(overlap)
+            analysis.check_pyramid((rows - 2 * seam[0], columns - 2 * seam[1]), seam)
         return settled
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:

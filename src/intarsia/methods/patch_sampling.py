@@ -72,7 +72,9 @@ class PatchSampling:
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
     )  # fmt: skip
-    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
     repetition: str = param(
         "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
         choices=("prices", "counter", "marks", "none"),
@@ -124,10 +126,11 @@ class PatchSampling:
             rows, columns = extent(patch)
             overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
         settled = replace(self, patch=patch, overlap=overlap)
-        analysis.check_patch(settled.footprint, exemplars, self.isometries)
+        isometries = analysis.settled_isometries(self.isometries, exemplars, settled.footprint)
+        analysis.check_patch(settled.footprint, exemplars, isometries)
         if self.search == "pyramid":
             analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
-        return settled
+        return replace(settled, isometries=isometries)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, in raster order as far as windows touch."""
