@@ -18,7 +18,8 @@ from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..geometry import hang, spread
 from ..run import Run
-from ..sourcemap import Blend, SourceMap
+from ..sourcemap import HOLE, Blend, SourceMap
+from .distance_map import distance_maps, full_scale
 from .features import features
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pyramid import PyramidSearch
@@ -121,6 +122,7 @@ class Growth:
             for number, wave in enumerate(self.waves):
                 run.tick(number, len(self.waves), self.draft)
                 found = self._search(wave, each, run.workers)
+                self._answer(run, wave, found)
                 picks = [self._choose(w, f, seed, stage, choose) for w, f in zip(wave, found, strict=True)]
                 self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
         run.tick(len(self.waves), len(self.waves), self.draft)
@@ -143,6 +145,23 @@ class Growth:
     def at(self, window: Window) -> tuple[int, int]:
         """First pixel of a window on the canvas."""
         return self.layout.rows[window[0]], self.layout.columns[window[1]]
+
+    def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
+        """Answer the run's probe where its pixel is about to be filled."""
+        probe = run.probe
+        if probe is None or probe.maps is not None or self.patchwork.variant[probe.y, probe.x] != HOLE:
+            return
+        for window, candidates in zip(wave, found, strict=True):
+            y, x = self.at(window)
+            dy, dx = probe.y - y, probe.x - x
+            dy = dy % self.canvas.height if self.canvas.wrap.y else dy
+            dx = dx % self.canvas.width if self.canvas.wrap.x else dx
+            if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
+                scale = full_scale(self.exemplars[0], self.laying.weights)
+                probe.maps = distance_maps(candidates, self.variants, scale)
+                if candidates.free:
+                    run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
+                return
 
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)

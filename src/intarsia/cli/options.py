@@ -13,7 +13,7 @@ from ..errors import ParameterError
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets
-from .values import Colour, NamedFile, Rectangle, Scale
+from .values import Colour, NamedFile, Place, Rectangle, Scale
 
 Command = Callable[..., Any]
 
@@ -98,6 +98,11 @@ TARGET_OPTIONS = (
 MAP_OPTIONS = (
     opt("save_map", "--save-map", type=FILE, metavar="FILE.npz", help="Save which exemplar pixel went where."),
     opt("st_map", "--st-map", type=FILE, metavar="FILE.exr", help="Save the same as an ST map for compositing."),
+    opt(
+        "distance_map", "--distance-map", type=(Place(), FILE), default=None, metavar="X,Y FILE",
+        help="Save how well every patch of the exemplar fitted when output pixel X,Y was filled: .exr or .tif "
+        "holds distances (-1: no patch there), .png stretches them, dark is near.",
+    ),
 )
 
 REPORT_OPTIONS = (

@@ -90,6 +90,25 @@ def low_quantile(dist: Any) -> int:
 
 
 @kernel
+def measure_all(window: Any, known: Any, flat: Any, frame: Any, allowed: Any, dist: Any) -> None:
+    """Write the squared distance at every position, -1 where none is `allowed`; `window` (h * w * C,) int16.
+
+    `frame` (4,): where the picture begins in `flat`, its height, width and stride in px.
+    """
+    h, w = known.shape
+    channels = len(window) // (h * w)
+    spans = np.empty((h, 3), np.int64)
+    row_spans(known, spans)
+    for y in range(allowed.shape[0]):
+        start = frame[0] + y * frame[3] * channels
+        for x in range(allowed.shape[1]):
+            dist[y, x] = -1
+            if allowed[y, x]:
+                at = start + x * channels
+                dist[y, x] = distance(window, known, spans, flat, at, frame[3] * channels, 1, FAR)
+
+
+@kernel
 def search_all(
     feats: Any, known: Any, flat: Any, frame: Any, allowed: Any, counts: Any, level: int, weight: int,
     multiply: bool, v: int, best: Any, found: Any, usual: Any,
@@ -101,18 +120,9 @@ def search_all(
     quantile of the distances, -1 while unknown.
     """
     h, w, channels = feats.shape[1:]
-    spans = np.empty((h, 3), np.int64)
     dist = np.empty(allowed.shape, np.int64)
     for k in range(len(feats)):
-        window = feats[k].reshape(h * w * channels)
-        row_spans(known[k], spans)
-        for y in range(allowed.shape[0]):
-            start = frame[0] + y * frame[3] * channels
-            for x in range(allowed.shape[1]):
-                dist[y, x] = -1
-                if allowed[y, x]:
-                    at = start + x * channels
-                    dist[y, x] = distance(window, known[k], spans, flat, at, frame[3] * channels, 1, FAR)
+        measure_all(feats[k].reshape(h * w * channels), known[k], flat, frame, allowed, dist)
         if usual[k] < 0:
             usual[k] = low_quantile(dist)
         unit = (weight * max(usual[k], 0)) >> 8
