@@ -109,7 +109,8 @@ def halve(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, se
 
     `seam` (2,): rows and columns of the seams. An old pixel stays where it is locked, or lies within half a seam
     of an edge of the window beyond which something is known. Of an odd seam the half at the top and left is the
-    larger one: the cut lies at the same place whichever of two windows is laid first.
+    larger one: the cut lies at the same place whichever of two windows is laid first. At the upper right corner
+    only the top counts, as in a raster scan, where nothing lies to the right.
     """
     height, width = variant.shape
     h, w = known.shape
@@ -124,7 +125,8 @@ def halve(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, se
             stays = stays or (i < rows and known_beside(variant, y0, x0, wrap, 0, j, h, w, 1))
             stays = stays or (i >= h - below and known_beside(variant, y0, x0, wrap, h - 1, j, h, w, 0))
             stays = stays or (j < columns and known_beside(variant, y0, x0, wrap, i, 0, h, w, 3))
-            stays = stays or (j >= w - right and known_beside(variant, y0, x0, wrap, i, w - 1, h, w, 2))
+            if i >= seam[0] or not known_beside(variant, y0, x0, wrap, 0, j, h, w, 1):  # corners are the top's
+                stays = stays or (j >= w - right and known_beside(variant, y0, x0, wrap, i, w - 1, h, w, 2))
             take[i, j] = not stays
 
 

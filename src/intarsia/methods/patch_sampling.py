@@ -149,7 +149,9 @@ class PatchSampling:
     @property
     def listed(self) -> int:
         """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
-        return max(LEAST_LISTED, 3 * self.candidates) if self.bound == "best" else LISTED_BY_EPSILON
+        if self.bound != "best":
+            return LISTED_BY_EPSILON
+        return max(LEAST_LISTED, 3 * self.candidates) * (2 if self.search == "exact" else 1)
 
     @property
     def laying(self) -> analysis.Laying:
