@@ -30,6 +30,27 @@ class TestAutomaticImageQuilting(MethodContract):
     examples = 8
 
 
+class TestPatchSampling(MethodContract):
+    method = ia.PatchSampling(patch=6, overlap=3)
+
+
+class TestPatchSamplingOfAllKinds(MethodContract):
+    """All isometries, all positions searched, cut seams, and the source's counter of repeats."""
+
+    method = ia.PatchSampling(patch=5, overlap=2, isometries="both", search="exact", join="cut", repetition="counter")
+    examples = 8
+
+
+class TestPatchSamplingOfRectangles(MethodContract):
+    method = ia.PatchSampling(patch=(4, 7), overlap=(2, 3), isometries="180", join="middle", bound="epsilon")
+    examples = 8
+
+
+class TestAutomaticPatchSampling(MethodContract):
+    method = ia.PatchSampling()
+    examples = 8
+
+
 class TestRandomTiling(MethodContract):
     method = ia.RandomTiling(patch=11, isometries="both")
     examples = 8

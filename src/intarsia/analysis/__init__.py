@@ -1,13 +1,15 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
 from .features import Features, features, pose_array
-from .growth import Growth, Laying
-from .patchwork import Patchwork, random_patch, waves
+from .growth import Growth, Laying, Pick
+from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
+from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
 from .scan import Scan, scan_reach
-from .search import Candidates, PatchSearch
+from .search import Candidates, PatchSearch, Prices, Search
 from .sizes import check_patch, default_patch
+from .symmetry import allowed_isometries, settled_isometries
 from .trees import similar_pixels, tree_of
 from .variants import Variants, isometry_ids, variants
 
@@ -20,11 +22,18 @@ __all__ = [
     "Layout",
     "PatchSearch",
     "Patchwork",
+    "Pick",
+    "Prices",
+    "PyramidSearch",
     "Repetition",
     "Rule",
     "Scan",
+    "Search",
     "Variants",
+    "Window",
+    "allowed_isometries",
     "check_patch",
+    "check_pyramid",
     "check_window",
     "choices",
     "default_patch",
@@ -36,6 +45,7 @@ __all__ = [
     "pose_array",
     "random_patch",
     "scan_reach",
+    "settled_isometries",
     "similar_pixels",
     "striking",
     "tree_of",

@@ -19,10 +19,12 @@ from ..exemplar import Exemplar
 from ..geometry import hang, spread
 from ..run import Run
 from ..sourcemap import HOLE, Blend, SourceMap
+from .distance_map import distance_maps, full_scale
 from .features import features
 from .patchwork import Patchwork, Window, random_patch, waves
+from .pyramid import PyramidSearch
 from .repetition import Layout, Repetition, Rule, striking
-from .search import Candidates, PatchSearch
+from .search import Candidates, PatchSearch, Search
 from .variants import isometry_ids, variants
 
 Pick = tuple[int, int, int]
@@ -42,8 +44,10 @@ class Laying:
         Of a window, px; neighbours share `overlap`.
     hangs : bool
         Windows keep their pitch and may hang over the border (source 000), or are spread to end at it.
-    weights, context, isometries, exact
+    weights, context, isometries, search
         As the parameters of the methods: channel weights, weight of the surroundings, poses, search.
+    pyramid : (filter, kept)
+        Of the pyramid search: what is averaged, and how many positions are followed.
     listed : int
         Candidates kept of every search.
     repeats, usage, distance
@@ -58,7 +62,8 @@ class Laying:
     weights: tuple[float, ...] | None = None
     context: float = 0.0
     isometries: str | tuple[int, ...] = "none"
-    exact: bool = False
+    search: str = "fast"
+    pyramid: tuple[str, int] = ("mean", 1)
     listed: int = 16
     repeats: Rule = Rule.PRICES
     usage: float = 0.0
@@ -71,7 +76,8 @@ class Laying:
         for length, patch, overlap, wrap in zip(
             (canvas.height, canvas.width), self.patch, self.overlap, (canvas.wrap.y, canvas.wrap.x), strict=True
         ):
-            axes.append(hang(length, patch, overlap) if self.hangs and not wrap else spread(length, patch, overlap, wrap))
+            hangs = self.hangs and not wrap
+            axes.append(hang(length, patch, overlap) if hangs else spread(length, patch, overlap, wrap))
         (rows, height), (columns, width) = axes
         return Layout(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
@@ -90,7 +96,7 @@ class Growth:
         self.variants = variants(
             exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
         )
-        self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, laying.listed)
+        self.finder = self._finder()
         priced = laying.usage and laying.repeats is Rule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(
@@ -101,6 +107,12 @@ class Growth:
         self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
         if canvas.start is not None:
             self._note_start()
+
+    def _finder(self) -> Search:
+        laying, patch = self.laying, self.layout.patch
+        if laying.search == "pyramid":
+            return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, laying.listed)
+        return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", laying.listed)
 
     def fill(self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float) -> None:
         """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
@@ -113,6 +125,7 @@ class Growth:
                 run.tick(number, len(self.waves), self.draft)
                 self.repetition.account()
                 found = self._search(wave, each, run.workers)
+                self._answer(run, wave, found)
                 bits = draw_many(seed, stage, 0, wave)
                 if callable(choose):
                     picks = [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
@@ -139,6 +152,23 @@ class Growth:
     def at(self, window: Window) -> tuple[int, int]:
         """First pixel of a window on the canvas."""
         return self.layout.rows[window[0]], self.layout.columns[window[1]]
+
+    def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
+        """Answer the run's probe where its pixel is about to be filled."""
+        probe = run.probe
+        if probe is None or probe.maps is not None or self.patchwork.variant[probe.y, probe.x] != HOLE:
+            return
+        for window, candidates in zip(wave, found, strict=True):
+            y, x = self.at(window)
+            dy, dx = probe.y - y, probe.x - x
+            dy = dy % self.canvas.height if self.canvas.wrap.y else dy
+            dx = dx % self.canvas.width if self.canvas.wrap.x else dx
+            if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
+                scale = full_scale(self.exemplars[0], self.laying.weights)
+                probe.maps = distance_maps(candidates, self.variants, scale)
+                if candidates.free:
+                    run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
+                return
 
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)

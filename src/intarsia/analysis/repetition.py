@@ -21,7 +21,7 @@ from ..geometry import ISOMETRIES
 from ..kernels import usage
 from .features import Features
 from .rarity import rarity
-from .search import Candidates, PatchSearch, Prices
+from .search import Candidates, Prices, Search, every_patch, measured
 from .variants import Variants
 
 REACH = 4  # blocks around a window in which nearness counts
@@ -65,7 +65,7 @@ class Repetition:
 
     Parameters
     ----------
-    search : PatchSearch
+    search : Search
         Whose variants and coarse positions are meant.
     layout : Layout
         The windows.
@@ -80,7 +80,7 @@ class Repetition:
     """
 
     def __init__(
-        self, search: PatchSearch, layout: Layout, strength: float, distance: int,
+        self, search: Search, layout: Layout, strength: float, distance: int,
         striking: list[Array] | None = None, rule: Rule = Rule.PRICES,
     ) -> None:  # fmt: skip
         self.search, self.layout, self.distance, self.strength, self.rule = search, layout, distance, strength, rule
@@ -148,9 +148,9 @@ class Repetition:
 
     def allowed(self, row: int, column: int, found: Candidates) -> Candidates:
         """Return the best of all patches that would not return too near, where the short-list holds none."""
-        every = self.search.every_patch()
+        every = every_patch(self.search.variants)
         permitted = every[self.prices(row, column, replace(found, rows=every, usual=0)) >= 0]
-        return replace(found, rows=permitted) if found.free else self.search.measured(found, permitted)
+        return replace(found, rows=permitted) if found.free else measured(self.search.variants, found, permitted)
 
     def pick_all(
         self, windows: list[tuple[int, int]], found: list[Candidates], tolerance: float, bits: list[int]
@@ -198,7 +198,7 @@ def _frame(variants: Variants, v: int) -> tuple[int, ...]:
     return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1], *torus
 
 
-def striking(feats: Features, search: PatchSearch) -> list[Array]:
+def striking(feats: Features, search: Search) -> list[Array]:
     """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
     variants, patch = search.variants, search.patch
     out = []

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from threading import Lock, local
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.fft
@@ -57,6 +57,28 @@ class Prices:
     multiply: bool = False
 
 
+class Search(Protocol):
+    """A way to find patches: what growing a map needs of it.
+
+    ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it; ``cells``:
+    the patch in such units.
+    """
+
+    variants: Variants
+    patch: tuple[int, int]
+    valid: list[Array]
+    factor: int
+    cells: tuple[int, int]
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+
+    def find(
+        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
+    ) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+
+
 class PatchSearch:
     """Search patches of one size in a set of variants.
 
@@ -69,6 +91,8 @@ class PatchSearch:
     exact : bool
         Search every position at full resolution, in place of the reduced short-list.
     """
+
+    factor: int
 
     def __init__(
         self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False, listed: int = SHORT_LIST
@@ -172,20 +196,6 @@ class PatchSearch:
             for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
         ]
 
-    def every_patch(self) -> Array:
-        """All allowed patches as rows of candidates whose distance is not measured: (n, 4)."""
-        places = [np.argwhere(valid) for valid in self.variants.valid]
-        rows = np.zeros((sum(map(len, places)), 4), np.int64)
-        rows[:, 1] = np.repeat(np.arange(len(places)), [len(p) for p in places])
-        rows[:, 2:] = np.concatenate(places)
-        return rows
-
-    def measured(self, found: Candidates, rows: Array) -> Candidates:
-        """Return the nearest among given patches (n, 4) in place of the short-list's."""
-        out = np.empty((SHORT_LIST, 4), np.int64)
-        count = nearest.best_of(found.feats, found.known, self.variants.flat, self.variants.table, rows, out)
-        return replace(found, rows=out[:count])
-
     def _spectra(self, templates: Array, shape: tuple[int, int]) -> Array:
         """Transform the templates, padded to `shape`; their rows first, which are few."""
         rows = scipy.fft.rfft(templates, shape[1], axis=3)
@@ -225,6 +235,22 @@ class PatchSearch:
         # Fresh arrays: another thread may still be reading the old ones.
         self._known_masks: dict[int, int] = {}
         self._squares = [np.empty((MASKS, *v.shape), np.int32) for v in self.valid]
+
+
+def every_patch(variants: Variants) -> Array:
+    """All allowed patches as rows of candidates whose distance is not measured: (n, 4)."""
+    places = [np.argwhere(valid) for valid in variants.valid]
+    rows = np.zeros((sum(map(len, places)), 4), np.int64)
+    rows[:, 1] = np.repeat(np.arange(len(places)), [len(p) for p in places])
+    rows[:, 2:] = np.concatenate(places)
+    return rows
+
+
+def measured(variants: Variants, found: Candidates, rows: Array) -> Candidates:
+    """Return the nearest among given patches (n, 4) in place of the short-list's."""
+    out = np.empty((SHORT_LIST, 4), np.int64)
+    count = nearest.best_of(found.feats, found.known, variants.flat, variants.table, rows, out)
+    return replace(found, rows=out[:count])
 
 
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:

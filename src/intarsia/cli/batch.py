@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from .. import files
+from ..analysis.distance_map import as_16_bit, side_by_side
 from ..exemplar import Exemplar
 from ..image import Kind, Plane, Transfer
-from ..run import Run
+from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..synthesis import Synthesis, synthesize
 from .exemplars import Shelf, sets_of
@@ -82,7 +83,12 @@ class Batch:
         began = time.perf_counter()
         exemplars = self.shelf.get(order.lot)
         clock = {"read": time.perf_counter() - began}
-        grown = self._grow(order, exemplars, Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL))
+        place = self.targets.distance_map
+        probe = None if place is None else Probe(place[0][1], place[0][0])
+        run = Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL, probe=probe)
+        grown = self._grow(order, exemplars, run)
+        for note in run.notes:
+            self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
         with Staging(self.targets.force) as staging:
             share = 0.1 / len(order.pictures)
@@ -97,6 +103,8 @@ class Batch:
                 files.write_bytes(staging.place(order.save_map), smap.to_bytes())
             if order.st_map is not None:
                 files.write(staging.place(order.st_map), _st_plane(grown.map))
+            if order.distance_map is not None and probe is not None and probe.maps is not None:
+                files.write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
             staging.commit()
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
@@ -138,10 +146,18 @@ def _st_plane(smap: SourceMap) -> Plane:
     return Plane(np.dstack([st, np.zeros(st.shape[:2], np.float32)]), Kind.DATA, Transfer.LINEAR)
 
 
+def distance_plane(maps: list[Any], path: str) -> Plane:
+    """Distances as a picture: as they are, or stretched to 16 bits where the format holds no others."""
+    whole = side_by_side(maps)
+    pixels = as_16_bit(whole) if path.lower().endswith(".png") else whole
+    return Plane(pixels, Kind.DATA, Transfer.LINEAR)
+
+
 def _about(order: Order, wish: Wish, grown: Synthesis | None) -> dict[str, Any]:
     """What JSON says of a result, x before y."""
     held = [{"path": path, "holds": name} for name, path in order.pictures.items()]
-    held += [{"path": p, "holds": w} for p, w in ((order.save_map, "map"), (order.st_map, "st map")) if p is not None]
+    more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
+    held += [{"path": p, "holds": w} for p, w in more if p is not None]
     spans = {k: getattr(order.method, k, None) for k in ("pitch", "footprint")}
     blend = blend_of(wish, order.method)
     told: dict[str, Any] = {

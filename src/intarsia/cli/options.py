@@ -13,7 +13,7 @@ from ..errors import ParameterError
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets
-from .values import Colour, NamedFile, Rectangle, Scale
+from .values import Colour, NamedFile, Place, Rectangle, Scale
 
 Command = Callable[..., Any]
 
@@ -98,6 +98,11 @@ TARGET_OPTIONS = (
 MAP_OPTIONS = (
     opt("save_map", "--save-map", type=FILE, metavar="FILE.npz", help="Save which exemplar pixel went where."),
     opt("st_map", "--st-map", type=FILE, metavar="FILE.exr", help="Save the same as an ST map for compositing."),
+    opt(
+        "distance_map", "--distance-map", type=(Place(), FILE), default=None, metavar="X,Y FILE",
+        help="Save how well every patch of the exemplar fitted when output pixel X,Y was filled: .exr or .tif "
+        "holds distances (-1: no patch there), .png stretches them, dark is near.",
+    ),
 )
 
 REPORT_OPTIONS = (
@@ -134,7 +139,13 @@ grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, into="targets", m
 report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
 
 
-METAVARS = {"extent": "PX|WxH", "int": "N", "float": "F", "weights": "W,W,...", "isometries": "none|180|90|both|IDS"}
+METAVARS = {
+    "extent": "PX|WxH",
+    "int": "N",
+    "float": "F",
+    "weights": "W,W,...",
+    "isometries": "none|180|90|both|auto|IDS",
+}
 
 
 def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:

@@ -31,11 +31,13 @@ class Order:
     save_map: str | None
     st_map: str | None
     memory: int
+    distance_map: str | None = None
 
     @property
     def paths(self) -> list[str]:
         """All files of the order."""
-        return [*self.pictures.values(), *(p for p in (self.save_map, self.st_map) if p is not None)]
+        more = (self.save_map, self.st_map, self.distance_map)
+        return [*self.pictures.values(), *(p for p in more if p is not None)]
 
     @property
     def line(self) -> str:
@@ -75,10 +77,13 @@ def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], target
         fields["seed"] = seed
         out = filled(targets.out, fields)
         pictures = plane_files(out, _endings(sets[0]))
-        maps = [None if t is None else filled(t, fields) for t in (targets.save_map, targets.st_map)]
-        orders.append(Order(lot, seed, method, (canvas.width, canvas.height), pictures, maps[0], maps[1], memory))
+        asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
+        maps = [None if t is None else filled(t, fields) for t in asked]
+        size = (canvas.width, canvas.height)
+        orders.append(Order(lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2]))
     if orders:
         check_formats(orders[0], exemplars, targets)
+        check_distance_map(orders[0], targets)
     return orders
 
 
@@ -108,6 +113,20 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
             raise ParameterError(f"--st-map {order.st_map}: an ST map is saved as .exr; end the name in it.")
         if len(exemplars) > 1:
             raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
+
+
+def check_distance_map(order: Order, targets: Targets) -> None:
+    """Refuse places outside the output, formats without distances, and methods that measure none."""
+    if targets.distance_map is None or order.distance_map is None:
+        return
+    (x, y), path = targets.distance_map[0], order.distance_map
+    if not (x < order.size[0] and y < order.size[1]):
+        width, height = order.size
+        raise ParameterError(f"--distance-map {x},{y} lies outside the output of {width}x{height} px.")
+    if os.path.splitext(path)[1].lower() not in (".exr", ".tif", ".tiff", ".png"):
+        raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
+    if not hasattr(order.method, "laying"):
+        raise ParameterError(f"--distance-map: {order.method.slug} measures no distances; use patch-sampling.")
 
 
 def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas) -> int:

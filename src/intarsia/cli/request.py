@@ -70,11 +70,14 @@ class Targets:
     force: bool = False
     save_map: str | None = None
     st_map: str | None = None
+    distance_map: tuple[tuple[int, int], str] | None = None
 
     def __post_init__(self) -> None:
         if not self.out:
             raise ParameterError("-o: an empty name was given; name a file, or - for the standard output.")
-        for option, path in (("--save-map", self.save_map), ("--st-map", self.st_map)):
+        distances = None if self.distance_map is None else self.distance_map[1]
+        named = (("--save-map", self.save_map), ("--st-map", self.st_map), ("--distance-map", distances))
+        for option, path in named:
             if path is not None and path in ("", "-"):
                 raise ParameterError(f"{option} needs the name of a file.")
 

@@ -40,6 +40,8 @@ def _jobs() -> Iterator[dict[str, Any]]:
         names = {p.name for p in parameters(cls)}
         options += [{n: v} for n, v in (("isometries", "both"), ("min_repeat_distance", 2)) if n in names]
         for values in options:
+            if values.get("search") == "pyramid":
+                values |= {"patch": 12, "overlap": 4}
             yield {"method": slug, "values": values}
         if Ability.WRAP in cls.supports:
             yield {"method": slug, "wrap": "both"}

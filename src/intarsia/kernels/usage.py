@@ -147,7 +147,8 @@ def prices(
     """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
 
     `found` (n, 4): distance, variant, row, column. `grid` (rows, columns, 2, 8): the placements (laid, and there
-    from the start), looked at within `reach` windows of (row, column). `at` (2,): first pixel of the window; `shape` (2,): patch; `canvas` (4,):
+    from the start), looked at within `reach` windows of (row, column). `at` (2,): first pixel of the window;
+    `shape` (2,): patch; `canvas` (4,):
     height, width, wraps. `counts`, `striking`: flat tables over the coarse positions of all variants, that of
     variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns. `steady`: the price of a count of
     ONE; `unit`: the additional price of a full repeat at the same place. With `multiply` the price is instead
