@@ -1,7 +1,8 @@
 """Repeat the timings of Multrus 2003 (source 000): ``python benchmarks/source_000.py``.
 
-The same sizes and parameters. CPU seconds of one thread, rendering included, kernels compiled beforehand, and the same in R: the CPU time of
-100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run. Prints the table of docs/sources-000.md.
+The same sizes and parameters. CPU seconds of one thread, rendering included, kernels compiled beforehand, and the
+same in R: the CPU time of 100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run. Prints the table
+of docs/sources-000.md.
 """
 
 from __future__ import annotations
