@@ -1,7 +1,8 @@
-"""Repeat the timings of Multrus 2003 (source 000) with the same sizes and parameters: ``python benchmarks/source_000.py``.
+"""Repeat the timings of Multrus 2003 (source 000): ``python benchmarks/source_000.py``.
 
-CPU seconds of one thread, rendering included, kernels compiled beforehand, and the same in R: the CPU time of
-100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run. Prints the table of docs/sources-000.md.
+The same sizes and parameters. CPU seconds of one thread, rendering included, kernels compiled beforehand, and the
+same in R: the CPU time of 100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run. Prints the table
+of docs/sources-000.md.
 """
 
 from __future__ import annotations
@@ -104,7 +105,8 @@ def main() -> None:
         shown += [f"{k} {v}" for k, v in task.parameters.items() if k not in ("patch", "overlap", "avoid")]
         shown += ["avoid"] * bool(task.parameters.get("avoid")) + ["extend"] * task.extend
         what = ", ".join(shown).replace("_", " ")
-        print(f"| {task.side}x{task.side} | {size} | {what} | {task.seconds} | {seconds:.3f} | {ratio:.2f} |", flush=True)
+        ours = f"{task.seconds} | {seconds:.3f} | {ratio:.2f}"
+        print(f"| {task.side}x{task.side} | {size} | {what} | {ours} |", flush=True)
 
 
 if __name__ == "__main__":
