@@ -138,19 +138,12 @@ def test_distances_are_root_mean_squares_over_known_pixels_and_colours() -> None
     picture = bytes_of(26, 24, 3)
     picture[0, 0], picture[0, 1] = 0, 255  # the whole range: features are 1023/255 of the values
     probe = Probe(15, 14)
-    args = {"patch": 6, "overlap": 3, "channel_weights": (1, 1, 1), **PLAIN}
-    grow(picture, (18, 18), 3, ia.Run(1, probe=probe), **args)
-    # What the first three windows laid is an output that ends where the fourth begins to be alone.
-    old = np.zeros((12, 12, 3))
-    left, above = (
-        np.asarray(grow(picture, size, 3, **args).render(feather=0).pixels, float)[6:, 6:] / 255
-        for size in ((18, 9), (9, 18))
-    )
-    old[:3], old[:, :2], old[2, 2] = above, left[:, :2], left[2, 2]  # the left neighbour is laid after the upper
-    old[:2, 2] = above[:2, 2]
-    old[3:, 2] = left[3:, 2]
-    known = np.zeros((12, 12), bool)
-    known[:3] = known[:, :3] = True
+    drafts = []
+    run = ia.Run(1, step=lambda done, total, draft: drafts.append(draft()), probe=probe)
+    grow(picture, (18, 18), 3, run, patch=6, overlap=3, channel_weights=(1, 1, 1), **PLAIN)
+    last = drafts[3]  # the output just before the fourth window is searched
+    known = ~last.holes[6:18, 6:18]
+    old = picture[last.yx[6:18, 6:18, 0], last.yx[6:18, 6:18, 1]].astype(float) / 255
     assert probe.maps is not None
     assert probe.maps[0].shape == (15, 13)
     for (u, s), d in np.ndenumerate(probe.maps[0]):

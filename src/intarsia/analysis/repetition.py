@@ -90,7 +90,8 @@ class Repetition:
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
         begins = np.cumsum([0] + [a * b for a, b in shapes])
         self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
-        self._priced = self._flat.copy()  # the uses, and what drift adds to them
+        # The uses, and what drift adds to them; the source's rules count at once.
+        self._priced = self._flat.copy() if rule is Rule.PRICES else self._flat
         self.laid = 0
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.told = Prices(counts, round(strength * STEADY * 65536), rule is not Rule.PRICES)
@@ -109,8 +110,10 @@ class Repetition:
         What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
         once chosen, fits itself perfectly, and would fill the output.
         """
+        if self.rule is not Rule.PRICES:
+            return
         np.copyto(self._priced, self._flat)
-        if not self.strength or self.rule is not Rule.PRICES or not self.laid:
+        if not self.strength or not self.laid:
             return
         h, w = self.search.cells
         even = self.laid * h * w / max(self._flat.size, 1) + 1  # uses, if all parts were used alike

@@ -9,6 +9,7 @@ import numpy as np
 from .jit import kernel
 
 STEP = np.uint64(0x9E3779B97F4A7C15)
+START = np.uint64(0x6A09E667F3BCC909)
 FIRST, SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 S30, S27, S31, S32 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(32)
 
@@ -24,7 +25,7 @@ def mixed(z: Any) -> Any:
 @kernel
 def draw(seed: Any, stage: int, level: int, y: int, x: int) -> Any:
     """Return the 64 bits that belong to (seed, stage, level, y, x); `seed` is a uint64."""
-    z = mixed((seed ^ np.uint64(stage)) + STEP)
+    z = mixed((mixed(seed ^ START) ^ np.uint64(stage)) + STEP)
     z = mixed((z ^ np.uint64(level)) + STEP)
     z = mixed((z ^ np.uint64(y)) + STEP)
     return mixed((z ^ np.uint64(x)) + STEP)
