@@ -21,6 +21,7 @@ from ..run import Run
 from ..sourcemap import Blend, SourceMap
 from .features import features
 from .patchwork import Patchwork, Window, random_patch, waves
+from .placing import places
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch
 from .variants import isometry_ids, variants
@@ -67,7 +68,13 @@ class Laying:
     rim: int = 0
 
     def layout(self, canvas: Canvas) -> Layout:
-        """The windows on a canvas."""
+        """The windows on a canvas: a grid, or around what it starts with."""
+        if canvas.start is not None and not canvas.start.holes.all():
+            patch = (min(self.patch[0], canvas.height), min(self.patch[1], canvas.width))
+            overlap = (min(self.overlap[0], patch[0] - 1), min(self.overlap[1], patch[1] - 1))
+            wraps = canvas.wrap.y, canvas.wrap.x
+            found = places(~canvas.start.holes, patch, overlap, wraps)
+            return Layout((), (), patch, canvas.height, canvas.width, *wraps, tuple(found))
         axes = []
         for length, patch, overlap, wrap in zip(
             (canvas.height, canvas.width), self.patch, self.overlap, (canvas.wrap.y, canvas.wrap.x), strict=True
@@ -131,7 +138,7 @@ class Growth:
 
     def at(self, window: Window) -> tuple[int, int]:
         """First pixel of a window on the canvas."""
-        return self.layout.rows[window[0]], self.layout.columns[window[1]]
+        return self.layout.at(*window)
 
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)

@@ -33,7 +33,10 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class Layout:
-    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on."""
+    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on.
+
+    Windows are a grid, named by row and column of it; or they lie freely at `places`, named by (number, 0).
+    """
 
     rows: tuple[int, ...]
     columns: tuple[int, ...]
@@ -42,6 +45,16 @@ class Layout:
     width: int
     wrap_y: bool
     wrap_x: bool
+    places: tuple[tuple[int, int], ...] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of windows."""
+        return (len(self.rows), len(self.columns)) if self.places is None else (len(self.places), 1)
+
+    def at(self, row: int, column: int) -> tuple[int, int]:
+        """First pixel of a window on the canvas."""
+        return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
 
     @property
     def wraps(self) -> tuple[bool, bool]:
@@ -92,16 +105,18 @@ class Repetition:
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
         self._shape = np.array(layout.patch, np.int64)
         self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
-        self.grid = np.full((len(layout.rows), len(layout.columns), 8), -1, np.int64)
+        self.grid = np.full((*layout.shape, 8), -1, np.int64)
         pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
         self.reach = REACH if strength and rule is Rule.PRICES else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
+        if self.reach and layout.places is not None:
+            self.reach = len(layout.places)
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
         out = np.empty(len(found.rows), np.int64)
-        at = (self.layout.rows[row], self.layout.columns[column])
+        at = self.layout.at(row, column)
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
         usage.prices(
             found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._flat,
@@ -135,7 +150,7 @@ class Repetition:
     def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
         """Note that a patch (variant, row, column) was laid at a window."""
         usage.note(
-            self._frames, self._shape, pick, (self.layout.rows[row], self.layout.columns[column]),
+            self._frames, self._shape, pick, self.layout.at(row, column),
             self.grid[row, column], self._offsets, self.search.factor, self._flat, self._flat_striking,
             self.rule is Rule.COUNTER,
         )  # fmt: skip
