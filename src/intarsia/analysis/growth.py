@@ -30,7 +30,6 @@ Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[tuple[int, int], Pick, Candidates], None]
 
-BLIND = 64  # random patches tried where nothing is known and repeats are forbidden
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
@@ -75,15 +74,16 @@ class Laying:
             wraps = canvas.wrap.y, canvas.wrap.x
             found = places(~canvas.start.holes, patch, overlap, wraps)
             return Layout((), (), patch, canvas.height, canvas.width, *wraps, tuple(found))
-        axes = []
-        for length, patch, overlap, wrap in zip(
-            (canvas.height, canvas.width), self.patch, self.overlap, (canvas.wrap.y, canvas.wrap.x), strict=True
-        ):
-            axes.append(hang(length, patch, overlap) if self.hangs and not wrap else spread(length, patch, overlap, wrap))
-        (rows, height), (columns, width) = axes
+        rows, height = self._axis(0, canvas.height, canvas.wrap.y)
+        columns, width = self._axis(1, canvas.width, canvas.wrap.x)
         return Layout(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
         )
+
+    def _axis(self, axis: int, length: int, wrap: bool) -> tuple[list[int], int]:
+        if self.hangs and not wrap:
+            return hang(length, self.patch[axis], self.overlap[axis])
+        return spread(length, self.patch[axis], self.overlap[axis], wrap)
 
 
 class Growth:
@@ -157,12 +157,13 @@ class Growth:
         return found
 
     def _choose(self, window: Window, found: Candidates, seed: int, stage: int, choose: Choose) -> Pick:
+        bits = draw(seed, stage, 0, *window)
         pick: Pick | None
-        if found.free:  # nothing is known here yet: any patch will do
-            tries = (random_patch(self.variants, draw(seed, stage, n, *window)) for n in range(BLIND))
-            pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
+        if found.free and not self.laying.distance:  # nothing is known here yet: any patch will do
+            pick = random_patch(self.variants, bits)
         else:
-            pick = choose(window, found, draw(seed, stage, 0, *window))
+            pick = choose(window, found, bits)
+            pick = pick or choose(window, self.repetition.allowed(*window, found), bits)
         if pick is None:
             raise MethodError(
                 f"min_repeat_distance={self.laying.distance} px leaves no patch for some place; "

@@ -92,7 +92,7 @@ def _beside(begin: int, end: int, length: int, patch: int, overlap: int, wrap: b
     return sorted({*before, *middle, *behind})
 
 
-def _over(part: Mask, box: tuple[slice, slice], patch: Pair, overlap: Pair, size: Pair, wraps: Wraps) -> list[Place]:
+def _over(part: Mask, box: tuple[slice, ...], patch: Pair, overlap: Pair, size: Pair, wraps: Wraps) -> list[Place]:
     """Windows over one hole: one in its middle if it is small, else a grid that begins an overlap before it."""
     axes = []
     for axis in (0, 1):

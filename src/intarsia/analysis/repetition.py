@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -140,12 +140,11 @@ class Repetition:
         _, v, u, s = found.rows[k].tolist()
         return v, u, s
 
-    def allows(self, row: int, column: int, pick: tuple[int, int, int]) -> bool:
-        """Say whether a patch that matches nothing may be laid at a window."""
-        if not self.distance:
-            return True
-        alone = Candidates(np.array([(0, *pick)]), 0, np.empty((0, 0, 0), np.int16), np.empty((0, 0), np.uint8))
-        return bool(self.prices(row, column, alone)[0] >= 0)
+    def allowed(self, row: int, column: int, found: Candidates) -> Candidates:
+        """Return the best of all patches that would not return too near, where the short-list holds none."""
+        every = self.search.every_patch()
+        permitted = every[self.prices(row, column, replace(found, rows=every, usual=0)) >= 0]
+        return replace(found, rows=permitted) if found.free else self.search.measured(found, permitted)
 
     def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
         """Note that a patch (variant, row, column) was laid at a window."""

@@ -8,7 +8,7 @@ every machine. Used by all methods that lay patches.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Any
 
@@ -165,6 +165,20 @@ class PatchSearch:
             Candidates(found[k, : max(c, 0)], max(round(u * unit), 0), feats[k], known[k], free=c < 0)
             for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
         ]
+
+    def every_patch(self) -> Array:
+        """All allowed patches as rows of candidates whose distance is not measured: (n, 4)."""
+        places = [np.argwhere(valid) for valid in self.variants.valid]
+        rows = np.zeros((sum(map(len, places)), 4), np.int64)
+        rows[:, 1] = np.repeat(np.arange(len(places)), [len(p) for p in places])
+        rows[:, 2:] = np.concatenate(places)
+        return rows
+
+    def measured(self, found: Candidates, rows: Array) -> Candidates:
+        """Return the nearest among given patches (n, 4) in place of the short-list's."""
+        out = np.empty((SHORT_LIST, 4), np.int64)
+        count = match.best_of(found.feats, found.known, self.variants.flat, self.variants.table, rows, out)
+        return replace(found, rows=out[:count])
 
     def _correlations(self, v: int, spectra: Array) -> Array:
         shape, rows = self.coarse[v], self.valid[v].shape[0]

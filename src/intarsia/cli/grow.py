@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..errors import ParameterError
+from ..errors import ParameterError, ResourceError
 from ..methods.base import METHODS, make, method_class
 from ..params import parameters, parse
 from .options import (
@@ -125,5 +125,7 @@ def check_stdout(targets: Targets, report: Report) -> None:
         return
     if report.as_json:
         raise ParameterError("--json and -o - both want the standard output; write the picture to a file.")
-    if sys.stdout is not None and sys.stdout.isatty():
+    if sys.stdout is None:
+        raise ResourceError("-o -: the standard output is closed; name a file.")
+    if sys.stdout.isatty():
         raise ParameterError("-o - would print a picture on the terminal; redirect it, or name a file.")

@@ -13,8 +13,7 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap, spread
 from ..methods.base import Method
 from ..sourcemap import Blend, Mixing
-from ..synthesis import _check_abilities as check_abilities
-from ..synthesis import as_exemplars
+from ..synthesis import as_exemplars, check_abilities
 from .exemplars import Set, Shelf, stem_of
 from .outputs import filled, plane_files
 from .request import Targets, Wish
@@ -118,7 +117,7 @@ def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas) -> int:
     drawn = max(p.pixels.nbytes for p in exemplars[0].planes.values()) * scale
     kept = sum(p.pixels.nbytes for e in exemplars for p in e.planes.values())
     searched = sum(e.height * e.width for e in exemplars) * 100
-    return int(2 * drawn + kept + searched + area * 32) + (150 << 20)  # the last: Python and its libraries
+    return int(2 * drawn + kept + searched + area * 32) + (190 << 20)  # the last: Python and its libraries
 
 
 def patches_of(order: Order, wrap: str) -> int | None:

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..draws import below
-from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
 from .base import Ability
@@ -146,7 +145,7 @@ class PatchSampling:
 
     def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
-        prices = growth.repetition.prices(*window, found)
+        prices = growth.repetition.prices(window[0], window[1], found)
         order = np.argsort(prices, kind="stable")
         order = order[prices[order] >= 0]
         if not len(order):
