@@ -25,6 +25,7 @@ _HOMES = {
     "InputError": "errors",
     "IntarsiaError": "errors",
     "Kind": "image",
+    "Margins": "starts",
     "MethodError": "errors",
     "Mixing": "sourcemap",
     "ParameterError": "errors",
@@ -36,6 +37,8 @@ _HOMES = {
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
     "Wrap": "geometry",
+    "extend": "healing",
+    "heal": "healing",
     "read": "files",
     "synthesize": "synthesis",
     "write": "files",
@@ -52,6 +55,7 @@ __all__ = [
     "InputError",
     "IntarsiaError",
     "Kind",
+    "Margins",
     "MethodError",
     "Mixing",
     "ParameterError",
@@ -63,6 +67,8 @@ __all__ = [
     "SourceMap",
     "Synthesis",
     "Wrap",
+    "extend",
+    "heal",
     "read",
     "synthesize",
     "write",
@@ -75,6 +81,7 @@ if TYPE_CHECKING:
     from .files import read, write
     from .geometry import Box, Wrap
     from .guide import Guide
+    from .healing import extend, heal
     from .image import Kind, Plane
     from .methods.image_quilting import ImageQuilting
     from .methods.patch_sampling import PatchSampling
@@ -82,6 +89,7 @@ if TYPE_CHECKING:
     from .methods.repeat import Repeat
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap
+    from .starts import Margins
     from .synthesis import Synthesis, synthesize
 
 

@@ -4,6 +4,7 @@ from .features import Features, features, pose_array
 from .growth import Growth, Laying
 from .patchwork import Patchwork, random_patch, waves
 from .repetition import Layout, Repetition, Rule, striking
+from .seams import seam_total
 from .search import Candidates, PatchSearch
 from .sizes import check_patch, default_patch
 from .variants import Variants, isometry_ids, variants
@@ -25,6 +26,7 @@ __all__ = [
     "isometry_ids",
     "pose_array",
     "random_patch",
+    "seam_total",
     "striking",
     "variants",
     "waves",

@@ -17,6 +17,7 @@ from ..draws import draw
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..geometry import hang, spread
+from ..kernels.edges import weigh_edge
 from ..run import Run
 from ..sourcemap import Blend, SourceMap
 from .features import features
@@ -30,6 +31,7 @@ Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[tuple[int, int], Pick, Candidates], None]
 
+AROUND_HOLES = 48  # candidates kept where a patch must fit a hole
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
@@ -98,7 +100,8 @@ class Growth:
         self.variants = variants(
             exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
         )
-        self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, laying.listed)
+        listed = laying.listed if self.layout.places is None else max(laying.listed, AROUND_HOLES)
+        self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, listed)
         priced = laying.usage and laying.repeats is Rule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(
@@ -154,7 +157,16 @@ class Growth:
             )  # fmt: skip
 
         each(part, range(0, len(wave), size))
-        return found
+        return found if self.layout.places is None else [self._weighed(at[k], f) for k, f in enumerate(found)]
+
+    def _weighed(self, at: NDArray[np.int64], found: Candidates) -> Candidates:
+        """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
+        rows = found.rows.copy()
+        weigh_edge(
+            self.patchwork.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
+            self.variants.table, rows,
+        )  # fmt: skip
+        return replace(found, rows=rows)
 
     def _choose(self, window: Window, found: Candidates, seed: int, stage: int, choose: Choose) -> Pick:
         bits = draw(seed, stage, 0, *window)
