@@ -18,6 +18,7 @@ from ..sourcemap import SourceMap
 from .features import Features
 
 Array = NDArray[Any]
+CELL, TONE = 8, 2  # steps of tone, summed with their sign over cells of 8 px, are seen in spite of grain
 STEPS = np.array([i.j for i in ISOMETRIES], np.int32)
 
 
@@ -44,7 +45,12 @@ def _along(
     over, over_ok = _read(a + step_a, which_a, feats, exemplars)
     back, back_ok = _read(b - step_b, which_b, feats, exemplars)
     first, second, plain = (np.abs(p - q).sum(axis=1) for p, q in ((over, there), (back, here), (here, there)))
-    return int((np.where(over_ok, first, plain) + np.where(back_ok, second, plain)).sum())
+    signed = np.where(over_ok[:, None], over - there, here - there) + np.where(back_ok[:, None], here - back, 0)
+    cells = tuple(index // CELL for index in np.nonzero(broken))
+    tone = np.zeros((broken.shape[0] // CELL + 1, broken.shape[1] // CELL + 1, signed.shape[1]), np.int64)
+    np.add.at(tone, cells, signed)
+    steps = np.where(over_ok, first, plain) + np.where(back_ok, second, plain)
+    return int(steps.sum()) + TONE * int(np.abs(tone).sum())
 
 
 def _read(at: Array, which: Array, feats: Features, exemplars: Sequence[Exemplar]) -> tuple[Array, Array]:

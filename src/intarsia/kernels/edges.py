@@ -10,6 +10,8 @@ from .jit import kernel
 from .windows import place
 
 REACH = 3  # px from the hole in which old pixels are its edge
+CELL = 8  # px; a step of tone shows where the differences of a cell have one sign
+TONE = 8  # how much such a step counts: grain hides it from the sum of squares, not from the eye
 
 
 @kernel
@@ -53,16 +55,25 @@ def weigh_edge(
     for i in range(h):
         for j in range(w):
             total += known[i, j]
+    sums = np.zeros(((h + CELL - 1) // CELL, (w + CELL - 1) // CELL, channels + 1), np.int64)
     for n in range(len(rows)):
         v, u, s = rows[n, 1], rows[n, 2], rows[n, 3]
         there = np.int64(0)
+        sums[:] = 0
         for i in range(h):
             for j in range(w):
                 if edge[i, j]:
                     k = table[v, 0] + ((u + i) * table[v, 3] + s + j) * channels
+                    cell = sums[i // CELL, j // CELL]
+                    cell[channels] += 1
                     for c in range(channels):
                         d = np.int64(feats[i, j, c]) - flat[k + c]
                         there += d * d
+                        cell[c] += d
+        for i in range(sums.shape[0]):
+            for j in range(sums.shape[1]):
+                for c in range(channels):
+                    there += TONE * sums[i, j, c] ** 2 // max(sums[i, j, channels], 1)
         rows[n, 0] = (rows[n, 0] + there // count * total) // 2
     for n in range(1, len(rows)):  # few rows: insertion keeps the order of equals
         k = n
