@@ -31,7 +31,7 @@ Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[tuple[int, int], Pick, Candidates], None]
 
-AROUND_HOLES = 48  # candidates kept where a patch must fit a hole
+AROUND_HOLES = 128  # candidates kept where a patch must fit a hole
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
@@ -100,14 +100,14 @@ class Growth:
         self.variants = variants(
             exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
         )
-        listed = laying.listed if self.layout.places is None else max(laying.listed, AROUND_HOLES)
+        rim = laying.rim if canvas.rim is None else canvas.rim
+        listed = laying.listed if self.layout.places is None or rim else max(laying.listed, AROUND_HOLES)
         self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, listed)
         priced = laying.usage and laying.repeats is Rule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(
             self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats
         )
-        rim = laying.rim if canvas.rim is None else canvas.rim
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
 
