@@ -117,7 +117,8 @@ def test_no_pixel_comes_from_a_block_with_a_marked_pixel() -> None:
 
 @pytest.mark.parametrize("dtype", ["uint16", "float32"])
 def test_all_planes_of_a_set_are_extended_exactly(dtype: str) -> None:
-    planes: dict[str, Any] = {"albedo": as_depth(texture(40, 40, 3, 1), dtype), "height": texture(40, 40, 1, 2)[:, :, 0]}
+    height = texture(40, 40, 1, 2)[:, :, 0]
+    planes: dict[str, Any] = {"albedo": as_depth(texture(40, 40, 3, 1), dtype), "height": height}
     out = ia.extend(planes, Margins(right=20), QUILTING)
     for name in planes:
         made: Array = out.render(name).pixels
@@ -142,7 +143,8 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_command_makes_what_the_library_makes_and_replay_repeats_it() -> None:
-    run("extend", "a.png", "-o", "out.png", "--left", 5, "--bottom", 20, "--patch", 12, "--seed", 4, "--wrap", "x", "-q")
+    wanted = ("--left", 5, "--bottom", 20, "--patch", 12, "--seed", 4, "--wrap", "x")
+    run("extend", "a.png", "-o", "out.png", *wanted, "-q")
     made = ia.extend("a.png", Margins(left=5, bottom=20), ia.ImageQuilting(patch=12), seed=4, wrap="x")
     assert files.read_plane("out.png").pixels.tobytes() == made.render().pixels.tobytes()
     run("replay", "out.png", "-e", "a.png", "-o", "again.png", "-q")

@@ -86,7 +86,7 @@ def test_waves_hold_no_windows_that_touch_and_keep_the_order(kind: str, wraps: t
     for a, b in itertools.combinations(range(len(found)), 2):
         if all(gap(axis, found[a][axis], found[b][axis]) <= patch[axis] for axis in (0, 1)):
             assert wave_of[a] < wave_of[b]
-    assert list(wave_of[k] for k in range(len(found))) == levels(list(found), patch, size, wraps)
+    assert [wave_of[k] for k in range(len(found))] == levels(list(found), patch, size, wraps)
 
 
 @pytest.mark.parametrize("side", range(4))

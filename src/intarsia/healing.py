@@ -16,7 +16,6 @@ from scipy.ndimage import distance_transform_cdt
 
 from .analysis import default_patch, features, seam_total
 from .errors import IntarsiaError, ParameterError
-from .exemplar import Exemplar
 from .geometry import Wrap
 from .methods.base import METHODS, Ability, Method, make, method_class
 from .params import AUTO, parameters
@@ -154,21 +153,27 @@ def patch_for(scene: Scene) -> int:
     thick = 2 * int(distance_transform_cdt(holes, metric="chessboard").max()) - 1
     side = max(min(max(2 * thick, thick + 16), default_patch(scene.exemplars)), LEAST_PATCH)
     side = min(side, scene.canvas.height, scene.canvas.width)
-    while side > 3 and not any(_supply(e, side) for e in scene.exemplars):
-        side -= max(side // 8, 1)
+    while side > LEAST_PATCH and not any(SUPPLY * free >= all_ for free, all_ in _supply(scene, side)):
+        side = max(side - max(side // 8, 1), LEAST_PATCH)
+    while side > 1 and not any(free for free, _ in _supply(scene, side)):
+        side -= 1
     return side
 
 
-def _supply(exemplar: Exemplar, side: int) -> bool:
-    """Say whether an exemplar has enough places for patches of this size."""
-    rows, columns = exemplar.height - side + 1, exemplar.width - side + 1
-    if min(rows, columns) < 1:
-        return False
-    if exemplar.usable is None:
-        return True
-    bad = np.pad(np.cumsum(np.cumsum(~exemplar.usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
-    free = bad[side:, side:] - bad[:-side, side:] - bad[side:, :-side] + bad[:-side, :-side] == 0
-    return bool(np.count_nonzero(free) * SUPPLY >= rows * columns)
+def _supply(scene: Scene, side: int) -> list[tuple[int, int]]:
+    """Of every exemplar, how many places there are for patches of this size: free of marked pixels, and in all."""
+    counts = []
+    for e in scene.exemplars:
+        rows, columns = e.height - side + 1, e.width - side + 1
+        if min(rows, columns) < 1:
+            counts.append((0, 1))
+        elif e.usable is None:
+            counts.append((rows * columns, rows * columns))
+        else:
+            bad = np.pad(np.cumsum(np.cumsum(~e.usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+            marked = bad[side:, side:] - bad[:-side, side:] - bad[side:, :-side] + bad[:-side, :-side]
+            counts.append((int(np.count_nonzero(marked == 0)), rows * columns))
+    return counts
 
 
 def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None) -> Synthesis | None:

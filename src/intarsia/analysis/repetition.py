@@ -110,20 +110,34 @@ class Repetition:
         self.reach = REACH if strength and rule is Rule.PRICES else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
-        if self.reach and layout.places is not None:
-            self.reach = len(layout.places)
+        # Windows that lie freely have no neighbours by number: they are looked up by their place.
+        self._places = None if layout.places is None else np.array(layout.places, np.int64).reshape(-1, 2)
+        self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
         out = np.empty(len(found.rows), np.int64)
         at = self.layout.at(row, column)
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
+        grid, reach = self.grid, self.reach
+        if self._places is not None:
+            grid, row, reach = self.grid[self._near(at)], 0, len(self._places) if reach else 0
         usage.prices(
-            found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._flat,
+            found.rows, grid, row, column, at, reach, self._shape, self._canvas, self._frames, self._flat,
             self._flat_striking, self._offsets, self.search.factor, self.told.multiply, steady, unit,
             self.distance, out,
         )  # fmt: skip
         return out
+
+    def _near(self, at: tuple[int, int]) -> Array:
+        assert self._places is not None
+        gaps = np.abs(self._places - at)
+        for axis, (length, wrap) in enumerate(
+            zip((self.layout.height, self.layout.width), self.layout.wraps, strict=True)
+        ):
+            if wrap:
+                gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
+        return np.asarray((gaps <= self._radius).all(axis=1))
 
     def pick(
         self, row: int, column: int, found: Candidates, tolerance: float, bits: int
