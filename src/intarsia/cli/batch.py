@@ -14,7 +14,7 @@ from ..image import Kind, Plane, Transfer
 from ..run import Run
 from ..sourcemap import SourceMap
 from ..starts import Scene
-from ..synthesis import Synthesis, carry_out
+from ..synthesis import Synthesis, carry_out, synthesize
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
 from .outputs import Staging, check_all
@@ -108,11 +108,16 @@ class Batch:
         return _about(order, self.wish, grown) | {"timings": {k: round(v, 3) for k, v in clock.items()}}
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
-        begin = self.wish.begin
-        if begin is not None and begin.holes:
+        begin, blend = self.wish.begin, blend_of(self.wish, order.method)
+        if begin is None:
+            width, height = order.size
+            grown = synthesize(
+                list(scene.exemplars), (height, width), order.method,
+                seed=order.seed, wrap=self.wish.wrap, blend=blend, run=run,
+            )  # fmt: skip
+        elif begin.holes:
             grown = fill_holes(scene, order.method, order.seed, run)
         else:
-            blend = blend_of(self.wish, order.method)
             grown = carry_out(scene.exemplars, scene.canvas, order.method, order.seed, blend, run)
         more: dict[str, Any] = {}
         if said := self.shelf.inputs.recipe():
