@@ -15,6 +15,7 @@ from intarsia import files
 from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.healing import attempts, patch_for
+from intarsia.methods.base import METHODS as METHODS_THERE
 from intarsia.starts import repair
 from intarsia.testing.cases import as_depth, noise, texture
 from intarsia.testing.maps import looked_up, which_of
@@ -199,6 +200,16 @@ def test_marked_pixels_and_other_sources() -> None:
     assert not (pixels[shown[:, 0], shown[:, 1]] == pixels[40, 40]).all(axis=1).any()
     run("heal", "a.png", "--mask", "h.png", "-o", "d.png", "--dry-run", "-q")
     assert not Path("d.png").exists()
+
+
+def test_the_edge_is_filled_pixel_by_pixel_where_a_method_can() -> None:
+    if "efros-leung" not in METHODS_THERE:
+        said = run("heal", "a.png", "--mask", "h.png", "-o", "e.png", "--edge", 2, "-q", code=2).stderr
+        assert "edge=2 px need the method efros-leung" in said
+        return
+    run("heal", "a.png", "--mask", "h.png", "-o", "e.png", "--edge", 2, "-q")
+    hole = hole_of("disc")
+    assert (files.read_plane("e.png").pixels[~hole] == files.read_plane("a.png").pixels[~hole]).all()
 
 
 def test_many_pictures_share_a_hole() -> None:

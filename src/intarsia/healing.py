@@ -17,7 +17,7 @@ from scipy.ndimage import distance_transform_cdt
 from .analysis import default_patch, features, seam_total
 from .errors import IntarsiaError, ParameterError
 from .geometry import Wrap
-from .methods.base import METHODS, Ability, Method, make, method_class
+from .methods.base import METHODS, Method, make, method_class
 from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
@@ -28,7 +28,6 @@ LEAST_PATCH = 12
 SUPPLY = 8  # at least 1/SUPPLY of the windows of the exemplar must be free of marked pixels
 SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes tried on a hole, relative to the automatic one
 PIXELWISE = "efros-leung"
-BAND = 2  # px along the edge of a hole that are filled again pixel by pixel (S0-89)
 
 
 def extend(
@@ -99,11 +98,12 @@ def heal(
     return fill_holes(scene, chosen, seed, run)
 
 
-def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None) -> Synthesis:
-    """Fill the holes of a scene: patches inside, then pixel by pixel along the edge where a method can (S0-89).
+def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
+    """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel (S0-89).
 
     Without a patch size several are tried; the result with the least visible seams is taken.
     """
+    check_edge(edge)
     best: Synthesis | None = None
     least, refused = 0, None
     feats = features(scene.exemplars)
@@ -121,8 +121,13 @@ def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None) 
     if best is None:
         assert refused is not None
         raise refused
-    better = _pixelwise(scene, best, seed, run)
-    return better if better is not None and seam_total(feats, scene.exemplars, better.map) < least else best
+    return _pixelwise(scene, best, seed, run, edge) if edge else best
+
+
+def check_edge(edge: int) -> None:
+    """Refuse an edge to be filled pixel by pixel where no method can."""
+    if edge < 0 or (edge and PIXELWISE not in METHODS):
+        raise ParameterError(f"edge={edge} px need the method {PIXELWISE}, which is not there; leave it out.")
 
 
 def exacting(slug: str, values: dict[str, Any]) -> Method:
@@ -176,21 +181,12 @@ def _supply(scene: Scene, side: int) -> list[tuple[int, int]]:
     return counts
 
 
-def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None) -> Synthesis | None:
-    """Fill a thin band along the edge of the holes again, pixel by pixel, if there is a method that can."""
-    if PIXELWISE not in METHODS or not {Ability.START, Ability.MASK} <= method_class(PIXELWISE).supports:
-        return None
+def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None, edge: int) -> Synthesis:
+    """Fill a band along the edge of the holes again, pixel by pixel."""
     canvas = scene.canvas
     assert canvas.start is not None
     inner = distance_transform_cdt(np.pad(canvas.start.holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
-    band = canvas.start.holes & (inner <= BAND)
-    if not (canvas.start.holes & ~band).any():
-        return None  # a hole this thin is all edge
+    band = canvas.start.holes & (inner <= edge)
     again = replace(canvas, start=with_hole(made.map, band), rim=0)
-    pixelwise = make(PIXELWISE, {})
-    try:
-        filled = carry_out(scene.exemplars, again, pixelwise, seed, Blend(0), run)
-    except ParameterError:  # what it does not claim: several exemplars, or a canvas that wraps
-        return None
-    return replace(made, map=filled.map, recipe=made.recipe | {"pixelwise": PIXELWISE})
-
+    filled = carry_out(scene.exemplars, again, make(PIXELWISE, {}), seed, Blend(0), run)
+    return replace(made, map=filled.map, recipe=made.recipe | {"edge": edge})

@@ -116,7 +116,7 @@ class Batch:
                 seed=order.seed, wrap=self.wish.wrap, blend=blend, run=run,
             )  # fmt: skip
         elif begin.holes:
-            grown = fill_holes(scene, order.method, order.seed, run)
+            grown = fill_holes(scene, order.method, order.seed, run, begin.edge)
         else:
             grown = carry_out(scene.exemplars, scene.canvas, order.method, order.seed, blend, run)
         more: dict[str, Any] = {}

@@ -21,6 +21,10 @@ HOLES = (
         "One for all pictures, or one for each.",
     ),
     opt("grow", "--grow", type=click.IntRange(0, 1024), default=0, metavar="N", help="Enlarge the hole by N px first."),
+    opt(
+        "edge", "--edge", type=click.IntRange(0, 64), default=0, metavar="N",
+        help="Fill N px along the edge of holes again, pixel by pixel; slow.",
+    ),
 )  # fmt: skip
 USABLE = opt(
     "masks", "--usable", multiple=True, type=FILE, metavar="FILE",

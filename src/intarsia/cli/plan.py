@@ -14,6 +14,7 @@ from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Wrap, spread
+from ..healing import check_edge
 from ..methods.base import Method
 from ..sourcemap import Blend, Mixing
 from ..starts import Margins, Scene, extension, grown_hole, repair
@@ -110,6 +111,8 @@ def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], target
     exemplars, canvas = scene.exemplars, scene.canvas
     check_abilities(wish.method, exemplars, canvas)
     healed = wish.begin is not None and bool(wish.begin.holes)
+    if wish.begin is not None:
+        check_edge(wish.begin.edge)
     method = wish.method if healed else wish.method.settled(exemplars, canvas)
     fields |= {"w": canvas.width, "h": canvas.height}
     memory = memory_of(exemplars, canvas)

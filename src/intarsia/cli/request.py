@@ -56,12 +56,13 @@ class Begin:
     """What the canvas starts with: the picture in the middle of margins, or with holes.
 
     `margins` are left, right, top, bottom in px; `holes` one mask for each picture, or ``alpha``; `grow` enlarges
-    the holes.
+    the holes; `edge` px along their edge are filled again, pixel by pixel.
     """
 
     margins: tuple[int, int, int, int] | None = None
     holes: tuple[str, ...] = ()
     grow: int = 0
+    edge: int = 0
 
 
 @dataclass(frozen=True)
