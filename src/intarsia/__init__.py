@@ -27,6 +27,7 @@ _HOMES = {
     "InputError": "errors",
     "IntarsiaError": "errors",
     "Kind": "image",
+    "Margins": "starts",
     "MethodError": "errors",
     "Mixing": "sourcemap",
     "ParameterError": "errors",
@@ -39,6 +40,8 @@ _HOMES = {
     "Synthesis": "synthesis",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
+    "extend": "healing",
+    "heal": "healing",
     "read": "files",
     "synthesize": "synthesis",
     "write": "files",
@@ -57,6 +60,7 @@ __all__ = [
     "InputError",
     "IntarsiaError",
     "Kind",
+    "Margins",
     "MethodError",
     "Mixing",
     "ParameterError",
@@ -69,6 +73,8 @@ __all__ = [
     "Synthesis",
     "WeiLevoy",
     "Wrap",
+    "extend",
+    "heal",
     "read",
     "synthesize",
     "write",
@@ -81,6 +87,7 @@ if TYPE_CHECKING:
     from .files import read, write
     from .geometry import Box, Wrap
     from .guide import Guide
+    from .healing import extend, heal
     from .image import Kind, Plane
     from .methods.ashikhmin import Ashikhmin
     from .methods.efros_leung import EfrosLeung
@@ -91,6 +98,7 @@ if TYPE_CHECKING:
     from .methods.wei_levoy import WeiLevoy
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap
+    from .starts import Margins
     from .synthesis import Synthesis, synthesize
 
 

@@ -108,11 +108,17 @@ def synthesize(
     exemplars = as_exemplars(exemplar)
     canvas = _canvas(exemplars, size, wrap, start, guide)
     chosen = make(method, {}) if isinstance(method, str) else method
-    check_abilities(chosen, exemplars, canvas)
+    return carry_out(exemplars, canvas, chosen, seed, blend, run)
+
+
+def carry_out(
+    exemplars: tuple[Exemplar, ...], canvas: Canvas, method: Method, seed: int, blend: Blend | None, run: Run | None
+) -> Synthesis:
+    """Fill a canvas with a method: what :func:`synthesize` does once all is understood."""
+    check_abilities(method, exemplars, canvas)
     seed = check_seed(seed)
-    settled = chosen.settled(exemplars, canvas)
-    run = run or Run()
-    smap = settled.synthesize(exemplars, canvas, seed, run)
+    settled = method.settled(exemplars, canvas)
+    smap = settled.synthesize(exemplars, canvas, seed, run or Run())
     if bool(smap.holes.any()):
         raise MethodError(f"{settled.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
     joined = blend or settled.blend
@@ -211,6 +217,8 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
     }
     if canvas.start is not None:
         recipe["start"] = canvas.start.digest
+    if canvas.rim is not None:
+        recipe["rim"] = canvas.rim
     return recipe
 
 

@@ -7,6 +7,7 @@ from .pixels import Layer, check_window, choices, default_window, ground, layers
 from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
 from .scan import Scan, scan_reach
+from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
 from .sizes import check_patch, default_patch
 from .symmetry import allowed_isometries, settled_isometries
@@ -45,6 +46,7 @@ __all__ = [
     "pose_array",
     "random_patch",
     "scan_reach",
+    "seam_total",
     "settled_isometries",
     "similar_pixels",
     "striking",

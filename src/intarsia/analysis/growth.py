@@ -17,11 +17,13 @@ from ..draws import draw_many
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..geometry import hang, spread
+from ..kernels.edges import weigh_edge
 from ..run import Run
 from ..sourcemap import HOLE, Blend, SourceMap
 from .distance_map import distance_maps, full_scale
 from .features import features
 from .patchwork import Patchwork, Window, random_patch, waves
+from .placing import places
 from .pyramid import PyramidSearch
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch, Search
@@ -31,6 +33,7 @@ Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[tuple[int, int], Pick, Candidates], None]
 
+AROUND_HOLES = 128  # candidates kept where a patch must fit a hole
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
@@ -71,17 +74,23 @@ class Laying:
     rim: int = 0
 
     def layout(self, canvas: Canvas) -> Layout:
-        """The windows on a canvas."""
-        axes = []
-        for length, patch, overlap, wrap in zip(
-            (canvas.height, canvas.width), self.patch, self.overlap, (canvas.wrap.y, canvas.wrap.x), strict=True
-        ):
-            hangs = self.hangs and not wrap
-            axes.append(hang(length, patch, overlap) if hangs else spread(length, patch, overlap, wrap))
-        (rows, height), (columns, width) = axes
+        """The windows on a canvas: a grid, or around what it starts with."""
+        if canvas.start is not None and not canvas.start.holes.all():
+            patch = (min(self.patch[0], canvas.height), min(self.patch[1], canvas.width))
+            overlap = (min(self.overlap[0], patch[0] - 1), min(self.overlap[1], patch[1] - 1))
+            wraps = canvas.wrap.y, canvas.wrap.x
+            found = places(~canvas.start.holes, patch, overlap, wraps)
+            return Layout((), (), patch, canvas.height, canvas.width, *wraps, tuple(found))
+        rows, height = self._axis(0, canvas.height, canvas.wrap.y)
+        columns, width = self._axis(1, canvas.width, canvas.wrap.x)
         return Layout(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
         )
+
+    def _axis(self, axis: int, length: int, wrap: bool) -> tuple[list[int], int]:
+        if self.hangs and not wrap:
+            return hang(length, self.patch[axis], self.overlap[axis])
+        return spread(length, self.patch[axis], self.overlap[axis], wrap)
 
 
 class Growth:
@@ -96,23 +105,24 @@ class Growth:
         self.variants = variants(
             exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
         )
-        self.finder = self._finder()
+        rim = laying.rim if canvas.rim is None else canvas.rim
+        listed = laying.listed if self.layout.places is None or rim else max(laying.listed, AROUND_HOLES)
+        self.finder = self._finder(listed)
         priced = laying.usage and laying.repeats is Rule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(
             self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats
         )
-        rim = laying.rim if canvas.rim is None else canvas.rim
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
         if canvas.start is not None:
             self._note_start()
 
-    def _finder(self) -> Search:
+    def _finder(self, listed: int) -> Search:
         laying, patch = self.laying, self.layout.patch
         if laying.search == "pyramid":
-            return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, laying.listed)
-        return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", laying.listed)
+            return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
+        return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", listed)
 
     def fill(self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float) -> None:
         """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
@@ -127,10 +137,7 @@ class Growth:
                 found = self._search(wave, each, run.workers)
                 self._answer(run, wave, found)
                 bits = draw_many(seed, stage, 0, wave)
-                if callable(choose):
-                    picks = [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
-                else:
-                    picks = self._choose_by_price(wave, found, bits, choose)
+                picks = self._picks(wave, found, bits, choose)
                 self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
         run.tick(len(self.waves), len(self.waves), self.draft)
 
@@ -151,7 +158,7 @@ class Growth:
 
     def at(self, window: Window) -> tuple[int, int]:
         """First pixel of a window on the canvas."""
-        return self.layout.rows[window[0]], self.layout.columns[window[1]]
+        return self.layout.at(*window)
 
     def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
         """Answer the run's probe where its pixel is about to be filled."""
@@ -184,18 +191,34 @@ class Growth:
             )  # fmt: skip
 
         each(part, range(0, len(wave), size))
-        return found
+        return found if self.layout.places is None else [self._weighed(at[k], f) for k, f in enumerate(found)]
 
-    def _choose_by_price(
-        self, wave: list[Window], found: list[Candidates], bits: list[int], tolerance: float
+    def _weighed(self, at: NDArray[np.int64], found: Candidates) -> Candidates:
+        """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
+        rows = found.rows.copy()
+        weigh_edge(
+            self.patchwork.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
+            self.variants.table, rows,
+        )  # fmt: skip
+        return replace(found, rows=rows)
+
+    def _picks(
+        self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float
     ) -> list[Pick]:
+        """Choose for the windows of a wave, in their order."""
+        if callable(choose):
+            return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
+
+        def priced(window: Window, found: Candidates, bits: int) -> Pick | None:
+            return self.repetition.pick(*window, found, choose, bits)
+
+        if self.layout.places is not None:  # windows that lie freely have no numbers that a kernel could go by
+            return [self._choose(*each_of, priced) for each_of in zip(wave, found, bits, strict=True)]
         special: dict[int, Pick] = {}
-        for stop, picks in self.repetition.pick_all(wave, found, tolerance, bits):
+        for stop, picks in self.repetition.pick_all(wave, found, choose, bits):
             if stop == len(wave):
                 return [special.get(k, pick) for k, pick in enumerate(picks)]
-            special[stop] = self._choose(
-                wave[stop], found[stop], bits[stop], lambda w, f, b: self.repetition.pick(*w, f, tolerance, b)
-            )
+            special[stop] = self._choose(wave[stop], found[stop], bits[stop], priced)
         raise AssertionError("a wave ends with its last window")
 
     def _choose(self, window: Window, found: Candidates, bits: int, choose: Choose) -> Pick:
@@ -216,16 +239,16 @@ class Growth:
     def _note_start(self) -> None:
         """Note what the start map shows, window by window, as if a patch had been laid there."""
         h, w = self.layout.patch
-        for r, y in enumerate(self.layout.rows):
-            for c, x in enumerate(self.layout.columns):
-                rows, columns = np.arange(y, y + h), np.arange(x, x + w)
-                inside = np.ix_(rows % self.layout.height, columns % self.layout.width)
-                variant = self.patchwork.variant[inside]
-                known = np.argwhere(variant != HOLE)
-                if len(known):  # the middle one of the known pixels stands for all
-                    i, j = known[len(known) // 2].tolist()
-                    u, s = (self.patchwork.yx[inside][i, j] - (i, j)).tolist()
-                    self.repetition.add(r, c, (int(variant[i, j]), u, s), layer=1)
+        for row, column in np.ndindex(*self.layout.shape):
+            y, x = self.layout.at(row, column)
+            rows, columns = np.arange(y, y + h), np.arange(x, x + w)
+            inside = np.ix_(rows % self.layout.height, columns % self.layout.width)
+            variant = self.patchwork.variant[inside]
+            known = np.argwhere(variant != HOLE)
+            if len(known):  # the middle one of the known pixels stands for all
+                i, j = known[len(known) // 2].tolist()
+                u, s = (self.patchwork.yx[inside][i, j] - (i, j)).tolist()
+                self.repetition.add(row, column, (int(variant[i, j]), u, s), layer=1)
 
     def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
         def part(items: list[tuple[Window, Pick, Candidates]]) -> None:

@@ -36,7 +36,10 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class Layout:
-    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on."""
+    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on.
+
+    Windows are a grid, named by row and column of it; or they lie freely at `places`, named by (number, 0).
+    """
 
     rows: tuple[int, ...]
     columns: tuple[int, ...]
@@ -45,6 +48,16 @@ class Layout:
     width: int
     wrap_y: bool
     wrap_x: bool
+    places: tuple[tuple[int, int], ...] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of windows."""
+        return (len(self.rows), len(self.columns)) if self.places is None else (len(self.places), 1)
+
+    def at(self, row: int, column: int) -> tuple[int, int]:
+        """First pixel of a window on the canvas."""
+        return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
 
     @property
     def wraps(self) -> tuple[bool, bool]:
@@ -98,11 +111,14 @@ class Repetition:
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
         self._shape = np.array(layout.patch, np.int64)
         self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
-        self.grid = np.full((len(layout.rows), len(layout.columns), 2, 8), -1, np.int64)  # laid; there from the start
+        self.grid = np.full((*layout.shape, 2, 8), -1, np.int64)  # laid; there from the start
         pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
         self.reach = REACH if strength and rule is Rule.PRICES else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
+        # Windows that lie freely have no neighbours by number: they are looked up by their place.
+        self._places = None if layout.places is None else np.array(layout.places, np.int64).reshape(-1, 2)
+        self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
     def account(self) -> None:
         """Take the uses so far into the prices; to be called between waves.
@@ -125,14 +141,27 @@ class Repetition:
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
         out = np.empty(len(found.rows), np.int64)
-        at = (self.layout.rows[row], self.layout.columns[column])
+        at = self.layout.at(row, column)
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
+        grid, reach = self.grid, self.reach
+        if self._places is not None:
+            grid, row, reach = self.grid[self._near(at)], 0, len(self._places) if reach else 0
         usage.prices(
-            found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._priced,
+            found.rows, grid, row, column, at, reach, self._shape, self._canvas, self._frames, self._priced,
             self._flat_striking, self._offsets, self.search.factor, self.told.multiply, steady, unit,
             self.distance, out,
         )  # fmt: skip
         return out
+
+    def _near(self, at: tuple[int, int]) -> Array:
+        assert self._places is not None
+        gaps = np.abs(self._places - at)
+        for axis, (length, wrap) in enumerate(
+            zip((self.layout.height, self.layout.width), self.layout.wraps, strict=True)
+        ):
+            if wrap:
+                gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
+        return np.asarray((gaps <= self._radius).all(axis=1))
 
     def pick(
         self, row: int, column: int, found: Candidates, tolerance: float, bits: int
@@ -186,8 +215,8 @@ class Repetition:
         """Note that a patch (variant, row, column) was laid at a window; layer 1: it was there from the start."""
         self.laid += layer == 0
         usage.note(
-            self._frames, self._shape, pick, (self.layout.rows[row], self.layout.columns[column]),
-            self.grid[row, column, layer], self._offsets, self.search.factor, self._flat, self._flat_striking,
+            self._frames, self._shape, pick, self.layout.at(row, column), self.grid[row, column, layer],
+            self._offsets, self.search.factor, self._flat, self._flat_striking,
             self.rule is Rule.COUNTER,
         )  # fmt: skip
 

@@ -10,15 +10,16 @@ import numpy as np
 
 from .. import files
 from ..analysis.distance_map import as_16_bit, side_by_side
-from ..exemplar import Exemplar
+from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
-from ..synthesis import Synthesis, synthesize
-from .exemplars import Shelf, sets_of
+from ..starts import Scene
+from ..synthesis import Synthesis, carry_out, synthesize
+from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
 from .outputs import Staging, check_all
-from .plan import Order, blend_of, orders_of, patches_of
+from .plan import Order, blend_of, check_begin, orders_of, patches_of, scene_of
 from .report import Meter, Report
 from .request import Inputs, Targets, Wish
 from .sheet import contact_sheet, thumbnail
@@ -41,7 +42,10 @@ class Batch:
     def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report) -> Batch:
         """Read and check everything that can be checked; nothing is written yet."""
         sets = sets_of(inputs, report)
-        shelf = Shelf([[found] for found in sets] if "{stem}" in targets.out else [sets], inputs, report)
+        lots = [[found] for found in sets] if "{stem}" in targets.out else [sets]
+        check_begin(wish, lots, sets)
+        donors = donors_of(inputs)
+        shelf = Shelf([lot + donors for lot in lots], inputs, report)
         batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets)
@@ -59,7 +63,7 @@ class Batch:
         told = []
         for order in self.orders:
             about = _about(order, self.wish, None) | {
-                "patches": patches_of(order, self.wish.wrap),
+                "patches": patches_of(order, self.wish.wrap, self.wish.begin is not None),
                 "memory_mib": order.memory >> 20,
             }
             told.append(about)
@@ -81,12 +85,12 @@ class Batch:
 
     def _make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
         began = time.perf_counter()
-        exemplars = self.shelf.get(order.lot)
+        scene = scene_of(self.shelf, order.lot, self.wish)
         clock = {"read": time.perf_counter() - began}
         place = self.targets.distance_map
         probe = None if place is None else Probe(place[0][1], place[0][0])
         run = Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL, probe=probe)
-        grown = self._grow(order, exemplars, run)
+        grown = self._grow(order, scene, run)
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
@@ -111,20 +115,23 @@ class Batch:
         self.report.note(f"{order.line}, {clock['total']:.1f} s")
         return _about(order, self.wish, grown) | {"timings": {k: round(v, 3) for k, v in clock.items()}}
 
-    def _grow(self, order: Order, exemplars: tuple[Exemplar, ...], run: Run) -> Synthesis:
-        width, height = order.size
-        grown = synthesize(
-            list(exemplars),
-            (height, width),
-            order.method,
-            seed=order.seed,
-            wrap=self.wish.wrap,
-            blend=blend_of(self.wish, order.method),
-            run=run,
-        )
+    def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
+        begin, blend = self.wish.begin, blend_of(self.wish, order.method)
+        if begin is None:
+            width, height = order.size
+            grown = synthesize(
+                list(scene.exemplars), (height, width), order.method,
+                seed=order.seed, wrap=self.wish.wrap, blend=blend, run=run,
+            )  # fmt: skip
+        elif begin.holes:
+            grown = fill_holes(scene, order.method, order.seed, run, begin.edge)
+        else:
+            grown = carry_out(scene.exemplars, scene.canvas, order.method, order.seed, blend, run)
         more: dict[str, Any] = {}
         if said := self.shelf.inputs.recipe():
             more["inputs"] = said
+        if begin is not None and begin.margins is not None and not self.shelf.inputs.donors:
+            more["extend"] = list(begin.margins)
         if self.targets.depth is not None:
             more["depth"] = self.targets.depth
         return replace(grown, recipe=grown.recipe | more)
@@ -158,15 +165,16 @@ def _about(order: Order, wish: Wish, grown: Synthesis | None) -> dict[str, Any]:
     held = [{"path": path, "holds": name} for name, path in order.pictures.items()]
     more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
     held += [{"path": p, "holds": w} for p, w in more if p is not None]
-    spans = {k: getattr(order.method, k, None) for k in ("pitch", "footprint")}
+    method = order.method if grown is None else grown.method
+    spans = {k: getattr(method, k, None) for k in ("pitch", "footprint")}
     blend = blend_of(wish, order.method)
     told: dict[str, Any] = {
         "files": held,
         "size": list(order.size),
         "seed": order.seed,
         "wrap": wish.wrap,
-        "method": order.method.slug,
-        "parameters": parameters_xy(order.method),
+        "method": method.slug,
+        "parameters": parameters_xy(method),
         **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
         "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
     }

@@ -83,6 +83,11 @@ INPUT_OPTIONS = (
     ),
 )  # fmt: skip
 
+DONORS = opt(
+    "donors", "--from", multiple=True, type=FILE, metavar="FILE",
+    help="Take new pixels from this picture (or these), in place of the picture itself.",
+)  # fmt: skip
+
 TARGET_OPTIONS = (
     opt(
         "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
@@ -123,15 +128,16 @@ def common(command: Command) -> Command:
     )(command)
 
 
-def _inputs(as_set: bool, several: bool, **given: Any) -> Inputs:
+def _inputs(as_set: bool = False, several: bool = False, **given: Any) -> Inputs:
     if as_set and several:
         raise ParameterError("--set and --several exclude each other; drop one.")
     return Inputs(how="set" if as_set else "several" if several else "auto", **given)
 
 
-def input_options(files: Opt) -> Callable[[Command], Command]:
+def input_options(*files: Opt, without: tuple[str, ...] = ()) -> Callable[[Command], Command]:
     """Add the options on exemplars; `files` declares how the pictures themselves are given."""
-    return gathered(files, *INPUT_OPTIONS, into="inputs", make=_inputs)
+    kept = [o for o in INPUT_OPTIONS if o.field not in without]
+    return gathered(*files, *kept, into="inputs", make=_inputs)
 
 
 target_options = gathered(*TARGET_OPTIONS, into="targets", make=Targets)

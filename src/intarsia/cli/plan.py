@@ -6,13 +6,18 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .. import files
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Wrap, spread
+from ..healing import check_edge
 from ..methods.base import Method
 from ..sourcemap import Blend, Mixing
+from ..starts import Margins, Scene, extension, grown_hole, repair
 from ..synthesis import as_exemplars, check_abilities
 from .exemplars import Set, Shelf, stem_of
 from .outputs import filled, plane_files
@@ -52,8 +57,46 @@ def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...]) -> Canvas:
     return Canvas(height, width, Wrap(wish.wrap))
 
 
+def scene_of(shelf: Shelf, lot: int, wish: Wish) -> Scene:
+    """Return the exemplars of a lot, and the canvas with what is on it."""
+    exemplars, begin, wrap = as_exemplars(list(shelf.get(lot))), wish.begin, Wrap(wish.wrap)
+    if begin is None:
+        return Scene(exemplars, canvas_of(wish, exemplars))
+    picture, donors = exemplars[0], exemplars[1:]
+    if begin.margins is not None:
+        return extension(picture, Margins(*begin.margins), donors, wrap)
+    hole = hole_of(begin.holes[lot if len(begin.holes) > 1 else 0], shelf.lots[lot][0], picture)
+    return repair(picture, grown_hole(hole, begin.grow, wrap), donors, wrap)
+
+
+def hole_of(mask: str, found: Set, picture: Exemplar) -> NDArray[np.bool_]:
+    """Read which pixels are to be healed: white in a mask, or at most half opaque in the picture itself."""
+    if mask != "alpha":
+        return files.read_mask(mask, picture.base, picture.name)
+    opaque = files.read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
+    return np.zeros((picture.height, picture.width), bool) if opaque is None else ~opaque
+
+
+def check_begin(wish: Wish, lots: list[list[Set]], sets: list[Set]) -> None:
+    """Refuse several pictures for one output, and holes that do not fit the number of pictures."""
+    if wish.begin is None:
+        return
+    if len(lots[0]) > 1:
+        raise ParameterError(
+            f"{len(sets)} pictures are given for one output; put {{stem}} into -o to work on each, "
+            "or name further sources with --from."
+        )
+    if wish.begin.holes and len(wish.begin.holes) not in (1, len(sets)):
+        raise ParameterError(
+            f"--mask: {len(wish.begin.holes)} given for {len(sets)} picture{'s' * (len(sets) > 1)}; "
+            "give one for all, or one for each, in the same order."
+        )
+
+
 def blend_of(wish: Wish, method: Method) -> Blend:
-    """Return how pieces are joined: as the method means it, but for what is asked otherwise."""
+    """Return how pieces are joined: as the method means it, but for what is asked otherwise; exactly in holes."""
+    if wish.begin is not None and wish.begin.holes:
+        return Blend(0)
     own = method.blend
     feather = own.feather if wish.feather is None else wish.feather
     return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing))
@@ -66,10 +109,13 @@ def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], target
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
     plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
-    exemplars = as_exemplars(list(shelf.get(lot)))
-    canvas = canvas_of(wish, exemplars)
+    scene = scene_of(shelf, lot, wish)
+    exemplars, canvas = scene.exemplars, scene.canvas
     check_abilities(wish.method, exemplars, canvas)
-    method = wish.method.settled(exemplars, canvas)
+    healed = wish.begin is not None and bool(wish.begin.holes)
+    if wish.begin is not None:
+        check_edge(wish.begin.edge)
+    method = wish.method if healed else wish.method.settled(exemplars, canvas)
     fields |= {"w": canvas.width, "h": canvas.height}
     memory = memory_of(exemplars, canvas)
     orders = []
@@ -139,10 +185,10 @@ def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas) -> int:
     return int(2 * drawn + kept + searched + area * 32) + (190 << 20)  # the last: Python and its libraries
 
 
-def patches_of(order: Order, wrap: str) -> int | None:
-    """Count the patches that will be laid; None for methods that lay none."""
+def patches_of(order: Order, wrap: str, begun: bool = False) -> int | None:
+    """Count the patches that will be laid; None for methods that lay none, and around a start."""
     pitch, footprint = getattr(order.method, "pitch", None), getattr(order.method, "footprint", None)
-    if pitch is None or footprint is None:
+    if pitch is None or footprint is None or begun:
         return None
     width, height = order.size
     closed = Wrap(wrap)

@@ -23,14 +23,15 @@ F = TypeVar("F", bound=Callable[..., Any])
 def kernel(function: F) -> F:
     """Compile `function` at its first call; without a writable cache folder it is compiled in every process."""
     compiled: Any
-    own = numba.config.CACHE_DIR
+    config: Any = numba.config
+    own = config.CACHE_DIR
     try:
-        numba.config.CACHE_DIR = own or cache_folder()
+        config.CACHE_DIR = own or cache_folder()
         compiled = numba.njit(cache=True, nogil=True)(function)
     except (RuntimeError, OSError):  # there is no folder that may be written to
         compiled = numba.njit(nogil=True)(function)
     finally:
-        numba.config.CACHE_DIR = own
+        config.CACHE_DIR = own
     return cast(F, compiled)
 
 

@@ -170,7 +170,7 @@ class PatchSampling:
         self, growth: analysis.Growth, window: analysis.Window, found: Any, bits: int, misses: list[int]
     ) -> analysis.Pick | None:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
-        prices = growth.repetition.prices(*window, found)
+        prices = growth.repetition.prices(window[0], window[1], found)
         order = np.argsort(prices, kind="stable")
         order = order[prices[order] >= 0]
         if not len(order):
