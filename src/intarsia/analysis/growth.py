@@ -116,7 +116,7 @@ class Growth:
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
         if canvas.start is not None:
-            self._note_start()
+            self.repetition.note_start(self.patchwork.variant, self.patchwork.yx)
 
     def _finder(self, listed: int) -> Search:
         laying, patch = self.laying, self.layout.patch
@@ -235,20 +235,6 @@ class Growth:
             )
         self.repetition.add(*window, pick)
         return pick
-
-    def _note_start(self) -> None:
-        """Note what the start map shows, window by window, as if a patch had been laid there."""
-        h, w = self.layout.patch
-        for row, column in np.ndindex(*self.layout.shape):
-            y, x = self.layout.at(row, column)
-            rows, columns = np.arange(y, y + h), np.arange(x, x + w)
-            inside = np.ix_(rows % self.layout.height, columns % self.layout.width)
-            variant = self.patchwork.variant[inside]
-            known = np.argwhere(variant != HOLE)
-            if len(known):  # the middle one of the known pixels stands for all
-                i, j = known[len(known) // 2].tolist()
-                u, s = (self.patchwork.yx[inside][i, j] - (i, j)).tolist()
-                self.repetition.add(row, column, (int(variant[i, j]), u, s), layer=1)
 
     def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
         def part(items: list[tuple[Window, Pick, Candidates]]) -> None:

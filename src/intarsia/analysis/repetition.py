@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..geometry import ISOMETRIES
 from ..kernels import usage
+from ..sourcemap import HOLE
 from .features import Features
 from .rarity import rarity
 from .search import Candidates, Prices, Search, every_patch, measured
@@ -111,7 +112,8 @@ class Repetition:
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
         self._shape = np.array(layout.patch, np.int64)
         self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
-        self.grid = np.full((*layout.shape, 2, 8), -1, np.int64)  # laid; there from the start
+        self.grid = np.full((*layout.shape, 8), -1, np.int64)
+        self.started = np.empty((0, 8), np.int64)  # what a start map shows, as placements
         pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
         self.reach = REACH if strength and rule is Rule.PRICES else 0
         if distance:
@@ -145,7 +147,10 @@ class Repetition:
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
         grid, reach = self.grid, self.reach
         if self._places is not None:
-            grid, row, reach = self.grid[self._near(at)], 0, len(self._places) if reach else 0
+            near = self.grid[_within(self._radius, self._places, at, self.layout), 0]
+            start = self.started[_within(self._radius, self.started[:, 3:5], at, self.layout)]
+            grid = np.concatenate([near, start])[:, None]
+            row, reach = 0, len(grid) if reach else 0
         usage.prices(
             found.rows, grid, row, column, at, reach, self._shape, self._canvas, self._frames, self._priced,
             self._flat_striking, self._offsets, self.search.factor, self.told.multiply, steady, unit,
@@ -153,15 +158,20 @@ class Repetition:
         )  # fmt: skip
         return out
 
-    def _near(self, at: tuple[int, int]) -> Array:
-        assert self._places is not None
-        gaps = np.abs(self._places - at)
-        for axis, (length, wrap) in enumerate(
-            zip((self.layout.height, self.layout.width), self.layout.wraps, strict=True)
-        ):
-            if wrap:
-                gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
-        return np.asarray((gaps <= self._radius).all(axis=1))
+    def note_start(self, variant: NDArray[np.uint8], yx: NDArray[np.int32]) -> None:
+        """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
+        h, w = self.layout.patch
+        found = []
+        for y in range(0, self.layout.height, max(h // 2, 1)):
+            for x in range(0, self.layout.width, max(w // 2, 1)):
+                known = np.argwhere(variant[y : y + h, x : x + w] != HOLE)
+                if len(known):  # the middle one of the known pixels stands for all
+                    i, j = known[len(known) // 2].tolist()
+                    u, s = (yx[y + i, x + j] - (i, j)).tolist()
+                    place = np.empty(8, np.int64)
+                    usage.placement(self._frames, self._shape, int(variant[y + i, x + j]), u, s, y, x, place)
+                    found.append(place)
+        self.started = np.array(found, np.int64).reshape(-1, 8)
 
     def pick(
         self, row: int, column: int, found: Candidates, tolerance: float, bits: int
@@ -211,14 +221,23 @@ class Repetition:
             before = stop
             yield stop, [(v, u, s) for v, u, s in picks.tolist()]
 
-    def add(self, row: int, column: int, pick: tuple[int, int, int], layer: int = 0) -> None:
-        """Note that a patch (variant, row, column) was laid at a window; layer 1: it was there from the start."""
-        self.laid += layer == 0
+    def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
+        """Note that a patch (variant, row, column) was laid at a window."""
+        self.laid += 1
         usage.note(
-            self._frames, self._shape, pick, self.layout.at(row, column), self.grid[row, column, layer],
+            self._frames, self._shape, pick, self.layout.at(row, column), self.grid[row, column],
             self._offsets, self.search.factor, self._flat, self._flat_striking,
             self.rule is Rule.COUNTER,
         )  # fmt: skip
+
+
+def _within(radius: int, places: Array, at: tuple[int, int], layout: Layout) -> Array:
+    """Which of the places (n, 2) lie within a radius of one, along each axis."""
+    gaps = np.abs(places - at)
+    for axis, (length, wrap) in enumerate(zip((layout.height, layout.width), layout.wraps, strict=True)):
+        if wrap:
+            gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
+    return np.asarray((gaps <= radius).all(axis=1))
 
 
 def _frame(variants: Variants, v: int) -> tuple[int, ...]:

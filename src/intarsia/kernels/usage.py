@@ -146,8 +146,8 @@ def prices(
 ) -> None:  # fmt: skip
     """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
 
-    `found` (n, 4): distance, variant, row, column. `grid` (rows, columns, 2, 8): the placements (laid, and there
-    from the start), looked at within `reach` windows of (row, column). `at` (2,): first pixel of the window;
+    `found` (n, 4): distance, variant, row, column. `grid` (rows, columns, 8): the placements, looked at
+    within `reach` windows of (row, column). `at` (2,): first pixel of the window;
     `shape` (2,): patch; `canvas` (4,):
     height, width, wraps. `counts`, `striking`: flat tables over the coarse positions of all variants, that of
     variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns. `steady`: the price of a count of
@@ -169,21 +169,18 @@ def prices(
             if total < 0:
                 break
             for j in range(near_columns[0], near_columns[1]):
-                for layer in range(2):
-                    other = grid[i % rows, j % columns, layer]
-                    if other[5] < 0 or total < 0:
-                        continue
-                    if distance > 0 and returns_too_near(mine, other, h, w, canvas, frames[v, 7:9], distance):
-                        total = np.int64(-1)
-                        break
-                    share = shared(mine, other, h, w)
-                    if share:
-                        dy = apart(mine[3], other[3], canvas[0], canvas[2])
-                        dx = apart(mine[4], other[4], canvas[1], canvas[3])
-                        near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
-                        total += (share * near * near) >> 16
-                if total < 0:
+                other = grid[i % rows, j % columns]
+                if other[5] < 0:
+                    continue
+                if distance > 0 and returns_too_near(mine, other, h, w, canvas, frames[v, 7:9], distance):
+                    total = np.int64(-1)
                     break
+                share = shared(mine, other, h, w)
+                if share:
+                    dy = apart(mine[3], other[3], canvas[0], canvas[2])
+                    dx = apart(mine[4], other[4], canvas[1], canvas[3])
+                    near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
+                    total += (share * near * near) >> 16
         price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
         if multiply:
             price = (found[k, 0] * (ONE + counts[cell]) ** 2 >> 16) - found[k, 0]
@@ -243,6 +240,6 @@ def pick_all(
             return n
         picks[n] = rows[k, 1:]
         note(
-            frames, shape, picks[n], at[n], grid[row, column, 0], offsets, factor, uses, striking, False
+            frames, shape, picks[n], at[n], grid[row, column], offsets, factor, uses, striking, False
         )  # fmt: skip
     return len(windows)
