@@ -123,7 +123,8 @@ class Scene:
         self.target[8:, 3:] = 1
         exemplar = painted(self.marks)
         guide = Guide(labels(self.marks), labels(self.target), weight)
-        laying = Laying((12, 12), (4, 4), isometries=isometries, exact=exact, boundary_isometries="none")
+        search = "exact" if exact else "fast"
+        laying = Laying((12, 12), (4, 4), isometries=isometries, search=search, boundary_isometries="none")
         self.growth = Growth(laying, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = seam_unit(exemplar, None)
         self.weight = weight

@@ -47,7 +47,7 @@ class Parameter:
         return {
             "extent": f"{span}{unit}, one number or WIDTHxHEIGHT",
             "weights": f"{span}, one for each channel",
-            "isometries": "none, 180, 90, both, or isometry numbers 0 to 7 such as 0,1,6",
+            "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
         }.get(self.kind, span + unit)
 
 
@@ -64,7 +64,7 @@ def param(
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
     Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
-    (a tuple of numbers), ``isometries``.
+    (a tuple of numbers), ``isometries`` (a name, or ids; ``auto`` is decided from the exemplar when a method settles).
     """
     data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
     return dataclasses.field(default=default, metadata={"param": data})
@@ -104,7 +104,7 @@ def parse(p: Parameter, text: str) -> Any:
             return numbers[0] if len(numbers) == 1 else tuple(reversed(numbers))
         if p.kind == "weights":
             return tuple(float(part) for part in text.split(","))
-        if p.kind == "isometries" and text not in ISOMETRY_SETS:
+        if p.kind == "isometries" and text not in ISOMETRY_SETS and text != "auto":
             return tuple(int(part) for part in text.split(","))
         return text
     except ValueError:
@@ -114,6 +114,12 @@ def parse(p: Parameter, text: str) -> Any:
 def extent(value: int | tuple[int, int]) -> tuple[int, int]:
     """Return an extent as (rows, columns)."""
     return value if isinstance(value, tuple) else (value, value)
+
+
+def words(value: int | tuple[int, int] | None) -> str:
+    """Write an extent as the command line does: one number, or WIDTHxHEIGHT."""
+    rows, columns = extent(value or 0)
+    return f"{rows}" if rows == columns else f"{columns}x{rows}"
 
 
 def _is_pair(p: Parameter, value: Any) -> bool:
@@ -142,7 +148,7 @@ def _normal(p: Parameter, value: Any) -> Any:
 
 def _isometries(value: Any) -> str | tuple[int, ...]:
     if isinstance(value, str):
-        if value not in ISOMETRY_SETS:
+        if value not in ISOMETRY_SETS and value != "auto":
             raise ValueError
         return value
     ids = tuple(sorted({int(v) for v in value}))

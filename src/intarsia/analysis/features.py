@@ -55,15 +55,20 @@ class Features:
 
     def posed(self, number: int, pose: int) -> Int16:
         """Return picture `number` as it looks when laid down in isometry `pose`."""
-        picture = pose_array(self.pictures[number], pose)
-        if pose and self.normals:
-            picture = picture.copy()
-            (a, b), (c, d) = ISOMETRIES[pose].j
-            for k in self.normals:  # rows point down, the green channel up; the turned gradient is J^T n
-                x, y = picture[:, :, k].copy(), picture[:, :, k + 1].copy()
-                picture[:, :, k] = d * x - b * y
-                picture[:, :, k + 1] = a * y - c * x
-        return np.ascontiguousarray(picture)
+        return posed(self.pictures[number], pose, self.normals)
+
+
+def posed(picture: NDArray[Any], pose: int, normals: tuple[int, ...] = ()) -> NDArray[Any]:
+    """Lay features (H, W, ..., C) down in an isometry; `normals` as in :class:`Features`."""
+    picture = pose_array(picture, pose)
+    if pose and normals:
+        picture = picture.copy()
+        (a, b), (c, d) = ISOMETRIES[pose].j
+        for k in normals:  # rows point down, the green channel up; the turned gradient is J^T n
+            x, y = picture[..., k].copy(), picture[..., k + 1].copy()
+            picture[..., k] = d * x - b * y
+            picture[..., k + 1] = a * y - c * x
+    return np.ascontiguousarray(picture)
 
 
 def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..exemplar import Exemplar
 from ..image import Kind
-from ..kernels import guided, match
+from ..kernels import guided
 from .features import RANGE, channel_shares
 from .guidance import ONE, Guidance
 from .search import Candidates, PatchSearch, Prices
@@ -22,10 +22,10 @@ MOST = float(1 << 30)  # costs of the short-list stay below
 class GuideSearch(PatchSearch):
     """The reduced pictures of a guide: every channel for itself, over its full range."""
 
-    typical = float(match.CLIP)
+    tails = 1.0
 
     def _reduction(self) -> tuple[Array, Array, float]:
-        channels, scale = self.variants.channels, 2.0 * match.CLIP / ONE
+        channels, scale = self.variants.channels, 2.0 * self.clip / ONE
         axes = np.rint(np.eye(channels) * scale * (1 << 24)).astype(np.int64)
         return np.full(channels, ONE // 2, np.int64), axes, scale
 
@@ -81,8 +81,8 @@ class GuidedSearch:
         coarse_shares = shares * (search.scale / guide.scale)
         pixels, over = search.reduce(feats, known), guide.reduce(wanted, inside)
         cells = search.cells[0] * search.cells[1]
-        seam = 2.0 * match.CLIP * math.sqrt(cells * len(search.axes))
-        apart = 2.0 * match.CLIP * math.sqrt(cells * len(guide.axes))
+        seam = 2.0 * search.clip * math.sqrt(cells * len(search.axes))
+        apart = 2.0 * guide.clip * math.sqrt(cells * len(guide.axes))
         scales = np.minimum(MOST / (seam + coarse_shares * apart) ** 2, 1.0)
         best = np.empty((n, search.listed, 4), np.int64)
         counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)

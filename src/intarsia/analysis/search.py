@@ -10,21 +10,22 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from threading import Lock
-from typing import Any
+from dataclasses import dataclass, replace
+from threading import local
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from ..kernels import match, windows
+from ..kernels import match, nearest, windows
+from .masks import Masks
 from .variants import Variants
 
 SHORT_LIST = 16
 AXES = 2
-MASKS = 64
+STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
 BATCH_BYTES = 4 << 20  # spectra of one batch
 FINEST_SIDE = 600  # reduced exemplars are at most about this large
 Array = NDArray[Any]
@@ -71,6 +72,28 @@ class Prices:
     multiply: bool = False
 
 
+class Search(Protocol):
+    """A way to find patches: what growing a map needs of it.
+
+    ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it; ``cells``:
+    the patch in such units.
+    """
+
+    variants: Variants
+    patch: tuple[int, int]
+    valid: list[Array]
+    factor: int
+    cells: tuple[int, int]
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+
+    def find(
+        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
+    ) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+
+
 class PatchSearch:
     """Search patches of one size in a set of variants.
 
@@ -86,18 +109,21 @@ class PatchSearch:
         By what pictures are reduced; 0: as it suits exemplars and patch.
     """
 
-    typical = match.CLIP / 3.0  # standard deviation of the reduced pictures
+    factor: int
+    tails = 3.0  # the reduced pictures are cut off at so many standard deviations
 
     def __init__(
         self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False, listed: int = SHORT_LIST,
         factor: int = 0,
     ) -> None:  # fmt: skip
         self.variants, self.patch, self.listed = variants, patch, listed
+        self.exact, self.clip = exact, FINE_STEPS if exact else STEPS
         self.factor = factor or (1 if exact else _factor(variants, patch, overlap))
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
         self.mean, self.axes, self.scale = self._reduction()
+        self._padded = local()
         self._load()
-        self._masks = _Masks([v.shape for v in self.valid])
+        self._masks = Masks(self.coarse, self.square_spectra, [v.shape for v in self.valid])
 
     def within(self, valid: Sequence[Array]) -> PatchSearch:
         """Return the same search among some patches only: of every variant, where they may begin."""
@@ -122,14 +148,14 @@ class PatchSearch:
         mean = total // n
         covariance = products / n - np.outer(total / n, total / n)
         kept, axes = principal_axes(covariance, min(c, AXES))
-        scale = min(match.CLIP / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
+        scale = min(self.clip / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
         return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64), scale
 
     def _load(self) -> None:
         f, (h, w) = self.factor, self.cells
         self.coarse, self.spectra, self.square_spectra, total = [], [], [], 0.0
         for v in range(len(self.variants)):
-            picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes)
+            picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes, self.clip)
             rows, columns = picture.shape[1:]
             shape = (scipy.fft.next_fast_len(rows, real=False), scipy.fft.next_fast_len(columns, real=True))
             energy = (picture.astype(np.float64) ** 2).sum(axis=0)
@@ -138,10 +164,10 @@ class PatchSearch:
             total = max(total, float(energy.sum()))
             self.square_spectra.append(scipy.fft.rfft2(energy, shape))
         self._limit(self.variants.valid)
-        # Correlations are whole numbers. In single precision they come out wrong by at most about 3e-8 of the
+        # Correlations are whole numbers. In single precision they come out wrong by at most about 2.5e-8 of the
         # pictures' norms (measured: 2.4e-8); where that is not safely below 1/2, double precision is used.
-        window = 2.0 * math.sqrt(h * w * len(self.axes)) * self.typical
-        single = 3e-8 * window * math.sqrt(total) < 0.3
+        window = 1.2 * math.sqrt(h * w * len(self.axes)) * self.clip / self.tails
+        single = 2.5e-8 * window * math.sqrt(total) < 0.3
         self.real = np.float32 if single else np.float64
         self.spectra = [s.astype(np.complex64 if single else np.complex128) for s in self.spectra]
 
@@ -172,19 +198,25 @@ class PatchSearch:
         n = len(at)
         feats, known = self.windows(variant, yx, at, wrap)
         reduced = self.reduce(feats, known)
+        slots, squares, energies = reduced.slots, reduced.squares, reduced.energies
         best = np.empty((n, self.listed, 4), np.int64)
         counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
-        for v in range(len(self.coarse)):
-            if self.valid[v].size:
-                match.short_list(
-                    self.correlations(v, reduced), reduced.squares[v], reduced.slots, reduced.energies, self.valid[v],
-                    prices.counts[v], prices.weight, prices.multiply, v, best, counts, usual,
-                )  # fmt: skip
+        correlations = {v: self.correlations(v, reduced) for v in range(len(self.coarse)) if self.valid[v].size}
+        for v, correlation in correlations.items():
+            match.short_list(
+                correlation, squares[v], slots, energies, self.valid[v], prices.counts[v], prices.weight,
+                prices.multiply, v, best, counts, usual,
+            )  # fmt: skip
         found = np.empty((n, self.listed, 4), np.int64)
         match.refine_all(
             feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets, best, counts,
             self.factor, found,
         )  # fmt: skip
+        for v, correlation in correlations.items() if self.exact else ():
+            nearest.complete(
+                correlation, squares[v], slots, energies, self.valid[v], v, len(self.axes), self.scale, feats, known,
+                self.variants.flat, self.variants.table, found, counts,
+            )  # fmt: skip
         return [
             Candidates(found[k, : max(c, 0)], self.full(u), feats[k], known[k], free=c < 0)
             for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
@@ -201,14 +233,23 @@ class PatchSearch:
         """Reduce windows (n, h, w, C) as the exemplars are reduced."""
         templates = np.empty((len(feats), len(self.axes), *self.cells), self.real)
         masks = np.empty((len(feats), *self.cells), np.float32)
-        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, templates, masks)
-        slots, squares = self._masks.slots(masks, self.coarse, self.square_spectra)
-        spectra = {s: scipy.fft.fft(scipy.fft.rfft(templates, s[1], axis=3), s[0], axis=2) for s in set(self.coarse)}
-        return Reduced(energies, slots, squares, spectra)
+        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks)
+        slots, squares = self._masks.slots(masks)
+        return Reduced(energies, slots, squares, {shape: self._spectra(templates, shape) for shape in set(self.coarse)})
 
     def full(self, coarse: int) -> int:
         """Return a distance of reduced pictures in units of the exact distance."""
         return max(round(coarse * (self.factor**2 / self.scale**2)), 0)
+
+    def _spectra(self, templates: Array, shape: tuple[int, int]) -> Array:
+        """Transform the templates, padded to `shape`; their rows first, which are few."""
+        rows = scipy.fft.rfft(templates, shape[1], axis=3)
+        padded = getattr(self._padded, str(shape), None)  # of this thread; below the templates it stays 0
+        if padded is None or len(padded) < len(rows):
+            padded = np.zeros((len(rows), rows.shape[1], shape[0], rows.shape[3]), rows.dtype)
+            setattr(self._padded, str(shape), padded)
+        padded[: len(rows), :, : rows.shape[2]] = rows
+        return np.asarray(scipy.fft.fft(padded[: len(rows)], axis=2))
 
     def correlations(self, v: int, reduced: Reduced) -> Array:
         """Correlate windows with variant `v`: (n, rows, columns) for every coarse position."""
@@ -220,36 +261,20 @@ class PatchSearch:
         return np.asarray(scipy.fft.irfft(inner, shape[1], axis=2))
 
 
-class _Masks:
-    """The exemplars' energy under masks of known pixels; few masks occur again and again."""
+def every_patch(valid: Sequence[Array]) -> Array:
+    """All patches that are `valid`, variant by variant, as rows of candidates not measured yet: (n, 4)."""
+    places = [np.argwhere(allowed) for allowed in valid]
+    rows = np.zeros((sum(map(len, places)), 4), np.int64)
+    rows[:, 1] = np.repeat(np.arange(len(places)), [len(p) for p in places])
+    rows[:, 2:] = np.concatenate(places)
+    return rows
 
-    def __init__(self, shapes: list[tuple[int, ...]]) -> None:
-        self.shapes, self._lock = shapes, Lock()
-        self._forget()
 
-    def slots(
-        self, masks: Array, coarse: list[tuple[int, int]], spectra: list[Array]
-    ) -> tuple[Array, list[Array]]:
-        """Number of each mask, and the sums of squares under the numbered masks."""
-        with self._lock:
-            if len(self._known) + len(masks) > MASKS:
-                self._forget()
-            return np.array([self._slot(mask, coarse, spectra) for mask in masks], np.int64), self._squares
-
-    def _slot(self, mask: Array, coarse: list[tuple[int, int]], spectra: list[Array]) -> int:
-        key = mask.tobytes()
-        slot = self._known.get(key)
-        if slot is None:
-            slot = self._known[key] = len(self._known)
-            for v, (rows, columns) in enumerate(self.shapes):
-                product = spectra[v] * np.conj(scipy.fft.rfft2(mask.astype(np.float64), coarse[v]))
-                self._squares[v][slot] = np.rint(scipy.fft.irfft2(product, coarse[v])[:rows, :columns])
-        return slot
-
-    def _forget(self) -> None:
-        # Fresh arrays: another thread may still be reading the old ones.
-        self._known: dict[bytes, int] = {}
-        self._squares = [np.empty((MASKS, *shape), np.int32) for shape in self.shapes]
+def measured(variants: Variants, found: Candidates, rows: Array) -> Candidates:
+    """Return the nearest among given patches (n, 4) in place of the short-list's."""
+    out = np.empty((SHORT_LIST, 4), np.int64)
+    count = nearest.best_of(found.feats, found.known, variants.flat, variants.table, rows, out)
+    return replace(found, rows=out[:count])
 
 
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:

@@ -65,7 +65,7 @@ def _wish(method: str, labels: tuple[str, ...], target: str, **given: Any) -> Wi
     wrap, feather, mixing = given.pop("wrap"), given.pop("feather"), given.pop("mixing")
     own = {p.name: p for p in parameters(method_class(method))}
     values = {n: parse(own.get(n, UNION[n][0]), text) for n, text in given.items() if text is not None}
-    return Wish(make(method, values), None, wrap, feather, mixing, told)
+    return Wish(make(method, values), None, wrap, feather, mixing, labels=told)
 
 
 @click.command(

@@ -53,6 +53,9 @@ METHODS = {
     "patch-sampling": ("patch_sampling", "PatchSampling"),
     "random-tiling": ("random_tiling", "RandomTiling"),
     "repeat": ("repeat", "Repeat"),
+    "efros-leung": ("efros_leung", "EfrosLeung"),
+    "wei-levoy": ("wei_levoy", "WeiLevoy"),
+    "ashikhmin": ("ashikhmin", "Ashikhmin"),
 }
 """Slug -> module and class, in the order of the listings."""
 

@@ -34,7 +34,9 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2003  # keeps this method's draws apart from those of others
-LISTED = 48  # candidates kept of every search
+MOST = 64  # candidates that may be chosen among
+LEAST_LISTED = 16  # candidates kept of every search, or thrice as many as may be chosen
+LISTED_BY_EPSILON = 48
 
 
 @dataclass(frozen=True)
@@ -49,18 +51,18 @@ class PatchSampling:
     )
 
     patch: int | tuple[int, int] | None = param(
-        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+        AUTO, "extent", "side of a patch without its seams; automatic: so that with them it spans an element",
         low=1, high=1 << 16, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
-        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
+        AUTO, "extent", "width of the seam, which two neighbours share; automatic: a fifth of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     bound: str = param(
         "best", "choice", "who may be chosen: the best few, all within epsilon of black, or of the best distance",
         choices=("best", "epsilon", "relative"),
     )  # fmt: skip
-    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=LISTED)
+    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=MOST)
     epsilon: float = param(0.1, "float", "with the other bounds: how far from the ideal one may be", low=0, high=100)
     join: str = param(
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
@@ -70,7 +72,9 @@ class PatchSampling:
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
     )  # fmt: skip
-    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
     repetition: str = param(
         "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
         choices=("prices", "counter", "marks", "none"),
@@ -80,7 +84,15 @@ class PatchSampling:
         0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
     )
     search: str = param(
-        "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
+        choices=("fast", "exact", "pyramid"),
+    )  # fmt: skip
+    pyramid_filter: str = param(
+        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
+        choices=("mean", "gaussian", "none"),
+    )  # fmt: skip
+    pyramid_kept: int = param(
+        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
     )
     boundary_patch: int | None = param(
         AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
@@ -94,7 +106,7 @@ class PatchSampling:
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     boundary_candidates: int = param(
-        1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=LISTED
+        1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=MOST
     )
     boundary_join: str = param(
         "cut", "choice", "how such patches meet: along the cheapest seam, or like all others", choices=("cut", "same")
@@ -131,10 +143,13 @@ class PatchSampling:
             rows, columns = extent(patch)
             overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
         settled = replace(self, patch=patch, overlap=overlap)
-        analysis.check_patch(settled.footprint, exemplars, self.isometries)
+        isometries = analysis.settled_isometries(self.isometries, exemplars, settled.footprint)
+        analysis.check_patch(settled.footprint, exemplars, isometries)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, settled.footprint)
-        return settled
+            analysis.check_guide(exemplars, canvas.guide, settled.footprint, self.search)
+        if self.search == "pyramid":
+            analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
+        return replace(settled, isometries=isometries)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, in raster order as far as windows touch."""
@@ -154,6 +169,13 @@ class PatchSampling:
         return smap
 
     @property
+    def listed(self) -> int:
+        """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
+        if self.bound != "best":
+            return LISTED_BY_EPSILON
+        return max(LEAST_LISTED, 3 * max(self.candidates, self.boundary_candidates)) * (2 if self.search == "exact" else 1)
+
+    @property
     def laying(self) -> analysis.Laying:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
@@ -161,17 +183,19 @@ class PatchSampling:
         boundary = min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch
         return analysis.Laying(
             patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
-            isometries=self.isometries, exact=self.search == "exact", listed=LISTED, repeats=rule,
+            isometries=self.isometries, search=self.search,
+            pyramid=(self.pyramid_filter, self.pyramid_kept), listed=self.listed, repeats=rule,
             usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
             rim=max(overlap),
             boundary=boundary, boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
             slack=analysis.slack_of(self.footprint, boundary, self.boundary_slack),
         )  # fmt: skip
 
-    def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
+    def choose(
+        self, growth: analysis.Growth, window: analysis.Window, found: Any, bits: int, misses: list[int]
+    ) -> analysis.Pick | None:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
-        row, column = window
-        prices = growth.repetition.prices(row, column, found)
+        prices = growth.repetition.prices(window[0], window[1], found)
         order = np.argsort(prices, kind="stable")
         order = order[prices[order] >= 0]
         if not len(order):
@@ -187,11 +211,13 @@ class PatchSampling:
             if not len(near):
                 misses.append(1)
                 near = order[:1]
-        return tuple(found.rows[near[below(len(near), bits)], 1:].tolist())
+        v, u, s = found.rows[near[below(len(near), bits)], 1:].tolist()
+        return v, u, s
 
-    def join_in(self, growth: analysis.Growth, at: Any, pick: Any, found: Any) -> None:
+    def join_in(self, growth: analysis.Growth, at: analysis.Window, pick: analysis.Pick, found: Any) -> None:
         """Lay a patch into the window that begins at `at`, as `join` says."""
-        if self.join == "cut" or (self.boundary_join == "cut" and growth.at_boundary(growth.window(at))):
+        bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
+        if self.join == "cut" or (bounds and self.boundary_join == "cut"):
             growth.patchwork.cut_in(at, pick, found, growth.layout, False)
         else:
             growth.patchwork.lay_over(at, pick, found.known, growth.layout, growth.laying.overlap)
