@@ -17,7 +17,7 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from ..kernels import match, nearest, windows
+from ..kernels import match, nearest, reduce, windows
 from .variants import Variants
 
 SHORT_LIST = 16
@@ -130,7 +130,7 @@ class PatchSearch:
         self.coarse, self.spectra, self.square_spectra, self.valid = [], [], [], []
         offsets, flat_valid, begin, total = [], [], 0, 0.0
         for v in range(len(self.variants)):
-            picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes, self.clip)
+            picture = reduce.coarse_picture(self.variants.picture(v), f, self.mean, self.axes, self.clip)
             rows, columns = picture.shape[1:]
             shape = (scipy.fft.next_fast_len(rows, real=False), scipy.fft.next_fast_len(columns, real=True))
             energy = (picture.astype(np.float64) ** 2).sum(axis=0)
@@ -169,7 +169,7 @@ class PatchSearch:
         windows.gather_all(variant, yx, self.variants.flat, self.variants.table, at, wrap, feats, known)
         templates = np.empty((n, len(self.axes), *self.cells), self.real)
         masks = np.empty((n, *self.cells), np.float32)
-        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks)
+        energies = reduce.coarse_templates(feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks)
         slots, squares = self._slots(masks)
         spectra = {shape: self._spectra(templates, shape) for shape in set(self.coarse)}
         best = np.empty((n, self.listed, 4), np.int64)
@@ -218,7 +218,7 @@ class PatchSearch:
         with self._lock:
             if len(self._known_masks) + len(masks) > MASKS:
                 self._forget_masks()
-            keys = match.mask_keys(masks).tolist()
+            keys = reduce.mask_keys(masks).tolist()
             return np.array([self._slot(*pair) for pair in zip(keys, masks, strict=True)], np.int64), self._squares
 
     def _slot(self, key: int, mask: Array) -> int:
