@@ -267,7 +267,7 @@ def case_pixels() -> list[Result]:
     small = "200x200 from 128x128, window 9x3"
     return [
         timed("Efros-Leung, 128x128 from 64x64, window 11", 25, work(128, 64, ia.EfrosLeung(window=11))),
-        timed(f"Wei-Levoy, {small}, exact", 60, work(200, 128, ia.WeiLevoy(window=(3, 9), search="exact"))),
+        timed(f"Wei-Levoy, {small}, exact", 60, work(200, 128, ia.WeiLevoy(window=(3, 9), matching="exact"))),
         timed(f"Wei-Levoy, {small}, tree", 12, work(200, 128, ia.WeiLevoy(window=(3, 9)))),
         timed(f"Ashikhmin, {small}", None, work(200, 128, ia.Ashikhmin(window=(3, 9)))),
     ]

@@ -64,6 +64,8 @@ def moss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "moss_height": draws.integers(0, 65536, (96, 96), dtype=np.uint16),
         "moss_roughness": colour[:, :, 0],
         "moss_mask": np.pad(np.full((90, 90), 255, np.uint8), 3),
+        "scratches": np.pad(np.full((10, 30), 255, np.uint8), ((40, 46), (30, 36))),
+        "cutout": np.dstack([colour, np.pad(np.zeros((12, 12), np.uint8), 42, constant_values=255)]),
     }
     for name, pixels in pictures.items():
         ia.write(tmp_path / f"{name}.png", pixels)

@@ -15,9 +15,9 @@ WORD = st.integers(-(2**63), 2**63 - 1)
 
 def test_draws_are_what_they_have_always_been() -> None:
     """Golden values: a change here changes every map ever made."""
-    assert draw(0, 0) == 0x2130748AAAC80268
-    assert draw(7, 2002, 0, 3, 4) == 0x831995165491AAD9
-    assert draw(2**64 - 1, 1, 2, -1, -(2**40)) == 0xA4898BB479D0175
+    assert draw(0, 0) == 0xEF7216490FFFC2BC
+    assert draw(7, 2002, 0, 3, 4) == 0xC50B1C19A3899850
+    assert draw(2**64 - 1, 1, 2, -1, -(2**40)) == 0xAA20B29902ED49C9
 
 
 @given(st.integers(0, MASK), WORD, WORD, WORD, WORD)

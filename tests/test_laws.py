@@ -86,7 +86,7 @@ class TestWeiLevoy(MethodContract):
 
 
 class TestExactWeiLevoy(MethodContract):
-    method = ia.WeiLevoy(window=(2, 7), search="exact")
+    method = ia.WeiLevoy(window=(2, 7), matching="exact")
     examples = 4
 
 

@@ -149,4 +149,4 @@ def test_a_painted_picture_is_not_replayed_from_its_recipe() -> None:
     run("e.png", "-l", "l.png", "-t", "t.png", *COMMON)
     result = CliRunner().invoke(cli, ["replay", "out.png", "-e", "e.png", "-o", "again.png"])
     assert result.exit_code == 3
-    assert "make it again" in result.stderr
+    assert "paint it again" in result.stderr

@@ -83,7 +83,7 @@ def test_good_values_get_their_normal_form() -> None:
         ({"weights": (0, 0)}, "weights=(0, 0) is not allowed; give 0 to 10, one for each channel."),
         ({"weights": ()}, "weights=() is not allowed"),
         ({"weights": 3}, "weights=3 is not allowed"),
-        ({"isometries": "45"}, "isometries=45 is not allowed; give none, 180, 90, both, or isometry numbers"),
+        ({"isometries": "45"}, "isometries=45 is not allowed; give none, 180, 90, both, auto, or isometry numbers"),
         ({"isometries": (8,)}, "isometries=(8,) is not allowed"),
         ({"isometries": ()}, "isometries=() is not allowed"),
     ],

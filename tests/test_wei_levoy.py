@@ -62,7 +62,7 @@ def test_it_takes_what_the_plain_version_takes(name: str) -> None:
     """S0-04: every pixel of the map is the same."""
     case = {"size": (9, 11), "window": (3, 5), "levels": 1, "wrap": "none"} | CASES[name]
     for seed in (0, 78):
-        method = ia.WeiLevoy(window=case["window"], levels=case["levels"], search="exact")
+        method = ia.WeiLevoy(window=case["window"], levels=case["levels"], matching="exact")
         out = ia.synthesize(case["exemplars"], case["size"], method, seed=seed, wrap=case["wrap"])
         plain = NaiveScan(
             case["exemplars"], case["size"], case["window"], seed, STAGE, ia.Wrap(case["wrap"]), case["levels"]
@@ -74,7 +74,7 @@ def test_it_takes_what_the_plain_version_takes(name: str) -> None:
 def test_a_start_is_continued_as_the_plain_version_does(levels: int) -> None:
     e = Exemplar.of(smooth(4, 20, 19))
     start, holes = with_hole(e)
-    method = ia.WeiLevoy(window=(2, 5), levels=levels, search="exact")
+    method = ia.WeiLevoy(window=(2, 5), levels=levels, matching="exact")
     out = ia.synthesize(e, None, method, start=start, wrap="x", seed=3)
     known = {(int(y), int(x)): (0, int(y), int(x)) for y, x in np.argwhere(~holes)}
     plain = NaiveScan([e], (20, 19), (2, 5), 3, STAGE, ia.Wrap.X, levels, start=known)
@@ -162,10 +162,10 @@ def test_the_cost_law_of_the_source(side: int, cost: int) -> None:
     assert operations(side, side, 25, 13) == side * side * (causal + 1)
 
 
-@pytest.mark.parametrize("search", ["exact", "fast"])
-def test_a_wrapped_border_fits(search: str) -> None:
+@pytest.mark.parametrize("matching", ["exact", "tree"])
+def test_a_wrapped_border_fits(matching: str) -> None:
     """The step across the border is no larger than the steps inside (law 6)."""
-    out = ia.synthesize(smooth(8, 48, 52), 60, ia.WeiLevoy(window=(4, 7), search=search), wrap="both", seed=2)
+    out = ia.synthesize(smooth(8, 48, 52), 60, ia.WeiLevoy(window=(4, 7), matching=matching), wrap="both", seed=2)
     pixels = out.render().pixels.astype(int)
     for axis in (0, 1):
         steps = np.abs(np.diff(pixels, axis=axis, append=np.take(pixels, [0], axis))).mean(axis=1 - axis)

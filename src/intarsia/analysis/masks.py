@@ -9,7 +9,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ..kernels import match
+from ..kernels import reduce
 
 MASKS = 64
 Array = NDArray[Any]
@@ -39,7 +39,7 @@ class Masks:
         with self._lock:
             if len(self._known) + len(masks) > MASKS:
                 self._forget()
-            keys = match.mask_keys(masks).tolist()
+            keys = reduce.mask_keys(masks).tolist()
             return np.array([self._slot(*pair) for pair in zip(keys, masks, strict=True)], np.int64), self._squares
 
     def _slot(self, key: int, mask: Array) -> int:

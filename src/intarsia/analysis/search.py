@@ -19,7 +19,7 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from ..kernels import match, nearest, windows
+from ..kernels import match, nearest, reduce, windows
 from .masks import Masks
 from .variants import Variants
 
@@ -155,7 +155,7 @@ class PatchSearch:
         f, (h, w) = self.factor, self.cells
         self.coarse, self.spectra, self.square_spectra, total = [], [], [], 0.0
         for v in range(len(self.variants)):
-            picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes, self.clip)
+            picture = reduce.coarse_picture(self.variants.picture(v), f, self.mean, self.axes, self.clip)
             rows, columns = picture.shape[1:]
             shape = (scipy.fft.next_fast_len(rows, real=False), scipy.fft.next_fast_len(columns, real=True))
             energy = (picture.astype(np.float64) ** 2).sum(axis=0)
@@ -233,7 +233,7 @@ class PatchSearch:
         """Reduce windows (n, h, w, C) as the exemplars are reduced."""
         templates = np.empty((len(feats), len(self.axes), *self.cells), self.real)
         masks = np.empty((len(feats), *self.cells), np.float32)
-        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks)
+        energies = reduce.coarse_templates(feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks)
         slots, squares = self._masks.slots(masks)
         return Reduced(energies, slots, squares, {shape: self._spectra(templates, shape) for shape in set(self.coarse)})
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import files
 from ..analysis.distance_map import as_16_bit, side_by_side
+from ..files import write, write_bytes
 from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
 from ..run import Probe, Run
@@ -104,11 +104,11 @@ class Batch:
                     self.thumbnails.append(thumbnail(grown.render(name)))
             if order.save_map is not None:
                 smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
-                files.write_bytes(staging.place(order.save_map), smap.to_bytes())
+                write_bytes(staging.place(order.save_map), smap.to_bytes())
             if order.st_map is not None:
-                files.write(staging.place(order.st_map), _st_plane(grown.map))
+                write(staging.place(order.st_map), _st_plane(grown.map))
             if order.distance_map is not None and probe is not None and probe.maps is not None:
-                files.write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
+                write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
             staging.commit()
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
@@ -138,11 +138,11 @@ class Batch:
 
     def _write(self, plane: Plane, path: str, recipe: str, staging: Staging) -> None:
         place = path if path == "-" else staging.place(path)
-        files.write(place, plane, depth=self.targets.depth, recipe=recipe)
+        write(place, plane, depth=self.targets.depth, recipe=recipe)
 
     def _write_sheet(self, path: str) -> None:
         with Staging(self.targets.force) as staging:
-            files.write(staging.place(path), contact_sheet(self.thumbnails))
+            write(staging.place(path), contact_sheet(self.thumbnails))
             staging.commit()
         self.report.note(f"{path}: contact sheet of {len(self.thumbnails)}")
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
+from ..files import check_depth, check_writable, format_of, read_mask, read_set, recipe_path
 from ..geometry import Wrap, spread
 from ..guide import Guide
 from ..healing import check_edge
@@ -79,8 +79,8 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
 def hole_of(mask: str, found: Set, picture: Exemplar) -> NDArray[np.bool_]:
     """Read which pixels are to be healed: white in a mask, or at most half opaque in the picture itself."""
     if mask != "alpha":
-        return files.read_mask(mask, picture.base, picture.name)
-    opaque = files.read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
+        return read_mask(mask, picture.base, picture.name)
+    opaque = read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
     return np.zeros((picture.height, picture.width), bool) if opaque is None else ~opaque
 
 
@@ -148,17 +148,17 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     for name, path in order.pictures.items():
         plane = exemplars[0].planes[name]
-        files.check_depth(path, plane, targets.depth)
+        check_depth(path, plane, targets.depth)
         if path == "-":
             continue
-        kept = files.format_of(path)
+        kept = format_of(path)
         longest = max(order.size) * plane.width // exemplars[0].width
         if longest > kept.side:
             raise ParameterError(
                 f"{path}: {kept.name} holds at most {kept.side} px a side, not {longest}; write .tif or .exr."
             )
         if not kept.text:
-            files.check_writable(files.recipe_path(path), targets.force)
+            check_writable(recipe_path(path), targets.force)
     if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
         raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")
     if order.st_map is not None:

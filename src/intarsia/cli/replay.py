@@ -55,8 +55,10 @@ def command(picture: str, inputs: Inputs, targets: Targets, report: Report, thre
 
 def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     """Read method, size, wrap, blend and seed of a recipe."""
-    if "guide" in recipe or ("start" in recipe and "extend" not in recipe):
-        raise InputError(f"{name} followed another picture, which its recipe does not hold; make it again.")
+    if "start" in recipe and "extend" not in recipe:
+        raise InputError(f"{name} continued another picture, which its recipe does not hold; grow it again.")
+    if "guide" in recipe:
+        raise InputError(f"{name} followed a target picture, which its recipe does not hold; paint it again.")
     try:
         kinds = {p.name: p.kind for p in parameters(method_class(recipe["method"]))}
         given = {k: _value(kinds.get(k, ""), v) for k, v in recipe["parameters"].items()}

@@ -173,7 +173,8 @@ class PatchSampling:
         """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
         if self.bound != "best":
             return LISTED_BY_EPSILON
-        return max(LEAST_LISTED, 3 * max(self.candidates, self.boundary_candidates)) * (2 if self.search == "exact" else 1)
+        most = max(self.candidates, self.boundary_candidates)
+        return max(LEAST_LISTED, 3 * most) * (2 if self.search == "exact" else 1)
 
     @property
     def laying(self) -> analysis.Laying:

@@ -57,8 +57,8 @@ class WeiLevoy:
         low=1, high=255, unit="px",
     )  # fmt: skip
     levels: int = param(1, "int", "levels of detail, the coarsest first, each half the size of the next", low=1, high=8)
-    search: str = param(
-        "fast", "choice", "ask a tree for a few similar places, or compare all of them", choices=("fast", "exact")
+    matching: str = param(
+        "tree", "choice", "ask a tree for a few similar places, or compare all of them", choices=("tree", "exact")
     )
 
     def __post_init__(self) -> None:
@@ -99,7 +99,7 @@ class WeiLevoy:
 
     def filler(self, scan: analysis.Scan, torus: raster.Torus, exemplar: Ground) -> Callable[[int, int, int], None]:
         """Return what fills a stretch of a row of this level: (row, first column, one past the last)."""
-        if self.search == "exact":
+        if self.matching == "exact":
             return lambda y, x0, x1: raster.full_row(torus, exemplar, y, x0, x1, scan.room)
         tree = analysis.tree_of(exemplar, torus.choices, scan.components())
         return lambda y, x0, x1: raster.tree_row(torus, exemplar, tree, LEAVES, FEW, y, x0, x1, scan.room)
