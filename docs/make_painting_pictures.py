@@ -74,5 +74,5 @@ def three() -> np.ndarray:
 
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for make in (ring, three):
-        Image.fromarray(make()).save(FOLDER / f"painting-{make.__name__}.jpg", quality=88)
+    for name, make in (("painting-ring", ring), ("painting-three", three)):
+        Image.fromarray(make()).save(FOLDER / f"{name}.jpg", quality=88)

@@ -126,7 +126,11 @@ class ImageQuilting:
             analysis.check_guide(exemplars, canvas.guide, patch, self.search)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
         overlap = third if self.overlap is AUTO else self.overlap
-        settled = replace(self, patch=patch, overlap=overlap, isometries=isometries)
+        bounds = self.boundary_isometries
+        bounds = None if bounds is None else analysis.settled_isometries(bounds, exemplars, (rows, columns))
+        settled = replace(
+            self, patch=patch, overlap=overlap, isometries=isometries, boundary_isometries=bounds
+        )
         if self.search == "pyramid":
             seam = extent(overlap)
             analysis.check_pyramid((rows - 2 * seam[0], columns - 2 * seam[1]), seam)

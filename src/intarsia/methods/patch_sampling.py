@@ -149,7 +149,9 @@ class PatchSampling:
             analysis.check_guide(exemplars, canvas.guide, settled.footprint, self.search)
         if self.search == "pyramid":
             analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
-        return replace(settled, isometries=isometries)
+        bounds = self.boundary_isometries
+        bounds = None if bounds is None else analysis.settled_isometries(bounds, exemplars, settled.footprint)
+        return replace(settled, isometries=isometries, boundary_isometries=bounds)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, in raster order as far as windows touch."""
