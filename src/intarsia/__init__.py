@@ -27,6 +27,7 @@ _HOMES = {
     "Kind": "image",
     "MethodError": "errors",
     "Mixing": "sourcemap",
+    "NearRegular": "methods.near_regular",
     "ParameterError": "errors",
     "PatchSampling": "methods.patch_sampling",
     "Plane": "image",

@@ -2,6 +2,7 @@
 
 from .features import Features, features, pose_array
 from .growth import Growth, Laying
+from .mosaic import Mosaic
 from .patchwork import Patchwork, random_patch, waves
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch
@@ -14,6 +15,7 @@ __all__ = [
     "Growth",
     "Laying",
     "Layout",
+    "Mosaic",
     "PatchSearch",
     "Patchwork",
     "Repetition",
