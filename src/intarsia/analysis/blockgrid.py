@@ -100,6 +100,10 @@ def block_vectors(
         ]
         down, across = _along(sums, 0, room), _along(sums, 1, room)
         if down is None or across is None or _cross(down, across) == 0:
+            # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
+            halves = [(y // 2, x // 2) for y, x in sums]
+            down, across = _along(halves, 0, room), _along(halves, 1, room)
+        if down is None or across is None or _cross(down, across) == 0:
             first, second = sorted((v1, v2), key=lambda v: -abs(v[0]) / (abs(v[1]) + 1))
             down, across = first, second
     down, across = _towards(down, 0), _towards(across, 1)
@@ -139,11 +143,14 @@ def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: 
     return int(np.argmin(np.rint(mean)))
 
 
-def positions(grid: BlockGrid, valid: NDArray[np.bool_], step: int = 1) -> NDArray[np.int64]:
+def positions(
+    grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int] = (0, 0), step: int = 1
+) -> NDArray[np.int64]:
     """List the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
 
     `valid` (H, W): usable pixels. The whole block must lie on usable pixels; in a free direction every `step`-th
-    px is a place.
+    px is a place. `kind`: 0 or 1 each, where blocks are half periods: those an odd number of rows or columns
+    away from block (0, 0) show other places.
     """
     v1, v2 = grid.cell
     if v2 is None:
@@ -152,8 +159,9 @@ def positions(grid: BlockGrid, valid: NDArray[np.bool_], step: int = 1) -> NDArr
     height, width = valid.shape
     reach = 2 + math.ceil(UNIT * (height + width) / min(math.hypot(*v1), math.hypot(*v2)))
     a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1), indexing="ij")
-    y = grid.phase[0] + a.ravel() * v1[0] + b.ravel() * v2[0]
-    x = grid.phase[1] + a.ravel() * v1[1] + b.ravel() * v2[1]
+    first = grid.origin(*kind)
+    y = first[0] + a.ravel() * v1[0] + b.ravel() * v2[0]
+    x = first[1] + a.ravel() * v1[1] + b.ravel() * v2[1]
     corners = [(0, 0), grid.rows, grid.columns, (grid.rows[0] + grid.columns[0], grid.rows[1] + grid.columns[1])]
     inside = np.ones(len(y), bool)
     for dy, dx in corners:

@@ -50,8 +50,8 @@ class Mosaic:
         The exemplar's features and usable pixels.
     source, canvas : BlockGrid
         The grid in the exemplar, and as it lies on the canvas (strained a little where that wraps).
-    places : int64 array (n, 2)
-        Where blocks may be read, 1/256 px.
+    places : dict of int64 arrays (n, 2)
+        Where blocks may be read, 1/256 px, by the parity of their row and column.
     around : (rows, columns)
         Blocks around a wrapped canvas along each axis, 0 where it does not wrap.
     """
@@ -60,7 +60,7 @@ class Mosaic:
     usable: NDArray[np.bool_]
     source: BlockGrid
     canvas: BlockGrid
-    places: NDArray[np.int64]
+    places: dict[tuple[int, int], NDArray[np.int64]]
     around: tuple[int, int]
     half: float
     tolerance: int
@@ -148,9 +148,10 @@ class Mosaic:
     def _random(self, i: int, j: int) -> int:
         """The place that a random block is read from: every place once in each square of blocks, shuffled."""
         i, j = self._name(i, j)
-        side = math.ceil(math.sqrt(2 * len(self.places)))
+        places = self._places(i, j)
+        side = 2 * math.ceil(math.sqrt(len(places) / 2))
         square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
-        order = list(range(len(self.places)))
+        order = list(range(len(places)))
         for k in range(len(order) - 1, len(order) - 2 - cell % len(order), -1):  # only as far as needed
             other = below(k + 1, draw(self.seed, STAGE, 2 + k, *square))
             order[k], order[other] = order[other], order[k]
@@ -159,12 +160,15 @@ class Mosaic:
     def _shift(self, i: int, j: int, place: int) -> tuple[int, int]:
         """What to add to canvas px of block (i, j) to read the block at a place."""
         y, x = self.canvas.origin(i, j)
-        py, px = self.places[place]
+        py, px = self._places(i, j)[place]
         return (int(py) - y + UNIT // 2) // UNIT, (int(px) - x + UNIT // 2) // UNIT
 
     def _shifts(self, i: int, j: int) -> NDArray[np.int64]:
         y, x = self.canvas.origin(i, j)
-        return (self.places - (y, x) + UNIT // 2) // UNIT
+        return (self._places(i, j) - (y, x) + UNIT // 2) // UNIT
+
+    def _places(self, i: int, j: int) -> NDArray[np.int64]:
+        return self.places[i % 2, j % 2]
 
     def _name(self, i: int, j: int) -> tuple[int, int]:
         """Number of a block; around a wrapped canvas the numbers return."""
@@ -204,7 +208,7 @@ def _cell(lattice: Any, shape: tuple[int, ...]) -> tuple[Vector, Vector | None]:
 
 def _grid(
     method: Settings, picture: Array, usable: Array, cell: tuple[Vector, Vector | None], element: float
-) -> tuple[BlockGrid, NDArray[np.int64]]:
+) -> tuple[BlockGrid, dict[tuple[int, int], NDArray[np.int64]]]:
     """Choose the blocks; smaller ones where the exemplar holds too few places for large ones."""
     room = picture.shape[:2]
     wide = min(max(1.5 * element, 48.0), min(room) / 2.5)
@@ -220,8 +224,8 @@ def _grid(
             y = best_phase(picture, grid, method.border, 0) if fixed or down else 0
             x = best_phase(picture, grid, method.border, 1) if fixed or not down else 0
             grid = BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
-        places = positions(grid, usable)
-        if len(places) >= 2:
+        places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
+        if min(len(p) for p in places.values()) >= 2:
             return grid, places
     raise MethodError(
         "the exemplar holds fewer than two places for a block of one period; give a larger exemplar, or use "
