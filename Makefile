@@ -15,7 +15,7 @@ WORKERS ?= 2
 
 INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo test lint format bench pictures clean clean-all
+.PHONY: help demo test lint format bench pictures tables clean clean-all
 
 help:
 	@echo "make demo      grow a built-in colour exemplar and sample:brick to 1024x1024 into demo/"
@@ -24,6 +24,7 @@ help:
 	@echo "make format    put imports in order and repair what ruff can repair"
 	@echo "make bench     measure speed and memory; writes bench/results.json"
 	@echo "make pictures  remake the pictures of the documentation"
+	@echo "make tables    rewrite the tables of the documentation that follow from the code"
 	@echo "make clean     remove what the others made; clean-all removes .venv, too"
 	@echo "PYTHON=... chooses the Python for .venv (3.11 or newer), WORKERS=... the test processes (now $(WORKERS))"
 
@@ -78,7 +79,11 @@ bench: $(VENV)/.installed-dev
 
 pictures: $(VENV)/.installed-dev
 	$(call check,-dev)
-	@$(BIN)/python docs/make_pictures.py
+	@$(BIN)/python docs/make_pictures.py && $(BIN)/python docs/make_patch_pictures.py && $(BIN)/python docs/make_start_pictures.py
+
+tables: $(VENV)/.installed-dev
+	$(call check,-dev)
+	@$(BIN)/python docs/make_tables.py
 
 clean:
 	@rm -rf demo bench dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -53,13 +53,14 @@ def hero() -> np.ndarray:
 
 
 def photographs() -> np.ndarray:
-    """A cut-out of each photograph of scikit-image, and what grows from the whole of it."""
+    """What grows from the photographs of scikit-image."""
     return beside(*(rgb(grown(name, 320, seed=1)) for name in ("brick", "grass", "gravel")))
 
 
 def baseline() -> np.ndarray:
     """Random tiling and image quilting with patches of one size."""
-    return beside(*(rgb(grown("stones", 400, method(patch=72), seed=3)) for method in (ia.RandomTiling, ia.ImageQuilting)))
+    methods = ia.RandomTiling(patch=72), ia.ImageQuilting(patch=72)
+    return beside(*(rgb(grown("stones", 400, method, seed=3)) for method in methods))
 
 
 def patches() -> np.ndarray:
@@ -80,8 +81,7 @@ def map_of() -> np.ndarray:
     mixed = (pieces + 1) * np.uint32(0x9E3779B1)
     mixed ^= mixed >> np.uint32(15)
     colours = np.stack([(mixed >> np.uint32(s)) & np.uint32(127) for s in (3, 11, 19)], axis=2).astype(np.uint8) + 96
-    yx = made.map.yx * 255 // 255
-    where = np.dstack([yx[:, :, 1], yx[:, :, 0], np.full(yx.shape[:2], 96)]).astype(np.uint8)
+    where = np.dstack([made.map.yx[:, :, ::-1], np.full((320, 320), 96)]).astype(np.uint8)  # 0 to 255 each
     return beside(rgb(made), colours, where)
 
 
@@ -97,8 +97,21 @@ def repetition() -> np.ndarray:
 
 
 def repeat() -> np.ndarray:
-    """A photograph that does not tile, repeated, and a sample that does."""
-    return beside(*(rgb(grown(name, 512, "repeat"))[:320, :640][::1] for name in ("tiles",)), rgb(grown("brick", (320, 640), "repeat"))[:, 400:640])
+    """A sample that tiles, repeated, and a photograph that does not."""
+    return beside(rgb(grown("tiles", (320, 512), "repeat")), rgb(grown("brick", (320, 640), "repeat"))[:, 400:])
+
+
+def pixel_by_pixel() -> np.ndarray:
+    """Gravel grown by the three methods that go pixel by pixel."""
+    gravel = np.ascontiguousarray(ia.read("sample:gravel").base.pixels[:128, :128])
+    methods = ia.EfrosLeung(window=15), ia.WeiLevoy(), ia.Ashikhmin()
+    return beside(rgb(gravel), *(rgb(ia.synthesize(gravel, 192, m, seed=1, wrap="both")) for m in methods))
+
+
+def window_sizes() -> np.ndarray:
+    """Windows too small, and large enough for a brick."""
+    brick = np.ascontiguousarray(ia.read("sample:brick").base.pixels[::4, ::4])
+    return beside(rgb(brick), *(rgb(ia.synthesize(brick, 192, ia.EfrosLeung(window=n), seed=2)) for n in (5, 11, 23)))
 
 
 PICTURES = {
@@ -111,6 +124,8 @@ PICTURES = {
     "feathers": feathers,
     "repetition": repetition,
     "repeat": repeat,
+    "pixels": pixel_by_pixel,
+    "windows": window_sizes,
 }
 
 

@@ -78,8 +78,9 @@ def tiff(
     offsets = [start + sum(map(len, strips[:i])) for i in range(len(strips))]
     kind = {"u": 1, "i": 2, "f": 3}[data.dtype.kind]
     fields: dict[int, list[int]] = {
-        256: [width], 257: [height], 258: [data.dtype.itemsize * 8] * channels, 259: [1], 262: [2 if channels >= 3 else 1],
-        273: offsets, 277: [channels], 278: [height], 279: [len(s) for s in strips], 284: [2 if planar else 1],
+        256: [width], 257: [height], 258: [data.dtype.itemsize * 8] * channels, 259: [1],
+        262: [2 if channels >= 3 else 1], 273: offsets, 277: [channels], 278: [height],
+        279: [len(s) for s in strips], 284: [2 if planar else 1],
         339: [kind] * channels,
     }  # fmt: skip
     if channels not in (1, 3):

@@ -96,8 +96,9 @@ import os, sys
 from click.testing import CliRunner
 from intarsia.cli.app import cli
 calls = [["--help"], ["grow", "--help"], ["render", "-h"], ["replay", "-h"], ["warm-up", "-h"], ["methods"],
-         ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"], ["grow", "a", "-o", "b", "--size", "x"],
-         ["grow", "a.png", "-o", "b.png", "--patch", "0"], ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"]]
+         ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
+         ["grow", "a", "-o", "b", "--size", "x"], ["grow", "a.png", "-o", "b.png", "--patch", "0"],
+         ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"]]
 for call in calls:
     assert CliRunner().invoke(cli, call).exit_code in (0, 2), call
 os.environ.update(_INTARSIA_COMPLETE="bash_complete", COMP_WORDS="intarsia grow --me", COMP_CWORD="2")
@@ -214,8 +215,8 @@ class TestGrow:
     def test_scale_drops_what_is_over_and_a_crop_hits_smaller_planes(self) -> None:
         small = np.arange(20 * 24, dtype=np.uint8).reshape(20, 24)
         files.write("small.png", ia.Plane(small))
-        run("grow", "a.png", "--map", "ao=small.png", "--crop", "4,2,20,10", "--method", "repeat", "--size", "20x10", "-q",
-            "-o", "out.png")  # fmt: skip
+        run("grow", "a.png", "--map", "ao=small.png", "--crop", "4,2,20,10", "--method", "repeat", "--size", "20x10",
+            "-q", "-o", "out.png")  # fmt: skip
         assert np.array_equal(pixels(Path("out.png")), pixels(Path("a.png"))[2:12, 4:24])
         assert np.array_equal(pixels(Path("out_ao.png")), small[1:6, 2:12])
         told = answer("grow", "a.png", "--scale", "1/7", "--method", "repeat", "-q", "-o", "seventh.png")
@@ -278,22 +279,40 @@ class TestSets:
         assert Path("again_normal.png").read_bytes() == Path("moss_big_normal.png").read_bytes()
 
     def test_several_exemplars_in_one_output(self) -> None:
-        told = answer("grow", "a.png", "b.png", "-o", "out.png", "--patch", 12, "--mask", "mask.png", "--mask", "mask.png")
+        told = answer(
+            "grow", "a.png", "b.png", "-o", "out.png", "--patch", 12, "--mask", "mask.png", "--mask", "mask.png"
+        )
         assert len(told["exemplars"]) == 2
-        run("replay", "out.png", "-e", "a.png", "-e", "b.png", "--mask", "mask.png", "--mask", "mask.png", "-o", "two.png")
+        run(
+            "replay",
+            "out.png",
+            "-e",
+            "a.png",
+            "-e",
+            "b.png",
+            "--mask",
+            "mask.png",
+            "--mask",
+            "mask.png",
+            "-o",
+            "two.png",
+        )
         assert Path("out.png").read_bytes() == Path("two.png").read_bytes()
 
     def test_set_and_several_force_the_reading(self) -> None:
         Path("a.png").rename("moss_albedo.png")
         Path("n.png").rename("other_normal.png")
-        assert len(answer("grow", "moss_albedo.png", "other_normal.png", "--set", "--dry-run", "-o", "o.png")["files"]) == 2
+        assert (
+            len(answer("grow", "moss_albedo.png", "other_normal.png", "--set", "--dry-run", "-o", "o.png")["files"])
+            == 2
+        )
         Path("other_normal.png").rename("moss_ao.png")
         told = answer("grow", "moss_albedo.png", "moss_ao.png", "--several", "--dry-run", "-o", "{stem}_o.png")
         assert len(told["results"]) == 2
 
     def test_batch_with_sheet(self) -> None:
-        told = answer("grow", "a.png", "b.png", "--patch", 12, "-o", "{stem}-{method}-{w}x{h}-{seed}.png", "--seeds", "1..2",
-                      "--sheet", "sheet.png", "--save-map", "{stem}{seed}.npz")  # fmt: skip
+        told = answer("grow", "a.png", "b.png", "--patch", 12, "-o", "{stem}-{method}-{w}x{h}-{seed}.png",
+                      "--seeds", "1..2", "--sheet", "sheet.png", "--save-map", "{stem}{seed}.npz")  # fmt: skip
         assert [r["files"][0]["path"] for r in told["results"]] == [
             f"{s}-image-quilting-96x80-{n}.png" for s in "ab" for n in (1, 2)
         ]

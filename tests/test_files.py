@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from corpus import picture, pillow
+from corpus import picture, pillow, tiff
 from PIL import Image, ImageCms
 
 from intarsia.errors import InputError, ParameterError, ResourceError
@@ -83,8 +83,9 @@ def test_nan_and_infinity_come_back_in_floats(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("dtype", "channels", "name", "words"), [
     ("uint16", 3, "a.jpg", "16 bit.*--depth 8"), ("uint16", 3, "a.bmp", "bmp holds 8 bit.*.png.*--depth 8"),
-    ("float32", 3, "a.png", "--depth 16"), ("uint8", 3, "a.exr", "--depth float"), ("float16", 3, "a.tif", ".exr.*--depth"),
-    ("uint8", 4, "a.jpg", "alpha among them.*.png"), ("uint8", 2, "a.bmp", "2 .alpha"), ("uint8", 1, "a.webp", "3 or 4"),
+    ("float32", 3, "a.png", "--depth 16"), ("uint8", 3, "a.exr", "--depth float"),
+    ("float16", 3, "a.tif", ".exr.*--depth"), ("uint8", 4, "a.jpg", "alpha among them.*.png"),
+    ("uint8", 2, "a.bmp", "2 .alpha"), ("uint8", 1, "a.webp", "3 or 4"),
     ("uint8", 1, "a.ppm", "3 channels"), ("uint8", 5, "a.png", ".tif"), ("float64", 3, "a.exr", "double"),
     ("uint8", 3, "a.xyz", "names no format"), ("uint8", 3, "a", "without ending"),
 ])  # fmt: skip
@@ -132,6 +133,16 @@ def test_pictures_are_turned_upright(orientation: int, format: str) -> None:
     with Image.open(io.BytesIO(data)) as image:
         expected = np.array(ImageOps.exif_transpose(image))
     np.testing.assert_array_equal(read_plane(data).pixels, expected)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_tiffs_are_turned_upright(orientation: int) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    np.testing.assert_array_equal(
+        read_plane(tiff(picture(), tags={274: orientation})).pixels,
+        read_plane(pillow("png", picture(), exif=exif)).pixels,
+    )
 
 
 def test_profiles_travel(tmp_path: Path) -> None:
@@ -408,7 +419,7 @@ def names(sets: list[dict[str, Any]]) -> list[dict[str, str]]:
 @pytest.mark.parametrize(("files", "expected"), [
     ("moss_albedo.png moss_nor_gl.png moss_rough.png moss_disp.exr", "albedo normal roughness height"),
     ("moss_diff_2k.png moss_nor_gl_2k.exr moss_arm_2k.png", "albedo normal orm"),
-    ("Bricks076_1K-JPG_Color.jpg Bricks076_1K-JPG_NormalGL.jpg Bricks076_1K-JPG_AmbientOcclusion.jpg", "albedo normal ao"),
+    ("Bricks7_1K-JPG_Color.jpg Bricks7_1K-JPG_NormalGL.jpg Bricks7_1K-JPG_AmbientOcclusion.jpg", "albedo normal ao"),
     ("a.albedo.png a.normal.png a.mask.png", "albedo normal mask"),
     ("wood.png wood_normal.png wood-Metalness.png wood_emissive.png wood_gloss.png wood_opacity.png",
      "albedo normal metallic opacity emission specular"),
@@ -480,7 +491,8 @@ def test_an_unknown_sample_names_the_known() -> None:
 
 @pytest.mark.parametrize("plane", [
     Plane(picture()), Plane(picture(channels=2)), Plane(picture(channels=7), Kind.DATA), Plane(some("uint16", 3)),
-    Plane(some("float32", 3), transfer=Transfer.LINEAR), Plane(some("float16", 1), Kind.DATA), Plane(some("float64", 4)),
+    Plane(some("float32", 3), transfer=Transfer.LINEAR), Plane(some("float16", 1), Kind.DATA),
+    Plane(some("float64", 4)),
     Plane(np.array([[np.nan, 1, 5]], np.float32), Kind.DATA), Plane(np.array([[True, False]]), Kind.LABEL),
     Plane(some("uint32", 1), Kind.LABEL), Plane(some("uint32", 3), Kind.LABEL), Plane(picture(channels=1), Kind.LABEL),
     Plane(picture(), Kind.NORMAL), Plane(some("float32", 1), Kind.LABEL),

@@ -1,4 +1,10 @@
-"""Image quilting line by line: source 002, its defects and their remedies, and what repetition control promises."""
+"""Image quilting line by line: source 002, its defects and their remedies.
+
+Lines that are tested elsewhere: S2-05..S2-07 and the cost of the cut (D2-2) in test_cuts; S2-10 and the reader of
+D2-7 in test_files and test_bad_files; S2-11 in test_random_tiling; S2-12 (knots and dark pebbles that return),
+D0-2..D0-4, D2-5, S0-80 and S0-81 in test_repetition; D2-6 (a patch from the size of the elements) in
+test_elements; S2-13's model of texture elements is not built.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +13,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from naive import NaiveQuilting, joins, least_return, shares
+from naive import NaiveQuilting, joins
 from torture import TORTURE
 
 import intarsia as ia
@@ -74,23 +80,22 @@ def test_without_overlap_patches_lie_where_the_raster_says() -> None:
         assert len(lines) >= 2
 
 
-def test_seams_lie_in_the_overlaps_only() -> None:
-    """S2-08: what a patch does not share with a neighbour comes from that patch unbroken."""
-    size, patch, overlap = (44, 51), 12, 4
+@pytest.mark.parametrize(("patch", "overlap"), [((12, 12), (4, 4)), ((6, 14), (1, 5)), ((13, 8), (6, 0))])
+def test_seams_lie_in_the_overlaps_only(patch: tuple[int, int], overlap: tuple[int, int]) -> None:
+    """S2-02, S2-08: what a patch shares with no other is unbroken; rows and columns have sizes of their own."""
+    size = (44, 51)
     out = grow(Exemplar.of(bytes_of(40, 40)), size, patch=patch, overlap=overlap)
+    patches = []
     for axis in (0, 1):
-        starts, length = spread(size[axis], patch, overlap, wrap=False)
-        inside = np.zeros(size[axis], int)
-        for s in starts:
-            inside[s : s + length] += 1
-        alone = np.flatnonzero(inside[:-1] + inside[1:] == 2)  # neither pixel is shared along this axis
-        broken = ~unbroken(out, axis)
-        other = spread(size[1 - axis], patch, overlap, wrap=False)
-        single = np.zeros(size[1 - axis], int)
-        for s in other[0]:
-            single[s : s + other[1]] += 1
-        part = np.take(broken, alone, axis=axis)
-        assert not np.compress(single == 1, part, axis=1 - axis).any()
+        starts, length = spread(size[axis], patch[axis], overlap[axis], wrap=False)
+        assert len(starts) == -(-(size[axis] - overlap[axis]) // (patch[axis] - overlap[axis]))
+        patches.append([{k for k, s in enumerate(starts) if s <= p < s + length} for p in range(size[axis])])
+    rows, columns = patches
+    for axis, (dy, dx) in enumerate(((1, 0), (0, 1))):
+        whole = unbroken(out, axis)
+        for y, x in product(range(size[0] - dy), range(size[1] - dx)):
+            one, two = (set(product(rows[b], columns[a])) for b, a in ((y, x), (y + dy, x + dx)))
+            assert whole[y, x] or len(one | two) > 1
 
 
 def test_uneven_sizes_widen_overlaps_and_crop_nothing() -> None:
@@ -104,19 +109,6 @@ def test_uneven_sizes_widen_overlaps_and_crop_nothing() -> None:
             assert starts[0] == 0
             assert not len(gaps) or (gaps.max() <= max(8, patch) and gaps.max() - gaps.min() <= 1)
             assert len(gaps) == 0 or length <= 12 or gaps.max() <= 8
-
-
-def test_rectangular_patches_and_overlaps_of_their_own() -> None:
-    """S2-02: rows and columns have their own patch side and overlap; nothing is square by accident."""
-    e = Exemplar.of(bytes_of(30, 26))
-    out = grow(e, (33, 40), patch=(6, 14), overlap=(1, 5))
-    tall, wide = (~unbroken(out, 0))[:-1].any(axis=1), (~unbroken(out, 1))[:, :-1].any(axis=0)
-    rows, columns = spread(33, 6, 1, False)[0], spread(40, 14, 5, False)[0]
-    assert len(rows) == 7
-    assert len(columns) == 4
-    for broken, starts, overlap in ((tall, rows, 3), (wide, columns, 7)):
-        allowed = {s + k - 1 for s in starts[1:] for k in range(overlap)}
-        assert set(np.flatnonzero(broken).tolist()) <= allowed
 
 
 def test_the_automatic_overlap_is_a_third_and_can_be_set() -> None:
@@ -147,10 +139,10 @@ def test_channel_weights_are_those_of_luminance_and_can_be_equal() -> None:
 
 def test_tolerance_0_takes_the_best_and_a_tolerance_chooses() -> None:
     """S2-04: a draw among all within the tolerance; with 0 only the first patch is drawn."""
-    e = Exemplar.of(bytes_of(24, 24, 3))
-    start = holed(identity([e.source], 0), np.arange(24) >= np.full((24, 1), 8))
+    e = Exemplar.of(texture(30, 30, 3))
+    start = holed(identity([e.source], 0), np.arange(30) >= np.full((30, 1), 8))
     best = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=0, usage=0).digest for k in range(5)}
-    some = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=1, usage=0).digest for k in range(5)}
+    some = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=5, usage=0).digest for k in range(5)}
     assert len(best) == 1
     assert len(some) == 5
 
@@ -184,108 +176,6 @@ def test_seeds_differ_and_one_seed_repeats() -> None:
     assert len(set(maps)) == 3
 
 
-# ---- repetition ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("wrap", ["none", "both"])
-@pytest.mark.parametrize("isometries", ["none", "both"])
-@pytest.mark.parametrize("distance", [6, 17])
-def test_no_pixel_returns_within_the_least_distance(wrap: str, isometries: str, distance: int) -> None:
-    """S0-80, D0-2: checked on the map, pixel by pixel; across wrapped borders and mirrored, too."""
-    for seed, size in ((0, (36, 44)), (1, (30, 30)), (2, (21, 64))):
-        e = Exemplar.of(texture(64, 60, 1, seed))
-        out = grow(
-            e, size, seed, wrap, patch=10, overlap=4, min_repeat_distance=distance, isometries=isometries, tolerance=1
-        )
-        assert least_return(out) >= distance
-
-
-def test_no_pixel_returns_at_all_where_the_exemplar_is_large_enough() -> None:
-    """S0-80: a distance longer than the canvas means: never."""
-    out = grow(Exemplar.of(texture(90, 90, 3)), (30, 30), patch=10, overlap=3, min_repeat_distance=60)
-    assert least_return(out) == np.inf
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_patches_that_match_nothing_keep_the_least_distance_too(seed: int) -> None:
-    """S0-80: with overlap 0 patches are drawn blindly, but not against this rule."""
-    out = grow(Exemplar.of(bytes_of(40, 40)), (36, 36), seed, patch=9, overlap=0, min_repeat_distance=25)
-    assert least_return(out) >= 25
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_toroidal_exemplar_keeps_the_least_distance_across_its_border(seed: int) -> None:
-    """S0-80: patches that meet around the exemplar's border share pixels, too."""
-    e = Exemplar.of(bytes_of(30, 26), toroidal=True)
-    out = grow(e, (30, 30), seed, patch=9, overlap=3, min_repeat_distance=9, tolerance=1)
-    assert least_return(out) >= 9
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_wide_overlaps_on_a_torus_keep_the_least_distance(seed: int) -> None:
-    """S0-80: also where patches are as long as the wrapped canvas, and meet on both sides."""
-    e = Exemplar.of(bytes_of(90, 90))
-    out = grow(e, (20, 20), seed, "both", patch=20, overlap=15, min_repeat_distance=12, tolerance=1)
-    assert least_return(out) >= 12
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_new_patches_keep_the_least_distance_to_the_start(seed: int) -> None:
-    """S0-80, S0-89: what is laid beside a start picture does not repeat it within the distance."""
-    e = Exemplar.of(texture(60, 60, 3, seed))
-    start = replace(identity([e.source], 0).window(ia.Box(5, 5, 45, 45)))
-    start = holed(start, np.arange(40) >= np.full((40, 1), 20))
-    out = grow(e, None, seed, start=start, patch=12, overlap=4, min_repeat_distance=15)
-    assert least_return(out) >= 15
-
-
-def test_an_impossible_distance_is_refused_in_one_line() -> None:
-    """S0-80: an exemplar of four patches cannot fill 40 without repeating."""
-    with pytest.raises(ia.MethodError, match="min_repeat_distance=500") as caught:
-        grow(Exemplar.of(bytes_of(20, 20)), (80, 80), patch=10, overlap=3, min_repeat_distance=500)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_price_on_repetition_uses_more_of_the_exemplar() -> None:
-    """D0-2, D0-3, D2-5, D-G3: without it a flat spot, which fits everywhere, feeds itself; with it, it does not."""
-    picture = texture(64, 64, 1, 4)
-    picture[36:, 36:] = 128  # a fifth of the exemplar is flat
-    e = Exemplar.of(picture)
-    flat = {}
-    for usage in (0, 0.05, 0.5):
-        maps = [grow(e, (128, 128), k, patch=16, overlap=6, usage=usage) for k in range(3)]
-        flat[usage] = np.mean([(m.yx >= 36).all(axis=2).mean() for m in maps])
-        if usage:
-            assert np.mean([shares(m, [e]) for m in maps]) > 0.75
-    plain = [grow(e, (128, 128), k, patch=16, overlap=6, usage=0) for k in range(3)]
-    dear = [grow(e, (128, 128), k, patch=16, overlap=6, usage=0.5) for k in range(3)]
-    assert np.mean([shares(m, [e]) for m in dear]) > np.mean([shares(m, [e]) for m in plain])
-    assert flat[0.05] < 0.5
-    assert flat[0.5] < 0.35
-
-
-def test_striking_patches_return_less_than_common_ones() -> None:
-    """D0-4, D2-5, S0-81: the one red cluster is shown less often when repetition has a price."""
-    e = Exemplar.of(TORTURE["red_cluster"](size=96))
-    red = (e.base.pixels[:, :, 0] > 150) & (e.base.pixels[:, :, 1] < 90)
-    assert red.any()
-    shown = {}
-    for usage in (0, 1):
-        maps = [grow(e, (192, 192), k, patch=24, overlap=8, usage=usage) for k in range(3)]
-        shown[usage] = np.mean([red[m.yx[:, :, 0], m.yx[:, :, 1]].mean() for m in maps])
-    assert shown[1] <= max(shown[0], 1.5 * red.mean())
-
-
-def test_the_usage_map_sums_to_the_output() -> None:
-    """R-29: every output pixel is counted once."""
-    one, two = Exemplar.of(texture(30, 30, 3)), Exemplar.of(texture(22, 40, 3, 1))
-    out = grow([one, two], (47, 51), patch=10, overlap=4)
-    counts = out.usage()
-    assert [c.shape for c in counts] == [(30, 30), (22, 40)]
-    assert sum(int(c.sum()) for c in counts) == 47 * 51
-    assert sum(np.count_nonzero(c) for c in counts) / (900 + 880) == pytest.approx(shares(out, [one, two]))
-
-
 # ---- known defects ------------------------------------------------------------------------------------------------
 
 
@@ -293,9 +183,11 @@ def test_black_and_white_are_far_apart() -> None:
     """D2-1, torture 24: |255 - 0| is 255, so stripes continue; as signed bytes they would be almost equal."""
     e = Exemplar.of(TORTURE["stripes"](size=60))
     assert np.ptp(features([e]).pictures[0]) == 1023
-    for seed in range(3):
-        out = ia.synthesize(e, (70, 70), ia.ImageQuilting(patch=24, overlap=8), seed=seed).render().pixels
-        assert (out == out[0]).all(), "stripes run from top to bottom"
+    for seed, search in product(range(4), ("exact", "fast")):
+        method = ia.ImageQuilting(patch=24, overlap=8, search=search)
+        out = ia.synthesize(e, (70, 70), method, seed=seed).render().pixels
+        wrong = (out != out[0]).mean()
+        assert wrong == 0 if search == "exact" else wrong < 0.1, "stripes run from top to bottom"
         edges = np.flatnonzero(np.diff(out[0].astype(int)))
         assert set(np.diff(edges).tolist()) == {5}
 

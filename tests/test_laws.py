@@ -30,6 +30,27 @@ class TestAutomaticImageQuilting(MethodContract):
     examples = 8
 
 
+class TestPatchSampling(MethodContract):
+    method = ia.PatchSampling(patch=6, overlap=3)
+
+
+class TestPatchSamplingOfAllKinds(MethodContract):
+    """All isometries, all positions searched, cut seams, and the source's counter of repeats."""
+
+    method = ia.PatchSampling(patch=5, overlap=2, isometries="both", search="exact", join="cut", repetition="counter")
+    examples = 8
+
+
+class TestPatchSamplingOfRectangles(MethodContract):
+    method = ia.PatchSampling(patch=(4, 7), overlap=(2, 3), isometries="180", join="middle", bound="epsilon")
+    examples = 8
+
+
+class TestAutomaticPatchSampling(MethodContract):
+    method = ia.PatchSampling()
+    examples = 8
+
+
 class TestRandomTiling(MethodContract):
     method = ia.RandomTiling(patch=11, isometries="both")
     examples = 8
@@ -43,6 +64,54 @@ class TestAutomaticRandomTiling(MethodContract):
 class TestRepeat(MethodContract):
     method = ia.Repeat()
     examples = 8
+
+
+class TestEfrosLeung(MethodContract):
+    method = ia.EfrosLeung(window=5)
+    examples = 6
+
+
+class TestTurnedEfrosLeung(MethodContract):
+    method = ia.EfrosLeung(window=(3, 7), isometries="180", tolerance=0.5)
+    examples = 4
+
+
+class TestAutomaticEfrosLeung(MethodContract):
+    method = ia.EfrosLeung()
+    examples = 4
+
+class TestWeiLevoy(MethodContract):
+    method = ia.WeiLevoy(window=(3, 5))
+    examples = 6
+
+
+class TestExactWeiLevoy(MethodContract):
+    method = ia.WeiLevoy(window=(2, 7), matching="exact")
+    examples = 4
+
+
+class TestWeiLevoyOfTwoLevels(MethodContract):
+    method = ia.WeiLevoy(window=(2, 3), levels=2)
+    examples = 5
+
+
+class TestAutomaticWeiLevoy(MethodContract):
+    method = ia.WeiLevoy()
+    examples = 4
+
+class TestAshikhmin(MethodContract):
+    method = ia.Ashikhmin(window=(3, 5))
+    examples = 6
+
+
+class TestJumpingAshikhmin(MethodContract):
+    method = ia.Ashikhmin(window=(2, 7), jumps=3)
+    examples = 4
+
+
+class TestAutomaticAshikhmin(MethodContract):
+    method = ia.Ashikhmin()
+    examples = 4
 
 
 def test_every_method_is_under_contract() -> None:

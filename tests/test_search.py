@@ -10,7 +10,7 @@ from naive import Posed, all_distances, posed
 from numpy.typing import NDArray
 from torture import TORTURE
 
-from intarsia.analysis import Candidates, PatchSearch, Variants, features, isometry_ids, variants
+from intarsia.analysis import Candidates, PatchSearch, Prices, Variants, features, isometry_ids, variants
 from intarsia.analysis.search import principal_axes
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
@@ -33,7 +33,7 @@ class Scene:
         self.layout: Variants = variants(self.exemplars, feats, ids, self.patch)
         self.search = PatchSearch(self.layout, self.patch, self.overlap, self.exact)
         self.naive: list[Posed] = posed(self.exemplars, ids, feats)
-        self.penalties = [np.zeros(v.shape, np.int32) for v in self.search.valid]
+        self.free = Prices([np.zeros(v.shape, np.int32) for v in self.search.valid], 0)
 
     def window(self, rng: np.random.Generator, mixed: bool) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
         """Fill a window with random pixels, or with two random pieces; part of it stays unknown."""
@@ -59,7 +59,7 @@ class Scene:
         return variant, yx
 
     def find(self, variant: NDArray[np.uint8], yx: NDArray[np.int32]) -> Candidates:
-        return self.search.find(variant, yx, np.zeros((1, 2), np.int64), self.penalties, 0)[0]
+        return self.search.find(variant, yx, np.zeros((1, 2), np.int64), (False, False), self.free)[0]
 
     def truth(self, found: Candidates) -> dict[tuple[int, int, int], int]:
         """Measure every usable patch against what the search saw in the window."""
@@ -170,8 +170,12 @@ def test_several_windows_together_give_the_same_as_one_by_one() -> None:
     variant = np.where(rng.random((60, 60)) < 0.5, HOLE, 0).astype(np.uint8)
     yx = np.stack([rng.integers(0, 40, (60, 60)), rng.integers(0, 44, (60, 60))], axis=2).astype(np.int32)
     at = rng.integers(0, 51, (90, 2))
-    alone = [scene.search.find(variant, yx, at[k : k + 1], scene.penalties, 0)[0] for k in range(len(at))]
-    together = [f for k in range(0, len(at), 16) for f in scene.search.find(variant, yx, at[k : k + 16], scene.penalties, 0)]
+
+    def find(begin: int, count: int) -> list[Candidates]:
+        return scene.search.find(variant, yx, at[begin : begin + count], (False, False), scene.free)
+
+    alone = [find(k, 1)[0] for k in range(len(at))]
+    together = [f for k in range(0, len(at), 16) for f in find(k, 16)]
     for a, b in zip(alone, together, strict=True):
         np.testing.assert_array_equal(a.rows, b.rows)
         assert a.usual == b.usual
@@ -191,9 +195,9 @@ def test_a_price_moves_the_short_list_elsewhere() -> None:
     scene = Scene([Exemplar.of(TORTURE["stripes"](size=60))], (10, 10), exact=True)
     variant, yx = scene.window(np.random.default_rng(0), mixed=False)
     before = scene.find(variant, yx)
-    used = np.zeros_like(scene.penalties[0])
+    used = np.zeros_like(scene.free.counts[0])
     used[before.rows[:, 2], before.rows[:, 3]] = 256
-    after = scene.search.find(variant, yx, np.zeros((1, 2), np.int64), [used], 65536)[0]
+    after = scene.search.find(variant, yx, np.zeros((1, 2), np.int64), (False, False), Prices([used], 65536))[0]
     assert not {(y, x) for _, _, y, x in before.rows.tolist()} & {(y, x) for _, _, y, x in after.rows.tolist()}
 
 

@@ -15,16 +15,19 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Ashikhmin": "methods.ashikhmin",
     "Blend": "sourcemap",
     "Box": "geometry",
     "Canvas": "canvas",
     "CancelledError": "errors",
+    "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
     "InputError": "errors",
     "IntarsiaError": "errors",
     "Kind": "image",
+    "Margins": "starts",
     "MethodError": "errors",
     "Mixing": "sourcemap",
     "NearRegular": "methods.near_regular",
@@ -36,23 +39,29 @@ _HOMES = {
     "Run": "run",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
+    "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
+    "extend": "healing",
+    "heal": "healing",
     "read": "files",
     "synthesize": "synthesis",
     "write": "files",
 }
 
 __all__ = [
+    "Ashikhmin",
     "Blend",
     "Box",
     "CancelledError",
     "Canvas",
+    "EfrosLeung",
     "Exemplar",
     "Guide",
     "ImageQuilting",
     "InputError",
     "IntarsiaError",
     "Kind",
+    "Margins",
     "MethodError",
     "Mixing",
     "ParameterError",
@@ -63,7 +72,10 @@ __all__ = [
     "Run",
     "SourceMap",
     "Synthesis",
+    "WeiLevoy",
     "Wrap",
+    "extend",
+    "heal",
     "read",
     "synthesize",
     "write",
@@ -76,13 +88,18 @@ if TYPE_CHECKING:
     from .files import read, write
     from .geometry import Box, Wrap
     from .guide import Guide
+    from .healing import extend, heal
     from .image import Kind, Plane
+    from .methods.ashikhmin import Ashikhmin
+    from .methods.efros_leung import EfrosLeung
     from .methods.image_quilting import ImageQuilting
     from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
+    from .methods.wei_levoy import WeiLevoy
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap
+    from .starts import Margins
     from .synthesis import Synthesis, synthesize
 
 

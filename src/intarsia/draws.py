@@ -6,17 +6,43 @@ Coordinates may be negative and as large as 2**63. Nothing else in the package m
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from .errors import ParameterError
 
 MASK = (1 << 64) - 1
+STEP = 0x9E3779B97F4A7C15
 SEED_LIMIT = 1 << 64
 
 
 def draw(seed: int, stage: int, level: int = 0, y: int = 0, x: int = 0) -> int:
     """Return 64 well mixed bits, a function of the five numbers only."""
-    state = seed & MASK
-    for word in (stage, level, y, x):
-        state = _mix(((state ^ (word & MASK)) + 0x9E3779B97F4A7C15) & MASK)
+    state = seed_state(seed, stage, level)
+    for word in (y, x):
+        state = _mix(((state ^ (word & MASK)) + STEP) & MASK)
+    return state
+
+
+def draw_many(seed: int, stage: int, level: int, at: Sequence[tuple[int, int]]) -> list[int]:
+    """Return ``draw(seed, stage, level, y, x)`` for many places (y, x) at once."""
+    import numpy as np
+
+    place = np.array(at, np.int64).reshape(-1, 2).astype(np.uint64)  # two's complement, as in draw
+    first = seed_state(seed, stage, level)
+    state = np.full(len(place), first, np.uint64)
+    for word in (place[:, 0], place[:, 1]):
+        z = (state ^ word) + np.uint64(STEP)
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        state = z ^ (z >> np.uint64(31))
+    return [int(s) for s in state.tolist()]
+
+
+def seed_state(seed: int, stage: int, level: int) -> int:
+    """The state of a draw before its place is mixed in."""
+    state = _mix((seed ^ 0x6A09E667F3BCC909) & MASK)  # so that seed and stage are not interchangeable
+    for word in (stage, level):
+        state = _mix(((state ^ (word & MASK)) + STEP) & MASK)
     return state
 
 

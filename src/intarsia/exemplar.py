@@ -60,7 +60,7 @@ class Exemplar:
     usable: NDArray[np.bool_] | None = None
     toroidal: bool = False
     name: str = "exemplar"
-    _memo: dict[Any, Any] = field(default_factory=dict, repr=False)
+    _memo: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
 
     def __post_init__(self) -> None:
         if not self.planes:

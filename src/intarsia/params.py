@@ -48,7 +48,7 @@ class Parameter:
             "extent": f"{span}{unit}, one number or WIDTHxHEIGHT",
             "weights": f"{span}, one for each channel",
             "vectors": "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
-            "isometries": "none, 180, 90, both, or isometry numbers 0 to 7 such as 0,1,6",
+            "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
         }.get(self.kind, span + unit)
 
 
@@ -65,7 +65,8 @@ def param(
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
     Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
-    (a tuple of numbers), ``isometries``, ``vectors`` (one or two pairs (x, y)).
+    (a tuple of numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is decided
+    from the exemplar when a method settles).
     """
     data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
     return dataclasses.field(default=default, metadata={"param": data})
@@ -107,7 +108,7 @@ def parse(p: Parameter, text: str) -> Any:
             return tuple(float(part) for part in text.split(","))
         if p.kind == "vectors":
             return tuple(tuple(float(part) for part in word.split(",")) for word in text.split())
-        if p.kind == "isometries" and text not in ISOMETRY_SETS:
+        if p.kind == "isometries" and text not in ISOMETRY_SETS and text != "auto":
             return tuple(int(part) for part in text.split(","))
         return text
     except ValueError:
@@ -117,6 +118,12 @@ def parse(p: Parameter, text: str) -> Any:
 def extent(value: int | tuple[int, int]) -> tuple[int, int]:
     """Return an extent as (rows, columns)."""
     return value if isinstance(value, tuple) else (value, value)
+
+
+def words(value: int | tuple[int, int] | None) -> str:
+    """Write an extent as the command line does: one number, or WIDTHxHEIGHT."""
+    rows, columns = extent(value or 0)
+    return f"{rows}" if rows == columns else f"{columns}x{rows}"
 
 
 def _is_pair(p: Parameter, value: Any) -> bool:
@@ -147,7 +154,7 @@ def _normal(p: Parameter, value: Any) -> Any:
 
 def _isometries(value: Any) -> str | tuple[int, ...]:
     if isinstance(value, str):
-        if value not in ISOMETRY_SETS:
+        if value not in ISOMETRY_SETS and value != "auto":
             raise ValueError
         return value
     ids = tuple(sorted({int(v) for v in value}))

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Event
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import CancelledError, ParameterError
 
@@ -26,6 +26,19 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+@dataclass
+class Probe:
+    """A question to a run: how well did every patch of the exemplar fit when output pixel (y, x) was filled?
+
+    ``maps``: the answer, one float32 array for every exemplar in every pose (in that order), over the first
+    pixels of patches; root mean squares on the 0..1 scale, -1 where no patch may begin. None until then.
+    """
+
+    y: int
+    x: int
+    maps: list[Any] | None = None
+
+
 @dataclass(frozen=True)
 class Run:
     """Threads, progress and cancelling of one piece of work.
@@ -41,12 +54,15 @@ class Run:
         Once set, the work ends with :class:`~intarsia.errors.CancelledError` at the next unit.
     notes : list of str
         Methods add here, in one line each, what the user should know of this run.
+    probe : Probe, optional
+        A question that methods answer which lay patches by search.
     """
 
     threads: int | None = None
     step: Step | None = None
     cancel: Event | None = None
     notes: list[str] = field(default_factory=list, compare=False)
+    probe: Probe | None = None
 
     def __post_init__(self) -> None:
         if self.threads is not None and not 1 <= self.threads <= 1024:

@@ -179,7 +179,7 @@ class SourceMap:
     def load(cls, path: str | Path) -> SourceMap:
         """Read a map that :meth:`save` wrote; InputError for anything else."""
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
                 arrays = {k: data[k] for k in ("yx", "which", "pose") if k in data}
                 about = json.loads(bytes(data["about"]))
             return cls(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import __version__
+from . import __version__, params
 from .canvas import Canvas
 from .draws import check_seed
 from .errors import InputError, MethodError, ParameterError
@@ -19,7 +19,7 @@ from .exemplar import Exemplar
 from .geometry import Box, Wrap
 from .guide import Guide
 from .image import Plane
-from .methods.base import Ability, Method, make, settings
+from .methods.base import Ability, Method, make
 from .render import render
 from .run import Run
 from .sourcemap import HOLE, Blend, SourceMap
@@ -108,11 +108,17 @@ def synthesize(
     exemplars = as_exemplars(exemplar)
     canvas = _canvas(exemplars, size, wrap, start, guide)
     chosen = make(method, {}) if isinstance(method, str) else method
-    _check_abilities(chosen, exemplars, canvas)
+    return carry_out(exemplars, canvas, chosen, seed, blend, run)
+
+
+def carry_out(
+    exemplars: tuple[Exemplar, ...], canvas: Canvas, method: Method, seed: int, blend: Blend | None, run: Run | None
+) -> Synthesis:
+    """Fill a canvas with a method: what :func:`synthesize` does once all is understood."""
+    check_abilities(method, exemplars, canvas)
     seed = check_seed(seed)
-    settled = chosen.settled(exemplars, canvas)
-    run = run or Run()
-    smap = settled.synthesize(exemplars, canvas, seed, run)
+    settled = method.settled(exemplars, canvas)
+    smap = settled.synthesize(exemplars, canvas, seed, run or Run())
     if bool(smap.holes.any()):
         raise MethodError(f"{settled.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
     joined = blend or settled.blend
@@ -170,7 +176,8 @@ def _check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
     start.check_sources()
 
 
-def _check_abilities(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas) -> None:
+def check_abilities(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas) -> None:
+    """Refuse to ask a method for what it does not claim."""
     wanted = {
         Ability.WRAP: canvas.wrap is not Wrap.NONE,
         Ability.START: canvas.start is not None,
@@ -201,7 +208,7 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
     recipe: dict[str, Any] = {
         "intarsia": __version__,
         "method": method.slug,
-        "parameters": {k: _xy(k, v) for k, v in settings(method).items()},
+        "parameters": recipe_settings(method),
         "seed": seed,
         "size": [canvas.width, canvas.height],
         "wrap": canvas.wrap.value,
@@ -210,11 +217,17 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
     }
     if canvas.start is not None:
         recipe["start"] = canvas.start.digest
+    if canvas.rim is not None:
+        recipe["rim"] = canvas.rim
     return recipe
 
 
-def _xy(name: str, value: Any) -> Any:
-    """Recipes are JSON, so extents stand x before y, and tuples are lists."""
-    if isinstance(value, tuple):
-        return list(reversed(value)) if name in ("patch", "overlap") else list(value)
-    return value
+def recipe_settings(method: Method) -> dict[str, Any]:
+    """The parameters as recipes hold them: JSON, extents x before y, tuples as lists."""
+    out: dict[str, Any] = {}
+    for p in params.parameters(method):
+        value = getattr(method, p.name)
+        if isinstance(value, tuple):
+            value = list(reversed(value)) if p.kind == "extent" else list(value)
+        out[p.name] = value
+    return out

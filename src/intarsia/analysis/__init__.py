@@ -1,33 +1,58 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
 from .features import Features, features, pose_array
-from .growth import Growth, Laying
+from .growth import Growth, Laying, Pick
 from .mosaic import Mosaic
-from .patchwork import Patchwork, random_patch, waves
+from .patchwork import Patchwork, Window, random_patch, waves
+from .pixels import Layer, check_window, choices, default_window, ground, layers
+from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
-from .search import Candidates, PatchSearch
+from .scan import Scan, scan_reach
+from .seams import seam_total
+from .search import Candidates, PatchSearch, Prices, Search
 from .sizes import check_patch, default_patch
+from .symmetry import allowed_isometries, settled_isometries
+from .trees import similar_pixels, tree_of
 from .variants import Variants, isometry_ids, variants
 
 __all__ = [
     "Candidates",
     "Features",
     "Growth",
+    "Layer",
     "Laying",
     "Layout",
     "Mosaic",
     "PatchSearch",
     "Patchwork",
+    "Pick",
+    "Prices",
+    "PyramidSearch",
     "Repetition",
     "Rule",
+    "Scan",
+    "Search",
     "Variants",
+    "Window",
+    "allowed_isometries",
     "check_patch",
+    "check_pyramid",
+    "check_window",
+    "choices",
     "default_patch",
+    "default_window",
     "features",
+    "ground",
     "isometry_ids",
+    "layers",
     "pose_array",
     "random_patch",
+    "scan_reach",
+    "seam_total",
+    "settled_isometries",
+    "similar_pixels",
     "striking",
+    "tree_of",
     "variants",
     "waves",
 ]

@@ -55,15 +55,20 @@ class Features:
 
     def posed(self, number: int, pose: int) -> Int16:
         """Return picture `number` as it looks when laid down in isometry `pose`."""
-        picture = pose_array(self.pictures[number], pose)
-        if pose and self.normals:
-            picture = picture.copy()
-            (a, b), (c, d) = ISOMETRIES[pose].j
-            for k in self.normals:  # rows point down, the green channel up; the turned gradient is J^T n
-                x, y = picture[:, :, k].copy(), picture[:, :, k + 1].copy()
-                picture[:, :, k] = d * x - b * y
-                picture[:, :, k + 1] = a * y - c * x
-        return np.ascontiguousarray(picture)
+        return posed(self.pictures[number], pose, self.normals)
+
+
+def posed(picture: NDArray[Any], pose: int, normals: tuple[int, ...] = ()) -> NDArray[Any]:
+    """Lay features (H, W, ..., C) down in an isometry; `normals` as in :class:`Features`."""
+    picture = pose_array(picture, pose)
+    if pose and normals:
+        picture = picture.copy()
+        (a, b), (c, d) = ISOMETRIES[pose].j
+        for k in normals:  # rows point down, the green channel up; the turned gradient is J^T n
+            x, y = picture[..., k].copy(), picture[..., k + 1].copy()
+            picture[..., k] = d * x - b * y
+            picture[..., k + 1] = a * y - c * x
+    return np.ascontiguousarray(picture)
 
 
 def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:
@@ -127,7 +132,7 @@ def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
         sums = np.cumsum(np.pad(out, pad, mode=mode), axis=axis)
         n = out.shape[axis]
         out = (np.take(sums, range(2 * r + 1, 2 * r + 1 + n), axis) - np.take(sums, range(n), axis)) // (2 * r + 1)
-    return out.astype(np.int32)
+    return np.asarray(out, np.int32)
 
 
 def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:
@@ -194,7 +199,7 @@ def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     s = values.shape[0] // exemplar.height
     if s > 1:
         blocks = values.reshape(exemplar.height, s, exemplar.width, s, -1).astype(np.int64)
-        return (blocks.sum(axis=(1, 3)) // (s * s)).astype(np.int32)
+        return np.asarray(blocks.sum(axis=(1, 3)) // (s * s), np.int32)
     s = exemplar.height // values.shape[0]
     return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
 

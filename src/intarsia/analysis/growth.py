@@ -13,23 +13,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..canvas import Canvas
-from ..draws import draw
+from ..draws import draw_many
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..geometry import hang, spread
+from ..kernels.edges import weigh_edge
 from ..run import Run
-from ..sourcemap import Blend, SourceMap
+from ..sourcemap import HOLE, Blend, SourceMap
+from .distance_map import distance_maps, full_scale
 from .features import features
 from .patchwork import Patchwork, Window, random_patch, waves
+from .placing import places
+from .pyramid import PyramidSearch
 from .repetition import Layout, Repetition, Rule, striking
-from .search import Candidates, PatchSearch
+from .search import Candidates, PatchSearch, Search
 from .variants import isometry_ids, variants
 
 Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[tuple[int, int], Pick, Candidates], None]
 
-BLIND = 64  # random patches tried where nothing is known and repeats are forbidden
+AROUND_HOLES = 128  # candidates kept where a patch must fit a hole
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
@@ -43,8 +47,10 @@ class Laying:
         Of a window, px; neighbours share `overlap`.
     hangs : bool
         Windows keep their pitch and may hang over the border (source 000), or are spread to end at it.
-    weights, context, isometries, exact
+    weights, context, isometries, search
         As the parameters of the methods: channel weights, weight of the surroundings, poses, search.
+    pyramid : (filter, kept)
+        Of the pyramid search: what is averaged, and how many positions are followed.
     listed : int
         Candidates kept of every search.
     repeats, usage, distance
@@ -59,7 +65,8 @@ class Laying:
     weights: tuple[float, ...] | None = None
     context: float = 0.0
     isometries: str | tuple[int, ...] = "none"
-    exact: bool = False
+    search: str = "fast"
+    pyramid: tuple[str, int] = ("mean", 1)
     listed: int = 16
     repeats: Rule = Rule.PRICES
     usage: float = 0.0
@@ -67,16 +74,23 @@ class Laying:
     rim: int = 0
 
     def layout(self, canvas: Canvas) -> Layout:
-        """The windows on a canvas."""
-        axes = []
-        for length, patch, overlap, wrap in zip(
-            (canvas.height, canvas.width), self.patch, self.overlap, (canvas.wrap.y, canvas.wrap.x), strict=True
-        ):
-            axes.append(hang(length, patch, overlap) if self.hangs and not wrap else spread(length, patch, overlap, wrap))
-        (rows, height), (columns, width) = axes
+        """The windows on a canvas: a grid, or around what it starts with."""
+        if canvas.start is not None and not canvas.start.holes.all():
+            patch = (min(self.patch[0], canvas.height), min(self.patch[1], canvas.width))
+            overlap = (min(self.overlap[0], patch[0] - 1), min(self.overlap[1], patch[1] - 1))
+            wraps = canvas.wrap.y, canvas.wrap.x
+            found = places(~canvas.start.holes, patch, overlap, wraps)
+            return Layout((), (), patch, canvas.height, canvas.width, *wraps, tuple(found))
+        rows, height = self._axis(0, canvas.height, canvas.wrap.y)
+        columns, width = self._axis(1, canvas.width, canvas.wrap.x)
         return Layout(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
         )
+
+    def _axis(self, axis: int, length: int, wrap: bool) -> tuple[list[int], int]:
+        if self.hangs and not wrap:
+            return hang(length, self.patch[axis], self.overlap[axis])
+        return spread(length, self.patch[axis], self.overlap[axis], wrap)
 
 
 class Growth:
@@ -91,26 +105,39 @@ class Growth:
         self.variants = variants(
             exemplars, self.features, isometry_ids(laying.isometries), self.layout.patch, shown
         )
-        self.finder = PatchSearch(self.variants, self.layout.patch, min(laying.overlap), laying.exact, laying.listed)
+        rim = laying.rim if canvas.rim is None else canvas.rim
+        listed = laying.listed if self.layout.places is None or rim else max(laying.listed, AROUND_HOLES)
+        self.finder = self._finder(listed)
         priced = laying.usage and laying.repeats is Rule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(
             self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats
         )
-        rim = laying.rim if canvas.rim is None else canvas.rim
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         self.waves = waves(self.layout, self.patchwork.open_windows(self.layout))
+        if canvas.start is not None:
+            self.repetition.note_start(self.patchwork.variant, self.patchwork.yx)
 
-    def fill(self, seed: int, stage: int, run: Run, choose: Choose, join: Join) -> None:
+    def _finder(self, listed: int) -> Search:
+        laying, patch = self.laying, self.layout.patch
+        if laying.search == "pyramid":
+            return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
+        return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", listed)
+
+    def fill(self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float) -> None:
         """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
 
-        `choose` picks among the candidates of a window, in a fixed order; `join` lays the patch into it.
+        `choose` picks among the candidates of a window, in a fixed order; a number stands for the choice by
+        price within this tolerance. `join` lays the patch into the window.
         """
         with run.pool() as each:
             for number, wave in enumerate(self.waves):
                 run.tick(number, len(self.waves), self.draft)
+                self.repetition.account()
                 found = self._search(wave, each, run.workers)
-                picks = [self._choose(w, f, seed, stage, choose) for w, f in zip(wave, found, strict=True)]
+                self._answer(run, wave, found)
+                bits = draw_many(seed, stage, 0, wave)
+                picks = self._picks(wave, found, bits, choose)
                 self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
         run.tick(len(self.waves), len(self.waves), self.draft)
 
@@ -131,7 +158,24 @@ class Growth:
 
     def at(self, window: Window) -> tuple[int, int]:
         """First pixel of a window on the canvas."""
-        return self.layout.rows[window[0]], self.layout.columns[window[1]]
+        return self.layout.at(*window)
+
+    def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
+        """Answer the run's probe where its pixel is about to be filled."""
+        probe = run.probe
+        if probe is None or probe.maps is not None or self.patchwork.variant[probe.y, probe.x] != HOLE:
+            return
+        for window, candidates in zip(wave, found, strict=True):
+            y, x = self.at(window)
+            dy, dx = probe.y - y, probe.x - x
+            dy = dy % self.canvas.height if self.canvas.wrap.y else dy
+            dx = dx % self.canvas.width if self.canvas.wrap.x else dx
+            if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
+                scale = full_scale(self.exemplars[0], self.laying.weights)
+                probe.maps = distance_maps(candidates, self.variants, scale)
+                if candidates.free:
+                    run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
+                return
 
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)
@@ -147,15 +191,43 @@ class Growth:
             )  # fmt: skip
 
         each(part, range(0, len(wave), size))
-        return found
+        return found if self.layout.places is None else [self._weighed(at[k], f) for k, f in enumerate(found)]
 
-    def _choose(self, window: Window, found: Candidates, seed: int, stage: int, choose: Choose) -> Pick:
+    def _weighed(self, at: NDArray[np.int64], found: Candidates) -> Candidates:
+        """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
+        rows = found.rows.copy()
+        weigh_edge(
+            self.patchwork.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
+            self.variants.table, rows,
+        )  # fmt: skip
+        return replace(found, rows=rows)
+
+    def _picks(
+        self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float
+    ) -> list[Pick]:
+        """Choose for the windows of a wave, in their order."""
+        if callable(choose):
+            return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
+
+        def priced(window: Window, found: Candidates, bits: int) -> Pick | None:
+            return self.repetition.pick(*window, found, choose, bits)
+
+        if self.layout.places is not None:  # windows that lie freely have no numbers that a kernel could go by
+            return [self._choose(*each_of, priced) for each_of in zip(wave, found, bits, strict=True)]
+        special: dict[int, Pick] = {}
+        for stop, picks in self.repetition.pick_all(wave, found, choose, bits):
+            if stop == len(wave):
+                return [special.get(k, pick) for k, pick in enumerate(picks)]
+            special[stop] = self._choose(wave[stop], found[stop], bits[stop], priced)
+        raise AssertionError("a wave ends with its last window")
+
+    def _choose(self, window: Window, found: Candidates, bits: int, choose: Choose) -> Pick:
         pick: Pick | None
-        if found.free:  # nothing is known here yet: any patch will do
-            tries = (random_patch(self.variants, draw(seed, stage, n, *window)) for n in range(BLIND))
-            pick = next((p for p in tries if self.repetition.allows(*window, p)), None)
+        if found.free and not self.laying.distance:  # nothing is known here yet: any patch will do
+            pick = random_patch(self.variants, bits)
         else:
-            pick = choose(window, found, draw(seed, stage, 0, *window))
+            pick = choose(window, found, bits) if len(found.rows) else None
+            pick = pick or choose(window, self.repetition.allowed(*window, found), bits)
         if pick is None:
             raise MethodError(
                 f"min_repeat_distance={self.laying.distance} px leaves no patch for some place; "

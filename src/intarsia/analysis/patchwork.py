@@ -16,6 +16,7 @@ from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..kernels import windows
 from ..sourcemap import HOLE, Blend, SourceMap
+from .placing import levels
 from .repetition import Layout
 from .search import Candidates
 from .variants import Variants
@@ -54,8 +55,8 @@ class Patchwork:
 
     def open_windows(self, layout: Layout) -> NDArray[np.bool_]:
         """Return which windows hold a pixel that is not known yet."""
-        if not (self.variant != HOLE).any():
-            return np.ones((len(layout.rows), len(layout.columns)), bool)
+        if layout.places is not None or not (self.variant != HOLE).any():
+            return np.ones(layout.shape, bool)
         h, w = layout.patch
         holes = self.variant == HOLE
         for axis, (size, wrap) in enumerate(zip(layout.patch, layout.wraps, strict=True)):
@@ -103,8 +104,11 @@ def waves(layout: Layout, wanted: NDArray[np.bool_]) -> list[list[Window]]:
     """Order the wanted windows in waves: the windows of a wave do not touch, earlier waves come first.
 
     The order is that of a raster scan as far as overlapping windows can tell: a window comes after those above
-    and to the left of it, and after the one above to the right.
+    and to the left of it, and after the one above to the right. Windows that lie freely keep the order of their
+    numbers: outward from what is known.
     """
+    if layout.places is not None:
+        return _free_waves(layout, layout.places)
     rows = _neighbours(layout.rows, layout.patch[0], layout.height, layout.wrap_y)
     columns = _neighbours(layout.columns, layout.patch[1], layout.width, layout.wrap_x)
     reach = [b - a for a, near in enumerate(columns) for b in near]
@@ -125,6 +129,15 @@ def waves(layout: Layout, wanted: NDArray[np.bool_]) -> list[list[Window]]:
         if mine == len(out):
             out.append([])
         out[mine].append((int(row), int(column)))
+    return out
+
+
+def _free_waves(layout: Layout, found: tuple[Window, ...]) -> list[list[Window]]:
+    size = layout.height, layout.width
+    wave_of = levels(list(found), layout.patch, size, layout.wraps)
+    out: list[list[Window]] = [[] for _ in range(max(wave_of, default=-1) + 1)]
+    for number, wave in enumerate(wave_of):
+        out[wave].append((number, 0))
     return out
 
 

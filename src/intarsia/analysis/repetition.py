@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import functools
 import itertools
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -18,14 +19,17 @@ from numpy.typing import NDArray
 
 from ..geometry import ISOMETRIES
 from ..kernels import usage
+from ..sourcemap import HOLE
 from .features import Features
 from .rarity import rarity
-from .search import Candidates, PatchSearch, Prices
+from .search import Candidates, Prices, Search, every_patch, measured
 from .variants import Variants
 
 REACH = 4  # blocks around a window in which nearness counts
 LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
 MATCH = 0.25  # a perfect match counts as this share of the usual distance when the tolerance is applied
+DRIFT = 3.0  # used so many times more than its share, a part of the exemplar becomes dear
+MOST_EXCESS = 1 << 24
 STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
 
 Array = NDArray[Any]
@@ -33,7 +37,10 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class Layout:
-    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on."""
+    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on.
+
+    Windows are a grid, named by row and column of it; or they lie freely at `places`, named by (number, 0).
+    """
 
     rows: tuple[int, ...]
     columns: tuple[int, ...]
@@ -42,6 +49,16 @@ class Layout:
     width: int
     wrap_y: bool
     wrap_x: bool
+    places: tuple[tuple[int, int], ...] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of windows."""
+        return (len(self.rows), len(self.columns)) if self.places is None else (len(self.places), 1)
+
+    def at(self, row: int, column: int) -> tuple[int, int]:
+        """First pixel of a window on the canvas."""
+        return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
 
     @property
     def wraps(self) -> tuple[bool, bool]:
@@ -62,7 +79,7 @@ class Repetition:
 
     Parameters
     ----------
-    search : PatchSearch
+    search : Search
         Whose variants and coarse positions are meant.
     layout : Layout
         The windows.
@@ -77,7 +94,7 @@ class Repetition:
     """
 
     def __init__(
-        self, search: PatchSearch, layout: Layout, strength: float, distance: int,
+        self, search: Search, layout: Layout, strength: float, distance: int,
         striking: list[Array] | None = None, rule: Rule = Rule.PRICES,
     ) -> None:  # fmt: skip
         self.search, self.layout, self.distance, self.strength, self.rule = search, layout, distance, strength, rule
@@ -87,28 +104,74 @@ class Repetition:
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
         begins = np.cumsum([0] + [a * b for a, b in shapes])
         self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
-        counts = [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
+        # The uses, and what drift adds to them; the source's rules count at once.
+        self._priced = self._flat.copy() if rule is Rule.PRICES else self._flat
+        self.laid = 0
+        counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.told = Prices(counts, round(strength * STEADY * 65536), rule is not Rule.PRICES)
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
         self._shape = np.array(layout.patch, np.int64)
         self._canvas = np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64)
-        self.grid = np.full((len(layout.rows), len(layout.columns), 8), -1, np.int64)
+        self.grid = np.full((*layout.shape, 8), -1, np.int64)
+        self.started = np.empty((0, 8), np.int64)  # what a start map shows, as placements
         pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
         self.reach = REACH if strength and rule is Rule.PRICES else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
+        # Windows that lie freely have no neighbours by number: they are looked up by their place.
+        self._places = None if layout.places is None else np.array(layout.places, np.int64).reshape(-1, 2)
+        self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
+
+    def account(self) -> None:
+        """Take the uses so far into the prices; to be called between waves.
+
+        What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
+        once chosen, fits itself perfectly, and would fill the output.
+        """
+        if self.rule is not Rule.PRICES:
+            return
+        np.copyto(self._priced, self._flat)
+        if not self.strength or not self.laid:
+            return
+        h, w = self.search.cells
+        even = self.laid * h * w / max(self._flat.size, 1) + 1  # uses, if all parts were used alike
+        if int(self._flat.max(initial=0)) > DRIFT * even * LEAST_STRIKING:
+            uses = self._flat / self._flat_striking  # what strikes was counted more
+            excess = np.maximum(uses / even - DRIFT, 0.0) * (usage.ONE / (self.strength * STEADY))
+            self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
         out = np.empty(len(found.rows), np.int64)
-        at = (self.layout.rows[row], self.layout.columns[column])
+        at = self.layout.at(row, column)
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
+        grid, reach = self.grid, self.reach
+        if self._places is not None:
+            near = self.grid[_within(self._radius, self._places, at, self.layout), 0]
+            start = self.started[_within(self._radius, self.started[:, 3:5], at, self.layout)]
+            grid = np.concatenate([near, start])[:, None]
+            row, reach = 0, len(grid) if reach else 0
         usage.prices(
-            found.rows, self.grid, row, column, at, self.reach, self._shape, self._canvas, self._frames, self._flat,
+            found.rows, grid, row, column, at, reach, self._shape, self._canvas, self._frames, self._priced,
             self._flat_striking, self._offsets, self.search.factor, self.told.multiply, steady, unit,
             self.distance, out,
         )  # fmt: skip
         return out
+
+    def note_start(self, variant: NDArray[np.uint8], yx: NDArray[np.int32]) -> None:
+        """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
+        h, w = self.layout.patch
+        found = []
+        for y in range(0, self.layout.height, max(h // 2, 1)):
+            for x in range(0, self.layout.width, max(w // 2, 1)):
+                known = np.argwhere(variant[y : y + h, x : x + w] != HOLE)
+                if len(known):  # the middle one of the known pixels stands for all
+                    i, j = known[len(known) // 2].tolist()
+                    u, s = (yx[y + i, x + j] - (i, j)).tolist()
+                    place = np.empty(8, np.int64)
+                    usage.placement(self._frames, self._shape, int(variant[y + i, x + j]), u, s, y, x, place)
+                    found.append(place)
+        self.started = np.array(found, np.int64).reshape(-1, 8)
 
     def pick(
         self, row: int, column: int, found: Candidates, tolerance: float, bits: int
@@ -125,20 +188,56 @@ class Repetition:
         _, v, u, s = found.rows[k].tolist()
         return v, u, s
 
-    def allows(self, row: int, column: int, pick: tuple[int, int, int]) -> bool:
-        """Say whether a patch that matches nothing may be laid at a window."""
-        if not self.distance:
-            return True
-        alone = Candidates(np.array([(0, *pick)]), 0, np.empty((0, 0, 0), np.int16), np.empty((0, 0), np.uint8))
-        return bool(self.prices(row, column, alone)[0] >= 0)
+    def allowed(self, row: int, column: int, found: Candidates) -> Candidates:
+        """Return the best of all patches that would not return too near, where the short-list holds none."""
+        every = every_patch(self.search.variants)
+        permitted = every[self.prices(row, column, replace(found, rows=every, usual=0)) >= 0]
+        return replace(found, rows=permitted) if found.free else measured(self.search.variants, found, permitted)
+
+    def pick_all(
+        self, windows: list[tuple[int, int]], found: list[Candidates], tolerance: float, bits: list[int]
+    ) -> Iterator[tuple[int, list[tuple[int, int, int]]]]:
+        """Pick for many windows in turn, noting each, with the rule PRICES.
+
+        Yields the number of every window for which there is no choice among its candidates, with the picks so
+        far; the caller notes a patch for it before going on. Last, yields the number of windows.
+        """
+        n, size = len(windows), max(len(f.rows) for f in found)
+        rows, picks = np.empty((n, max(size, 1), 4), np.int64), np.empty((n, 3), np.int64)
+        for k, f in enumerate(found):
+            rows[k, : len(f.rows)] = f.rows
+        counts = np.array([len(f.rows) for f in found], np.int64)
+        usual = np.array([f.usual for f in found], np.int64)
+        at = np.array([(self.layout.rows[r], self.layout.columns[c]) for r, c in windows], np.int64)
+        stop = before = -1
+        while stop < n:
+            stop = usage.pick_all(
+                rows, counts, usual, np.array(windows, np.int64), at, np.array([b >> 32 for b in bits], np.int64),
+                tolerance, MATCH, self.strength, self.strength * STEADY, self.grid, self.reach, self._shape,
+                self._canvas, self._frames, self._priced, self._flat, self._flat_striking, self._offsets,
+                self.search.factor, self.distance, stop + 1, picks,
+            )  # fmt: skip
+            self.laid += stop - (before + 1)
+            before = stop
+            yield stop, [(v, u, s) for v, u, s in picks.tolist()]
 
     def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
         """Note that a patch (variant, row, column) was laid at a window."""
+        self.laid += 1
         usage.note(
-            self._frames, self._shape, pick, (self.layout.rows[row], self.layout.columns[column]),
-            self.grid[row, column], self._offsets, self.search.factor, self._flat, self._flat_striking,
+            self._frames, self._shape, pick, self.layout.at(row, column), self.grid[row, column],
+            self._offsets, self.search.factor, self._flat, self._flat_striking,
             self.rule is Rule.COUNTER,
         )  # fmt: skip
+
+
+def _within(radius: int, places: Array, at: tuple[int, int], layout: Layout) -> Array:
+    """Which of the places (n, 2) lie within a radius of one, along each axis."""
+    gaps = np.abs(places - at)
+    for axis, (length, wrap) in enumerate(zip((layout.height, layout.width), layout.wraps, strict=True)):
+        if wrap:
+            gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
+    return np.asarray((gaps <= radius).all(axis=1))
 
 
 def _frame(variants: Variants, v: int) -> tuple[int, ...]:
@@ -150,7 +249,7 @@ def _frame(variants: Variants, v: int) -> tuple[int, ...]:
     return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1], *torus
 
 
-def striking(feats: Features, search: PatchSearch) -> list[Array]:
+def striking(feats: Features, search: Search) -> list[Array]:
     """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
     variants, patch = search.variants, search.patch
     out = []

@@ -8,20 +8,21 @@ every machine. Used by all methods that lay patches.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from threading import Lock
-from typing import Any
+from dataclasses import dataclass, replace
+from threading import Lock, local
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from ..kernels import match, windows
+from ..kernels import match, nearest, reduce, windows
 from .variants import Variants
 
 SHORT_LIST = 16
 AXES = 2
+STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
 MASKS = 64
 BATCH_BYTES = 4 << 20  # spectra of one batch
 FINEST_SIDE = 600  # reduced exemplars are at most about this large
@@ -56,6 +57,28 @@ class Prices:
     multiply: bool = False
 
 
+class Search(Protocol):
+    """A way to find patches: what growing a map needs of it.
+
+    ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it; ``cells``:
+    the patch in such units.
+    """
+
+    variants: Variants
+    patch: tuple[int, int]
+    valid: list[Array]
+    factor: int
+    cells: tuple[int, int]
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+
+    def find(
+        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
+    ) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+
+
 class PatchSearch:
     """Search patches of one size in a set of variants.
 
@@ -69,14 +92,17 @@ class PatchSearch:
         Search every position at full resolution, in place of the reduced short-list.
     """
 
+    factor: int
+
     def __init__(
         self, variants: Variants, patch: tuple[int, int], overlap: int, exact: bool = False, listed: int = SHORT_LIST
     ) -> None:
         self.variants, self.patch, self.listed = variants, patch, listed
+        self.exact, self.clip = exact, FINE_STEPS if exact else STEPS
         self.factor = 1 if exact else _factor(variants, patch, overlap)
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
         self.mean, self.axes, self.scale = self._reduction()
-        self._lock = Lock()
+        self._lock, self._padded = Lock(), local()
         self._load()
         self._forget_masks()
 
@@ -96,7 +122,7 @@ class PatchSearch:
         mean = total // n
         covariance = products / n - np.outer(total / n, total / n)
         kept, axes = principal_axes(covariance, min(c, AXES))
-        scale = min(match.CLIP / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
+        scale = min(self.clip / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
         return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64), scale
 
     def _load(self) -> None:
@@ -104,7 +130,7 @@ class PatchSearch:
         self.coarse, self.spectra, self.square_spectra, self.valid = [], [], [], []
         offsets, flat_valid, begin, total = [], [], 0, 0.0
         for v in range(len(self.variants)):
-            picture = match.coarse_picture(self.variants.picture(v), f, self.mean, self.axes)
+            picture = reduce.coarse_picture(self.variants.picture(v), f, self.mean, self.axes, self.clip)
             rows, columns = picture.shape[1:]
             shape = (scipy.fft.next_fast_len(rows, real=False), scipy.fft.next_fast_len(columns, real=True))
             energy = (picture.astype(np.float64) ** 2).sum(axis=0)
@@ -119,10 +145,10 @@ class PatchSearch:
             begin += valid.size
         self.offsets = np.array(offsets, np.int64)
         self.flat_valid = np.concatenate(flat_valid)
-        # Correlations are whole numbers. In single precision they come out wrong by at most about 3e-8 of the
+        # Correlations are whole numbers. In single precision they come out wrong by at most about 2.5e-8 of the
         # pictures' norms (measured: 2.4e-8); where that is not safely below 1/2, double precision is used.
-        window = 2.0 * math.sqrt(h * w * len(self.axes)) * match.CLIP / 3.0
-        single = 3e-8 * window * math.sqrt(total) < 0.3
+        window = 1.2 * math.sqrt(h * w * len(self.axes)) * self.clip / 3.0
+        single = 2.5e-8 * window * math.sqrt(total) < 0.3
         self.real = np.float32 if single else np.float64
         self.spectra = [s.astype(np.complex64 if single else np.complex128) for s in self.spectra]
 
@@ -143,28 +169,42 @@ class PatchSearch:
         windows.gather_all(variant, yx, self.variants.flat, self.variants.table, at, wrap, feats, known)
         templates = np.empty((n, len(self.axes), *self.cells), self.real)
         masks = np.empty((n, *self.cells), np.float32)
-        energies = match.coarse_templates(feats, known, self.factor, self.mean, self.axes, templates, masks)
+        energies = reduce.coarse_templates(feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks)
         slots, squares = self._slots(masks)
-        spectra = {s: scipy.fft.fft(scipy.fft.rfft(templates, s[1], axis=3), s[0], axis=2) for s in set(self.coarse)}
+        spectra = {shape: self._spectra(templates, shape) for shape in set(self.coarse)}
         best = np.empty((n, self.listed, 4), np.int64)
         counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
-        for v, shape in enumerate(self.coarse):
-            if self.valid[v].size:
-                correlations = self._correlations(v, spectra[shape])
-                match.short_list(
-                    correlations, squares[v], slots, energies, self.valid[v], prices.counts[v],
-                    prices.weight, prices.multiply, v, best, counts, usual,
-                )  # fmt: skip
+        correlations = {v: self._correlations(v, spectra[s]) for v, s in enumerate(self.coarse) if self.valid[v].size}
+        for v, correlation in correlations.items():
+            match.short_list(
+                correlation, squares[v], slots, energies, self.valid[v], prices.counts[v], prices.weight,
+                prices.multiply, v, best, counts, usual,
+            )  # fmt: skip
         found = np.empty((n, self.listed, 4), np.int64)
         match.refine_all(
             feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets, best, counts,
             self.factor, found,
         )  # fmt: skip
+        for v, correlation in correlations.items() if self.exact else ():
+            nearest.complete(
+                correlation, squares[v], slots, energies, self.valid[v], v, len(self.axes), self.scale, feats, known,
+                self.variants.flat, self.variants.table, found, counts,
+            )  # fmt: skip
         unit = self.factor**2 / self.scale**2
         return [
             Candidates(found[k, : max(c, 0)], max(round(u * unit), 0), feats[k], known[k], free=c < 0)
             for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
         ]
+
+    def _spectra(self, templates: Array, shape: tuple[int, int]) -> Array:
+        """Transform the templates, padded to `shape`; their rows first, which are few."""
+        rows = scipy.fft.rfft(templates, shape[1], axis=3)
+        padded = getattr(self._padded, str(shape), None)  # of this thread; below the templates it stays 0
+        if padded is None or len(padded) < len(rows):
+            padded = np.zeros((len(rows), rows.shape[1], shape[0], rows.shape[3]), rows.dtype)
+            setattr(self._padded, str(shape), padded)
+        padded[: len(rows), :, : rows.shape[2]] = rows
+        return np.asarray(scipy.fft.fft(padded[: len(rows)], axis=2))
 
     def _correlations(self, v: int, spectra: Array) -> Array:
         shape, rows = self.coarse[v], self.valid[v].shape[0]
@@ -178,10 +218,10 @@ class PatchSearch:
         with self._lock:
             if len(self._known_masks) + len(masks) > MASKS:
                 self._forget_masks()
-            return np.array([self._slot(mask) for mask in masks], np.int64), self._squares
+            keys = reduce.mask_keys(masks).tolist()
+            return np.array([self._slot(*pair) for pair in zip(keys, masks, strict=True)], np.int64), self._squares
 
-    def _slot(self, mask: Array) -> int:
-        key = mask.tobytes()
+    def _slot(self, key: int, mask: Array) -> int:
         slot = self._known_masks.get(key)
         if slot is None:
             slot = self._known_masks[key] = len(self._known_masks)
@@ -193,8 +233,24 @@ class PatchSearch:
 
     def _forget_masks(self) -> None:
         # Fresh arrays: another thread may still be reading the old ones.
-        self._known_masks: dict[bytes, int] = {}
+        self._known_masks: dict[int, int] = {}
         self._squares = [np.empty((MASKS, *v.shape), np.int32) for v in self.valid]
+
+
+def every_patch(variants: Variants) -> Array:
+    """All allowed patches as rows of candidates whose distance is not measured: (n, 4)."""
+    places = [np.argwhere(valid) for valid in variants.valid]
+    rows = np.zeros((sum(map(len, places)), 4), np.int64)
+    rows[:, 1] = np.repeat(np.arange(len(places)), [len(p) for p in places])
+    rows[:, 2:] = np.concatenate(places)
+    return rows
+
+
+def measured(variants: Variants, found: Candidates, rows: Array) -> Candidates:
+    """Return the nearest among given patches (n, 4) in place of the short-list's."""
+    out = np.empty((SHORT_LIST, 4), np.int64)
+    count = nearest.best_of(found.feats, found.known, variants.flat, variants.table, rows, out)
+    return replace(found, rows=out[:count])
 
 
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:

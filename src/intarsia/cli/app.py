@@ -15,6 +15,8 @@ from .exits import guarded
 
 COMMANDS = {
     "grow": "Grow a larger or tileable texture from an example.",
+    "extend": "Continue a picture beyond its borders.",
+    "heal": "Fill holes, remove objects, recover lost blocks.",
     "render": "Draw a saved map again: other planes, softer, harder, a window.",
     "replay": "Make a picture again from the recipe it carries.",
     "methods": "List the methods, or the parameters of one.",

@@ -8,16 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from .. import files
-from ..exemplar import Exemplar
+from ..analysis.distance_map import as_16_bit, side_by_side
+from ..files import write, write_bytes
+from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
-from ..run import Run
+from ..run import Probe, Run
 from ..sourcemap import SourceMap
-from ..synthesis import Synthesis, synthesize
-from .exemplars import Shelf, sets_of
+from ..starts import Scene
+from ..synthesis import Synthesis, carry_out, synthesize
+from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
 from .outputs import Staging, check_all
-from .plan import Order, blend_of, orders_of, patches_of
+from .plan import Order, blend_of, check_begin, orders_of, patches_of, scene_of
 from .report import Meter, Report
 from .request import Inputs, Targets, Wish
 from .sheet import contact_sheet, thumbnail
@@ -40,7 +42,10 @@ class Batch:
     def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report) -> Batch:
         """Read and check everything that can be checked; nothing is written yet."""
         sets = sets_of(inputs, report)
-        shelf = Shelf([[found] for found in sets] if "{stem}" in targets.out else [sets], inputs, report)
+        lots = [[found] for found in sets] if "{stem}" in targets.out else [sets]
+        check_begin(wish, lots, sets)
+        donors = donors_of(inputs)
+        shelf = Shelf([lot + donors for lot in lots], inputs, report)
         batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets)
@@ -58,7 +63,7 @@ class Batch:
         told = []
         for order in self.orders:
             about = _about(order, self.wish, None) | {
-                "patches": patches_of(order, self.wish.wrap),
+                "patches": patches_of(order, self.wish.wrap, self.wish.begin is not None),
                 "memory_mib": order.memory >> 20,
             }
             told.append(about)
@@ -80,9 +85,14 @@ class Batch:
 
     def _make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
         began = time.perf_counter()
-        exemplars = self.shelf.get(order.lot)
+        scene = scene_of(self.shelf, order.lot, self.wish)
         clock = {"read": time.perf_counter() - began}
-        grown = self._grow(order, exemplars, Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL))
+        place = self.targets.distance_map
+        probe = None if place is None else Probe(place[0][1], place[0][0])
+        run = Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL, probe=probe)
+        grown = self._grow(order, scene, run)
+        for note in run.notes:
+            self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
         with Staging(self.targets.force) as staging:
             share = 0.1 / len(order.pictures)
@@ -94,40 +104,45 @@ class Batch:
                     self.thumbnails.append(thumbnail(grown.render(name)))
             if order.save_map is not None:
                 smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
-                files.write_bytes(staging.place(order.save_map), smap.to_bytes())
+                write_bytes(staging.place(order.save_map), smap.to_bytes())
             if order.st_map is not None:
-                files.write(staging.place(order.st_map), _st_plane(grown.map))
+                write(staging.place(order.st_map), _st_plane(grown.map))
+            if order.distance_map is not None and probe is not None and probe.maps is not None:
+                write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
             staging.commit()
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         self.report.note(f"{order.line}, {clock['total']:.1f} s")
         return _about(order, self.wish, grown) | {"timings": {k: round(v, 3) for k, v in clock.items()}}
 
-    def _grow(self, order: Order, exemplars: tuple[Exemplar, ...], run: Run) -> Synthesis:
-        width, height = order.size
-        grown = synthesize(
-            list(exemplars),
-            (height, width),
-            order.method,
-            seed=order.seed,
-            wrap=self.wish.wrap,
-            blend=blend_of(self.wish, order.method),
-            run=run,
-        )
+    def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
+        begin, blend = self.wish.begin, blend_of(self.wish, order.method)
+        if begin is None:
+            width, height = order.size
+            grown = synthesize(
+                list(scene.exemplars), (height, width), order.method,
+                seed=order.seed, wrap=self.wish.wrap, blend=blend, run=run,
+            )  # fmt: skip
+        elif begin.holes:
+            grown = fill_holes(scene, order.method, order.seed, run, begin.edge)
+        else:
+            grown = carry_out(scene.exemplars, scene.canvas, order.method, order.seed, blend, run)
         more: dict[str, Any] = {}
         if said := self.shelf.inputs.recipe():
             more["inputs"] = said
+        if begin is not None and begin.margins is not None and not self.shelf.inputs.donors:
+            more["extend"] = list(begin.margins)
         if self.targets.depth is not None:
             more["depth"] = self.targets.depth
         return replace(grown, recipe=grown.recipe | more)
 
     def _write(self, plane: Plane, path: str, recipe: str, staging: Staging) -> None:
         place = path if path == "-" else staging.place(path)
-        files.write(place, plane, depth=self.targets.depth, recipe=recipe)
+        write(place, plane, depth=self.targets.depth, recipe=recipe)
 
     def _write_sheet(self, path: str) -> None:
         with Staging(self.targets.force) as staging:
-            files.write(staging.place(path), contact_sheet(self.thumbnails))
+            write(staging.place(path), contact_sheet(self.thumbnails))
             staging.commit()
         self.report.note(f"{path}: contact sheet of {len(self.thumbnails)}")
 
@@ -138,19 +153,28 @@ def _st_plane(smap: SourceMap) -> Plane:
     return Plane(np.dstack([st, np.zeros(st.shape[:2], np.float32)]), Kind.DATA, Transfer.LINEAR)
 
 
+def distance_plane(maps: list[Any], path: str) -> Plane:
+    """Distances as a picture: as they are, or stretched to 16 bits where the format holds no others."""
+    whole = side_by_side(maps)
+    pixels = as_16_bit(whole) if path.lower().endswith(".png") else whole
+    return Plane(pixels, Kind.DATA, Transfer.LINEAR)
+
+
 def _about(order: Order, wish: Wish, grown: Synthesis | None) -> dict[str, Any]:
     """What JSON says of a result, x before y."""
     held = [{"path": path, "holds": name} for name, path in order.pictures.items()]
-    held += [{"path": p, "holds": w} for p, w in ((order.save_map, "map"), (order.st_map, "st map")) if p is not None]
-    spans = {k: getattr(order.method, k, None) for k in ("pitch", "footprint")}
+    more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
+    held += [{"path": p, "holds": w} for p, w in more if p is not None]
+    method = order.method if grown is None else grown.method
+    spans = {k: getattr(method, k, None) for k in ("pitch", "footprint")}
     blend = blend_of(wish, order.method)
     told: dict[str, Any] = {
         "files": held,
         "size": list(order.size),
         "seed": order.seed,
         "wrap": wish.wrap,
-        "method": order.method.slug,
-        "parameters": parameters_xy(order.method),
+        "method": method.slug,
+        "parameters": parameters_xy(method),
         **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
         "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
     }

@@ -41,6 +41,13 @@ def sets_of(inputs: Inputs, report: Report) -> list[Set]:
     return sets
 
 
+def donors_of(inputs: Inputs) -> list[Set]:
+    """Sort the files of --from into exemplars."""
+    if not inputs.donors:
+        return []
+    return [{name: os.fspath(path) for name, path in found.items()} for found in files.group(inputs.donors, "auto")]
+
+
 def stem_of(found: Set) -> str:
     """Return what {stem} stands for: the file name, or what the files of a set share."""
     pictures = [path for name, path in found.items() if name != "mask"]

@@ -65,7 +65,7 @@ def judge(e: BaseException) -> tuple[int, str]:
     if isinstance(e, MemoryError):
         return 1, "out of memory; choose a smaller --size, or a smaller exemplar (--crop, --scale)."
     if isinstance(e, OSError) and e.strerror:
-        return 1, one_line(f"{e.filename or 'the system'}: {e.strerror.lower()}; nothing was written.")
+        return 1, one_line(f"{e.filename or 'the output'}: {e.strerror.lower()}; the work was not finished.")
     found = one_line(f"{type(e).__name__}: {e}")
     return 1, f"internal error, {found}; please report it (INTARSIA_DEBUG=1 shows where)."
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..errors import ParameterError
+from ..errors import ParameterError, ResourceError
 from ..methods.base import METHODS, make, method_class
 from ..params import parameters, parse
 from .options import (
@@ -56,8 +56,9 @@ UNION = method_parameters({o.field for o in OWN})
 PARAMETERS = tuple(method_option(p, owners, len(owners) == len(METHODS)) for p, owners in UNION.values())
 
 
-def _wish(method: str, feather: int | None, mixing: str | None, **given: Any) -> Wish:
-    size, wrap = given.pop("size"), given.pop("wrap")
+def wish_of(method: str, feather: int | None, mixing: str | None, **given: Any) -> Wish:
+    """Understand the options on method and canvas."""
+    size, wrap = given.pop("size", None), given.pop("wrap")
     own = {p.name: p for p in parameters(method_class(method))}
     values = {n: parse(own.get(n, UNION[n][0]), text) for n, text in given.items() if text is not None}
     if feather is not None and "feather" in own:  # a method may have a feather of its own
@@ -70,7 +71,7 @@ def _wish(method: str, feather: int | None, mixing: str | None, **given: Any) ->
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
     "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
 )
-@gathered(*OWN, *PARAMETERS, into="wish", make=_wish)
+@gathered(*OWN, *PARAMETERS, into="wish", make=wish_of)
 @click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
 @click.option(
     "--seeds", type=Seeds(), metavar="1..9|1,4,7", help="A batch, one output for each seed; put {seed} into -o."
@@ -125,5 +126,7 @@ def check_stdout(targets: Targets, report: Report) -> None:
         return
     if report.as_json:
         raise ParameterError("--json and -o - both want the standard output; write the picture to a file.")
-    if sys.stdout is not None and sys.stdout.isatty():
+    if sys.stdout is None:
+        raise ResourceError("-o -: the standard output is closed; name a file.")
+    if sys.stdout.isatty():
         raise ParameterError("-o - would print a picture on the terminal; redirect it, or name a file.")

@@ -13,7 +13,7 @@ from ..errors import ParameterError
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets
-from .values import Colour, NamedFile, Rectangle, Scale
+from .values import Colour, NamedFile, Place, Rectangle, Scale
 
 Command = Callable[..., Any]
 
@@ -83,6 +83,11 @@ INPUT_OPTIONS = (
     ),
 )  # fmt: skip
 
+DONORS = opt(
+    "donors", "--from", multiple=True, type=FILE, metavar="FILE",
+    help="Take new pixels from this picture (or these), in place of the picture itself.",
+)  # fmt: skip
+
 TARGET_OPTIONS = (
     opt(
         "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
@@ -98,6 +103,11 @@ TARGET_OPTIONS = (
 MAP_OPTIONS = (
     opt("save_map", "--save-map", type=FILE, metavar="FILE.npz", help="Save which exemplar pixel went where."),
     opt("st_map", "--st-map", type=FILE, metavar="FILE.exr", help="Save the same as an ST map for compositing."),
+    opt(
+        "distance_map", "--distance-map", type=(Place(), FILE), default=None, metavar="X,Y FILE",
+        help="Save how well every patch of the exemplar fitted when output pixel X,Y was filled: .exr or .tif "
+        "holds distances (-1: no patch there), .png stretches them, dark is near.",
+    ),
 )
 
 REPORT_OPTIONS = (
@@ -118,15 +128,16 @@ def common(command: Command) -> Command:
     )(command)
 
 
-def _inputs(as_set: bool, several: bool, **given: Any) -> Inputs:
+def _inputs(as_set: bool = False, several: bool = False, **given: Any) -> Inputs:
     if as_set and several:
         raise ParameterError("--set and --several exclude each other; drop one.")
     return Inputs(how="set" if as_set else "several" if several else "auto", **given)
 
 
-def input_options(files: Opt) -> Callable[[Command], Command]:
+def input_options(*files: Opt, without: tuple[str, ...] = ()) -> Callable[[Command], Command]:
     """Add the options on exemplars; `files` declares how the pictures themselves are given."""
-    return gathered(files, *INPUT_OPTIONS, into="inputs", make=_inputs)
+    kept = [o for o in INPUT_OPTIONS if o.field not in without]
+    return gathered(*files, *kept, into="inputs", make=_inputs)
 
 
 target_options = gathered(*TARGET_OPTIONS, into="targets", make=Targets)
@@ -134,7 +145,13 @@ grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, into="targets", m
 report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
 
 
-METAVARS = {"extent": "PX|WxH", "int": "N", "float": "F", "weights": "W,W,...", "isometries": "none|180|90|both|IDS"}
+METAVARS = {
+    "extent": "PX|WxH",
+    "int": "N",
+    "float": "F",
+    "weights": "W,W,...",
+    "isometries": "none|180|90|both|auto|IDS",
+}
 
 
 def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:

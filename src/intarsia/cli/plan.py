@@ -6,15 +6,19 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-from .. import files
+import numpy as np
+from numpy.typing import NDArray
+
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
+from ..files import check_depth, check_writable, format_of, read_mask, read_set, recipe_path
 from ..geometry import Wrap, spread
+from ..healing import check_edge
 from ..methods.base import Method
 from ..sourcemap import Blend, Mixing
-from ..synthesis import _check_abilities as check_abilities
-from ..synthesis import as_exemplars
+from ..starts import Margins, Scene, extension, grown_hole, repair
+from ..synthesis import as_exemplars, check_abilities
 from .exemplars import Set, Shelf, stem_of
 from .outputs import filled, plane_files
 from .request import Targets, Wish
@@ -32,11 +36,13 @@ class Order:
     save_map: str | None
     st_map: str | None
     memory: int
+    distance_map: str | None = None
 
     @property
     def paths(self) -> list[str]:
         """All files of the order."""
-        return [*self.pictures.values(), *(p for p in (self.save_map, self.st_map) if p is not None)]
+        more = (self.save_map, self.st_map, self.distance_map)
+        return [*self.pictures.values(), *(p for p in more if p is not None)]
 
     @property
     def line(self) -> str:
@@ -51,8 +57,46 @@ def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...]) -> Canvas:
     return Canvas(height, width, Wrap(wish.wrap))
 
 
+def scene_of(shelf: Shelf, lot: int, wish: Wish) -> Scene:
+    """Return the exemplars of a lot, and the canvas with what is on it."""
+    exemplars, begin, wrap = as_exemplars(list(shelf.get(lot))), wish.begin, Wrap(wish.wrap)
+    if begin is None:
+        return Scene(exemplars, canvas_of(wish, exemplars))
+    picture, donors = exemplars[0], exemplars[1:]
+    if begin.margins is not None:
+        return extension(picture, Margins(*begin.margins), donors, wrap)
+    hole = hole_of(begin.holes[lot if len(begin.holes) > 1 else 0], shelf.lots[lot][0], picture)
+    return repair(picture, grown_hole(hole, begin.grow, wrap), donors, wrap)
+
+
+def hole_of(mask: str, found: Set, picture: Exemplar) -> NDArray[np.bool_]:
+    """Read which pixels are to be healed: white in a mask, or at most half opaque in the picture itself."""
+    if mask != "alpha":
+        return read_mask(mask, picture.base, picture.name)
+    opaque = read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
+    return np.zeros((picture.height, picture.width), bool) if opaque is None else ~opaque
+
+
+def check_begin(wish: Wish, lots: list[list[Set]], sets: list[Set]) -> None:
+    """Refuse several pictures for one output, and holes that do not fit the number of pictures."""
+    if wish.begin is None:
+        return
+    if len(lots[0]) > 1:
+        raise ParameterError(
+            f"{len(sets)} pictures are given for one output; put {{stem}} into -o to work on each, "
+            "or name further sources with --from."
+        )
+    if wish.begin.holes and len(wish.begin.holes) not in (1, len(sets)):
+        raise ParameterError(
+            f"--mask: {len(wish.begin.holes)} given for {len(sets)} picture{'s' * (len(sets) > 1)}; "
+            "give one for all, or one for each, in the same order."
+        )
+
+
 def blend_of(wish: Wish, method: Method) -> Blend:
-    """Return how pieces are joined: as the method means it, but for what is asked otherwise."""
+    """Return how pieces are joined: as the method means it, but for what is asked otherwise; exactly in holes."""
+    if wish.begin is not None and wish.begin.holes:
+        return Blend(0)
     own = method.blend
     feather = own.feather if wish.feather is None else wish.feather
     return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing))
@@ -65,10 +109,13 @@ def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], target
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
     plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
-    exemplars = as_exemplars(list(shelf.get(lot)))
-    canvas = canvas_of(wish, exemplars)
+    scene = scene_of(shelf, lot, wish)
+    exemplars, canvas = scene.exemplars, scene.canvas
     check_abilities(wish.method, exemplars, canvas)
-    method = wish.method.settled(exemplars, canvas)
+    healed = wish.begin is not None and bool(wish.begin.holes)
+    if wish.begin is not None:
+        check_edge(wish.begin.edge)
+    method = wish.method if healed else wish.method.settled(exemplars, canvas)
     fields |= {"w": canvas.width, "h": canvas.height}
     memory = memory_of(exemplars, canvas)
     orders = []
@@ -76,10 +123,13 @@ def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], target
         fields["seed"] = seed
         out = filled(targets.out, fields)
         pictures = plane_files(out, _endings(sets[0]))
-        maps = [None if t is None else filled(t, fields) for t in (targets.save_map, targets.st_map)]
-        orders.append(Order(lot, seed, method, (canvas.width, canvas.height), pictures, maps[0], maps[1], memory))
+        asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
+        maps = [None if t is None else filled(t, fields) for t in asked]
+        size = (canvas.width, canvas.height)
+        orders.append(Order(lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2]))
     if orders:
         check_formats(orders[0], exemplars, targets)
+        check_distance_map(orders[0], targets)
     return orders
 
 
@@ -91,17 +141,17 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     for name, path in order.pictures.items():
         plane = exemplars[0].planes[name]
-        files.check_depth(path, plane, targets.depth)
+        check_depth(path, plane, targets.depth)
         if path == "-":
             continue
-        kept = files.format_of(path)
+        kept = format_of(path)
         longest = max(order.size) * plane.width // exemplars[0].width
         if longest > kept.side:
             raise ParameterError(
                 f"{path}: {kept.name} holds at most {kept.side} px a side, not {longest}; write .tif or .exr."
             )
         if not kept.text:
-            files.check_writable(files.recipe_path(path), targets.force)
+            check_writable(recipe_path(path), targets.force)
     if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
         raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")
     if order.st_map is not None:
@@ -111,6 +161,20 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
             raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
 
 
+def check_distance_map(order: Order, targets: Targets) -> None:
+    """Refuse places outside the output, formats without distances, and methods that measure none."""
+    if targets.distance_map is None or order.distance_map is None:
+        return
+    (x, y), path = targets.distance_map[0], order.distance_map
+    if not (x < order.size[0] and y < order.size[1]):
+        width, height = order.size
+        raise ParameterError(f"--distance-map {x},{y} lies outside the output of {width}x{height} px.")
+    if os.path.splitext(path)[1].lower() not in (".exr", ".tif", ".tiff", ".png"):
+        raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
+    if not hasattr(order.method, "laying"):
+        raise ParameterError(f"--distance-map: {order.method.slug} measures no distances; use patch-sampling.")
+
+
 def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas) -> int:
     """Estimate the memory of the work in bytes: pictures, map, and what matching keeps of the exemplars."""
     area = canvas.height * canvas.width
@@ -118,13 +182,13 @@ def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas) -> int:
     drawn = max(p.pixels.nbytes for p in exemplars[0].planes.values()) * scale
     kept = sum(p.pixels.nbytes for e in exemplars for p in e.planes.values())
     searched = sum(e.height * e.width for e in exemplars) * 100
-    return int(2 * drawn + kept + searched + area * 32) + (150 << 20)  # the last: Python and its libraries
+    return int(2 * drawn + kept + searched + area * 32) + (190 << 20)  # the last: Python and its libraries
 
 
-def patches_of(order: Order, wrap: str) -> int | None:
-    """Count the patches that will be laid; None for methods that lay none."""
+def patches_of(order: Order, wrap: str, begun: bool = False) -> int | None:
+    """Count the patches that will be laid; None for methods that lay none, and around a start."""
     pitch, footprint = getattr(order.method, "pitch", None), getattr(order.method, "footprint", None)
-    if pitch is None or footprint is None:
+    if pitch is None or footprint is None or begun:
         return None
     width, height = order.size
     closed = Wrap(wrap)

@@ -14,7 +14,7 @@ from ..params import parameters
 from .grow import check_stdout
 from .options import FILE, common, grown_target_options, input_options, opt, report_options
 from .report import Report
-from .request import Inputs, Targets, Wish
+from .request import Begin, Inputs, Targets, Wish
 from .values import Colour, Rectangle, Scale
 
 
@@ -55,7 +55,7 @@ def command(picture: str, inputs: Inputs, targets: Targets, report: Report, thre
 
 def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     """Read method, size, wrap, blend and seed of a recipe."""
-    if "start" in recipe:
+    if "start" in recipe and "extend" not in recipe:
         raise InputError(f"{name} continued another picture, which its recipe does not hold; grow it again.")
     try:
         kinds = {p.name: p.kind for p in parameters(method_class(recipe["method"]))}
@@ -69,7 +69,9 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
         for entry in recipe["exemplars"]:
             str(entry["sha256"])
         method = make(recipe["method"], given)
-        wish = Wish(method, (width, height), recipe["wrap"], _whole(blend["feather"]), blend["mixing"])
+        begin = Begin(_margins(recipe["extend"])) if "extend" in recipe else None
+        size = (width, height) if begin is None else None
+        wish = Wish(method, size, recipe["wrap"], _whole(blend["feather"]), blend["mixing"], begin)
         return wish, _whole(recipe["seed"])
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
@@ -116,6 +118,11 @@ def _value(kind: str, value: Any) -> Any:
     if isinstance(value, list):
         return tuple(reversed(value)) if kind == "extent" else tuple(value)
     return value
+
+
+def _margins(value: Any) -> tuple[int, int, int, int]:
+    left, right, top, bottom = (_whole(n) for n in value)
+    return left, right, top, bottom
 
 
 def _whole(value: Any) -> int:

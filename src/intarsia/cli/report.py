@@ -28,11 +28,12 @@ class Report:
     progress: str | None = None
     quiet: bool = False
     warnings: list[str] = field(default_factory=list)
+    say: Callable[[str], None] = tell  # above the progress bar, while there is one
 
     def note(self, line: str) -> None:
         """Tell a person something, unless nobody wants to hear it."""
         if not self.quiet:
-            tell(one_line(line))
+            self.say(one_line(line))
 
     def warn(self, line: str) -> None:
         """Tell of something that may be wrong; the JSON result repeats it."""
@@ -60,7 +61,7 @@ class Meter:
     """Progress from 0 to 1, never backwards, as a bar, as JSON lines or not at all."""
 
     def __init__(self, report: Report, parts: int) -> None:
-        self._parts, self._part, self._span = parts, 0, (0.0, 1.0)
+        self._report, self._parts, self._part, self._span = report, parts, 0, (0.0, 1.0)
         self._fraction, self._told, self._stage = 0.0, 0.0, ""
         self._lines = report.progress == "json"
         self._wants_bar = not self._lines and not report.quiet and sys.stderr is not None and sys.stderr.isatty()
@@ -82,7 +83,7 @@ class Meter:
         """Take the bar away."""
         if self._bar is not None:
             self._bar.stop()
-            self._bar = None
+            self._bar, self._report.say = None, tell
 
     def _step(self, done: int, total: int, draft: Any = None) -> None:
         self._show(done, total, last=done == total)
@@ -110,6 +111,8 @@ class Meter:
             self._bar = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)
             self._task = self._bar.add_task(self._stage, total=1.0)
             self._bar.start()
+            print_above = self._bar.console.print
+            self._report.say = lambda line: print_above(line, markup=False, highlight=False, soft_wrap=True)
         self._bar.update(self._task, completed=self._fraction, description=self._stage)
 
 

@@ -14,7 +14,7 @@ class Inputs:
     """The pictures to grow from, and what of them may be used.
 
     ``how`` says how several files are read: as one set of planes, as several exemplars, or by their names.
-    ``scale`` is the n of 1/n.
+    ``scale`` is the n of 1/n. `donors` are pictures from which new pixels come in place of those of `files`.
     """
 
     files: tuple[str, ...]
@@ -26,11 +26,12 @@ class Inputs:
     crop: tuple[int, int, int, int] | None = None
     scale: int = 1
     how: str = "auto"
+    donors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.toroidal and self.crop is not None:
             raise ParameterError("--toroidal does not go with --crop: a part no longer continues in itself; drop one.")
-        named = [*self.files, *(path for _, path in self.maps), *self.masks]
+        named = [*self.files, *(path for _, path in self.maps), *self.masks, *self.donors]
         if named.count("-") > 1:
             raise ParameterError("the standard input (-) can be read once; name files for the others.")
 
@@ -51,14 +52,32 @@ class Inputs:
 
 
 @dataclass(frozen=True)
+class Begin:
+    """What the canvas starts with: the picture in the middle of margins, or with holes.
+
+    `margins` are left, right, top, bottom in px; `holes` one mask for each picture, or ``alpha``; `grow` enlarges
+    the holes; `edge` px along their edge are filled again, pixel by pixel.
+    """
+
+    margins: tuple[int, int, int, int] | None = None
+    holes: tuple[str, ...] = ()
+    grow: int = 0
+    edge: int = 0
+
+
+@dataclass(frozen=True)
 class Wish:
-    """What to grow: the method with its parameters, the size (width, height), how it closes and how it is joined."""
+    """What to grow: the method with its parameters, the size (width, height), how it closes and how it is joined.
+
+    `begin` says what is there already, if anything is.
+    """
 
     method: Method
     size: tuple[int, int] | None = None
     wrap: str = "none"
     feather: int | None = None
     mixing: str | None = None
+    begin: Begin | None = None
 
 
 @dataclass(frozen=True)
@@ -70,11 +89,14 @@ class Targets:
     force: bool = False
     save_map: str | None = None
     st_map: str | None = None
+    distance_map: tuple[tuple[int, int], str] | None = None
 
     def __post_init__(self) -> None:
         if not self.out:
             raise ParameterError("-o: an empty name was given; name a file, or - for the standard output.")
-        for option, path in (("--save-map", self.save_map), ("--st-map", self.st_map)):
+        distances = None if self.distance_map is None else self.distance_map[1]
+        named = (("--save-map", self.save_map), ("--st-map", self.st_map), ("--distance-map", distances))
+        for option, path in named:
             if path is not None and path in ("", "-"):
                 raise ParameterError(f"{option} needs the name of a file.")
 

@@ -66,6 +66,18 @@ class Scale(ParamType):
         return int(times)
 
 
+class Place(ParamType):
+    """A pixel as X,Y; gives (x, y)."""
+
+    name = "X,Y"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if not re.fullmatch(r"[0-9]{1,10},[0-9]{1,10}", str(value)):
+            self.fail(f"{value} is no place; give the pixel's column and row such as 120,80.", param, ctx)
+        x, y = str(value).split(",")
+        return int(x), int(y)
+
+
 class Colour(ParamType):
     """#rrggbb; gives (red, green, blue)."""
 

@@ -40,6 +40,8 @@ def _jobs() -> Iterator[dict[str, Any]]:
         names = {p.name for p in parameters(cls)}
         options += [{n: v} for n, v in (("isometries", "both"), ("min_repeat_distance", 2)) if n in names]
         for values in options:
+            if values.get("search") == "pyramid":
+                values |= {"patch": 12, "overlap": 4}
             yield {"method": slug, "values": values}
         if Ability.WRAP in cls.supports:
             yield {"method": slug, "wrap": "both"}
@@ -53,7 +55,8 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     import numpy as np
 
     from ..exemplar import Exemplar
-    from ..methods.base import make
+    from ..methods.base import make, method_class
+    from ..params import parameters
     from ..run import Run
     from ..synthesis import synthesize
 
@@ -76,7 +79,8 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     exemplars = [Exemplar.of(planes, usable=usable)]
     if job.get("several"):
         exemplars.append(Exemplar.of({name: plane[::-1] for name, plane in planes.items()}))
-    patch = {"patch": 6} if job["method"] != "repeat" else {}
+    names = {p.name for p in parameters(method_class(job["method"]))}
+    patch = {"patch": 6} if "patch" in names else {}
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
     grown = synthesize(exemplars, (20, 20), method, wrap=job.get("wrap", "none"), run=run)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .encode import encode
 from .formats import MAX_PIXELS, Format, format_of
 from .preview import preview_png
-from .read import read, read_plane, read_set
+from .read import read, read_mask, read_plane, read_set
 from .recipe import read_recipe, recipe_path
 from .samples import sample, sample_names
 from .sets import describe, group
@@ -22,6 +22,7 @@ __all__ = [
     "group",
     "preview_png",
     "read",
+    "read_mask",
     "read_plane",
     "read_recipe",
     "read_set",

@@ -60,7 +60,7 @@ def read_set(files: Mapping[str, PathLike], *, alpha: str = "auto") -> Exemplar:
     first, path = next(iter(paths.items()))
     planes[first], usable = _split_alpha(planes[first], alpha, shown(path))
     if "mask" in files:
-        marked = _mask(files["mask"], planes[first], shown(path))
+        marked = read_mask(files["mask"], planes[first], shown(path))
         usable = marked if usable is None else usable & marked
     return Exemplar(planes, usable, name=_short(path))
 
@@ -131,8 +131,11 @@ def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, NDArray[np
     return plane.like(colour) if colour.shape[2] > 1 else replace(plane, pixels=colour[:, :, 0]), opacity > full / 2
 
 
-def _mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
-    """White is usable: lighter than half, and opaque; in files that hold only 0 and 1, every 1."""
+def read_mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
+    """Read a mask as large as the plane `base` of `name`: True where it is lighter than half, and opaque.
+
+    In files that hold only 0 and 1, every 1 is light.
+    """
     plane = read_plane(path, Kind.LABEL)
     if (plane.height, plane.width) != (base.height, base.width):
         size = f"{plane.width}x{plane.height} px, {name} {base.width}x{base.height}"

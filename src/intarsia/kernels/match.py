@@ -12,80 +12,10 @@ import numpy as np
 
 from .jit import kernel
 
-CLIP = 31
 ROWS = 20  # neighbours are compared on about this many rows of a window
 FAR = np.int64(1) << 62
 HALF = np.float32(0.5)
 NONE = np.int32((1 << 31) - 1)
-
-
-@kernel
-def coarse_picture(picture: Any, factor: int, mean: Any, axes: Any) -> Any:
-    """Average cells of factor x factor px, project and quantise them: float32 (K, rows, columns) in -31 .. 31.
-
-    `mean` (C,) is the features' mean; `axes` (K, C) int64 are the K directions kept, in 2**-24.
-    """
-    rows, columns, channels = picture.shape[0] // factor, picture.shape[1] // factor, picture.shape[2]
-    out = np.empty((len(axes), rows, columns), np.float32)
-    total = np.empty(channels, np.int64)
-    for y in range(rows):
-        for x in range(columns):
-            total[:] = 0
-            for i in range(factor):
-                for j in range(factor):
-                    for c in range(channels):
-                        total[c] += picture[y * factor + i, x * factor + j, c]
-            for k in range(len(axes)):
-                out[k, y, x] = quantised(total, factor * factor, mean, axes[k])
-    return out
-
-
-@kernel
-def quantised(total: Any, count: int, mean: Any, axis: Any) -> Any:
-    """Turn the sums (C,) of `count` feature values into a whole number from -31 to 31 along an axis."""
-    q = np.int64(0)
-    for c in range(len(axis)):
-        q += (total[c] - mean[c] * count) * axis[c]
-    q = q >> 2 if count == 4 else q // count  # 4 by far the most often, and a shift is much faster
-    q = (q + (1 << 23)) >> 24
-    return min(max(q, -CLIP), CLIP)
-
-
-@kernel
-def coarse_template(feats: Any, known: Any, factor: int, mean: Any, axes: Any, template: Any, mask: Any) -> Any:
-    """Reduce a window as :func:`coarse_picture` does; cells at least half known count. Returns sum of squares.
-
-    `template` float (K, rows, columns), 0 where `mask` float32 (rows, columns) is 0.
-    """
-    axis, rows, columns = template.shape
-    channels = feats.shape[2]
-    need = (factor * factor + 1) // 2
-    energy = np.int64(0)
-    total = np.empty(channels, np.int64)
-    for y in range(rows):
-        for x in range(columns):
-            count = 0
-            total[:] = 0
-            for i in range(factor):
-                for j in range(factor):
-                    count += known[y * factor + i, x * factor + j]
-                    for c in range(channels):
-                        total[c] += feats[y * factor + i, x * factor + j, c]  # 0 where not known
-            mask[y, x] = count >= need
-            for k in range(axis):
-                q = quantised(total, count, mean, axes[k]) if count >= need else 0
-                template[k, y, x] = q
-                energy += q * q
-    return energy
-
-
-@kernel
-def coarse_templates(feats: Any, known: Any, factor: int, mean: Any, axes: Any, templates: Any, masks: Any) -> Any:
-    """Apply :func:`coarse_template` to n windows; return their energies (n,) int64."""
-    energies = np.empty(len(feats), np.int64)
-    for k in range(len(feats)):
-        energies[k] = coarse_template(feats[k], known[k], factor, mean, axes, templates[k], masks[k])
-    return energies
 
 
 @kernel
@@ -108,10 +38,11 @@ def correlate(spectra: Any, templates: Any, out: Any) -> None:
 
 @kernel
 def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any) -> int:
-    """Write the squared distance at every position, NONE where no patch may begin; return its 5 % quantile.
+    """Write the squared distance at every position, NONE where no patch may begin; return the usual distance.
 
-    distance = energy of the exemplar under the mask - 2 correlation + energy of the template. The quantile is
-    taken over about 500 positions on a grid; -1 if none of them is valid.
+    distance = energy of the exemplar under the mask - 2 correlation + energy of the template. The usual distance
+    is the 5 % quantile over about 500 positions on a grid, or 1/64 of their mean if that is more: where a flat
+    part of the exemplar fits perfectly, a repeat still has a price. -1 if no position on the grid is valid.
     """
     h, w = valid.shape
     for y in range(h):
@@ -130,8 +61,12 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
                 n += 1
     if n == 0:
         return -1
+    mean = np.int64(0)
+    for i in range(n):
+        mean += sample[i]
+    mean //= n
     k = n // 20
-    return int(np.partition(sample[:n], k)[k])
+    return max(int(np.partition(sample[:n], k)[k]), int(mean >> 2))
 
 
 @kernel

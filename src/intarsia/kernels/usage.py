@@ -146,8 +146,9 @@ def prices(
 ) -> None:  # fmt: skip
     """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
 
-    `found` (n, 4): distance, variant, row, column. `grid` (rows, columns, 8): the placements, looked at within
-    `reach` windows of (row, column). `at` (2,): first pixel of the window; `shape` (2,): patch; `canvas` (4,):
+    `found` (n, 4): distance, variant, row, column. `grid` (rows, columns, 8): the placements, looked at
+    within `reach` windows of (row, column). `at` (2,): first pixel of the window;
+    `shape` (2,): patch; `canvas` (4,):
     height, width, wraps. `counts`, `striking`: flat tables over the coarse positions of all variants, that of
     variant v at ``offsets[v, 0]`` with ``offsets[v, 1:3]`` rows and columns. `steady`: the price of a count of
     ONE; `unit`: the additional price of a full repeat at the same place. With `multiply` the price is instead
@@ -210,3 +211,35 @@ def pick(prices: Any, tolerance: float, floor: int, bits: int) -> int:
                 return k
             skip -= 1
     return -1
+
+
+@kernel
+def pick_all(
+    found: Any, counts: Any, usual: Any, windows: Any, at: Any, bits: Any, tolerance: float, match: float,
+    strength: float, steady: float, grid: Any, reach: int, shape: Any, canvas: Any, frames: Any, priced: Any,
+    uses: Any, striking: Any, offsets: Any, factor: int, distance: int, first: int, picks: Any,
+) -> int:  # fmt: skip
+    """Choose for windows `first` and later of a wave, one after the other, and note each; see :func:`pick`.
+
+    `found` (n, K, 4), `counts` (n,), `usual` (n,): the candidates; `windows`, `at` (n, 2): number and first pixel
+    of the windows; `bits` (n,): drawn bits. Writes `picks` (n, 3); returns the number of the first window for
+    which there is no choice, or n.
+    """
+    price = np.empty(found.shape[1], np.int64)
+    for n in range(first, len(windows)):
+        if counts[n] < 1:
+            return n
+        rows = found[n, : counts[n]]
+        row, column = windows[n, 0], windows[n, 1]
+        prices(
+            rows, grid, row, column, at[n], reach, shape, canvas, frames, priced, striking, offsets, factor, False,
+            int(steady * usual[n]), int(strength * usual[n]), distance, price,
+        )  # fmt: skip
+        k = pick(price[: counts[n]], tolerance, int(match * usual[n]), bits[n])
+        if k < 0:
+            return n
+        picks[n] = rows[k, 1:]
+        note(
+            frames, shape, picks[n], at[n], grid[row, column], offsets, factor, uses, striking, False
+        )  # fmt: skip
+    return len(windows)

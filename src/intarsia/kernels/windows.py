@@ -108,11 +108,14 @@ def halve(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, se
     """Cut straight through the middle of the seam: old pixels stay in its outer half (source 000, 3.1).
 
     `seam` (2,): rows and columns of the seams. An old pixel stays where it is locked, or lies within half a seam
-    of an edge of the window beyond which something is known.
+    of an edge of the window beyond which something is known. Of an odd seam the half at the top and left is the
+    larger one: the cut lies at the same place whichever of two windows is laid first. At the upper right corner
+    only the top counts, as in a raster scan, where nothing lies to the right.
     """
     height, width = variant.shape
     h, w = known.shape
     rows, columns = (seam[0] + 1) // 2, (seam[1] + 1) // 2
+    below, right = seam[0] // 2, seam[1] // 2
     for i in range(h):
         for j in range(w):
             take[i, j] = 1
@@ -120,9 +123,10 @@ def halve(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, se
                 continue
             stays = locked[place(y0 + i, height, wrap[0]), place(x0 + j, width, wrap[1])]
             stays = stays or (i < rows and known_beside(variant, y0, x0, wrap, 0, j, h, w, 1))
-            stays = stays or (i >= h - rows and known_beside(variant, y0, x0, wrap, h - 1, j, h, w, 0))
+            stays = stays or (i >= h - below and known_beside(variant, y0, x0, wrap, h - 1, j, h, w, 0))
             stays = stays or (j < columns and known_beside(variant, y0, x0, wrap, i, 0, h, w, 3))
-            stays = stays or (j >= w - columns and known_beside(variant, y0, x0, wrap, i, w - 1, h, w, 2))
+            if i >= seam[0] or not known_beside(variant, y0, x0, wrap, 0, j, h, w, 1):  # corners are the top's
+                stays = stays or (j >= w - right and known_beside(variant, y0, x0, wrap, i, w - 1, h, w, 2))
             take[i, j] = not stays
 
 

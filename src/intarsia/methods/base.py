@@ -54,6 +54,9 @@ METHODS = {
     "near-regular": ("near_regular", "NearRegular"),
     "random-tiling": ("random_tiling", "RandomTiling"),
     "repeat": ("repeat", "Repeat"),
+    "efros-leung": ("efros_leung", "EfrosLeung"),
+    "wei-levoy": ("wei_levoy", "WeiLevoy"),
+    "ashikhmin": ("ashikhmin", "Ashikhmin"),
 }
 """Slug -> module and class, in the order of the listings."""
 

@@ -59,13 +59,23 @@ class ImageQuilting:
     context: float = param(
         0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
     )
-    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
     usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
     min_repeat_distance: int = param(
         0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
     )
     search: str = param(
-        "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
+        choices=("fast", "exact", "pyramid"),
+    )  # fmt: skip
+    pyramid_filter: str = param(
+        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
+        choices=("mean", "gaussian", "none"),
+    )  # fmt: skip
+    pyramid_kept: int = param(
+        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
     )
     seam: str = param(
         "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
@@ -98,10 +108,16 @@ class ImageQuilting:
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
         """Decide patch and overlap from the size of the texture's elements."""
         patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
-        analysis.check_patch(patch, exemplars, self.isometries)
         rows, columns = extent(patch)
+        isometries = analysis.settled_isometries(self.isometries, exemplars, (rows, columns))
+        analysis.check_patch(patch, exemplars, isometries)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
-        return replace(self, patch=patch, overlap=third if self.overlap is AUTO else self.overlap)
+        overlap = third if self.overlap is AUTO else self.overlap
+        settled = replace(self, patch=patch, overlap=overlap, isometries=isometries)
+        if self.search == "pyramid":
+            seam = extent(overlap)
+            analysis.check_pyramid((rows - 2 * seam[0], columns - 2 * seam[1]), seam)
+        return settled
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
@@ -109,7 +125,7 @@ class ImageQuilting:
         growth = analysis.Growth(method.laying, exemplars, canvas)
         growth.fill(
             seed, STAGE, run,
-            choose=lambda window, found, bits: growth.repetition.pick(*window, found, self.tolerance, bits),
+            choose=self.tolerance,
             join=lambda at, pick, found: growth.patchwork.cut_in(
                 at, pick, found, growth.layout, self.seam == "gradient"
             ),
@@ -122,6 +138,7 @@ class ImageQuilting:
         overlap = extent(self.overlap or 0)
         return analysis.Laying(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
-            isometries=self.isometries, exact=self.search == "exact", usage=self.usage,
+            isometries=self.isometries, search=self.search,
+            pyramid=(self.pyramid_filter, self.pyramid_kept), usage=self.usage,
             distance=self.min_repeat_distance, rim=max(overlap),
         )  # fmt: skip

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..draws import below
-from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
 from .base import Ability
@@ -35,7 +34,9 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2003  # keeps this method's draws apart from those of others
-LISTED = 48  # candidates kept of every search
+MOST = 64  # candidates that may be chosen among
+LEAST_LISTED = 16  # candidates kept of every search, or thrice as many as may be chosen
+LISTED_BY_EPSILON = 48
 
 
 @dataclass(frozen=True)
@@ -50,18 +51,18 @@ class PatchSampling:
     )
 
     patch: int | tuple[int, int] | None = param(
-        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+        AUTO, "extent", "side of a patch without its seams; automatic: so that with them it spans an element",
         low=1, high=1 << 16, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
-        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
+        AUTO, "extent", "width of the seam, which two neighbours share; automatic: a fifth of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     bound: str = param(
         "best", "choice", "who may be chosen: the best few, all within epsilon of black, or of the best distance",
         choices=("best", "epsilon", "relative"),
     )  # fmt: skip
-    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=LISTED)
+    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=MOST)
     epsilon: float = param(0.1, "float", "with the other bounds: how far from the ideal one may be", low=0, high=100)
     join: str = param(
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
@@ -71,7 +72,9 @@ class PatchSampling:
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
     )  # fmt: skip
-    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
     repetition: str = param(
         "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
         choices=("prices", "counter", "marks", "none"),
@@ -81,7 +84,15 @@ class PatchSampling:
         0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
     )
     search: str = param(
-        "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
+        choices=("fast", "exact", "pyramid"),
+    )  # fmt: skip
+    pyramid_filter: str = param(
+        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
+        choices=("mean", "gaussian", "none"),
+    )  # fmt: skip
+    pyramid_kept: int = param(
+        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
     )
 
     def __post_init__(self) -> None:
@@ -115,8 +126,11 @@ class PatchSampling:
             rows, columns = extent(patch)
             overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
         settled = replace(self, patch=patch, overlap=overlap)
-        analysis.check_patch(settled.footprint, exemplars, self.isometries)
-        return settled
+        isometries = analysis.settled_isometries(self.isometries, exemplars, settled.footprint)
+        analysis.check_patch(settled.footprint, exemplars, isometries)
+        if self.search == "pyramid":
+            analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
+        return replace(settled, isometries=isometries)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, in raster order as far as windows touch."""
@@ -133,20 +147,30 @@ class PatchSampling:
         return growth.map(method.blend)
 
     @property
+    def listed(self) -> int:
+        """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
+        if self.bound != "best":
+            return LISTED_BY_EPSILON
+        return max(LEAST_LISTED, 3 * self.candidates) * (2 if self.search == "exact" else 1)
+
+    @property
     def laying(self) -> analysis.Laying:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         rule = analysis.Rule(self.repetition if self.repetition != "none" else "prices")
         return analysis.Laying(
             patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
-            isometries=self.isometries, exact=self.search == "exact", listed=LISTED, repeats=rule,
+            isometries=self.isometries, search=self.search,
+            pyramid=(self.pyramid_filter, self.pyramid_kept), listed=self.listed, repeats=rule,
             usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
             rim=max(overlap),
         )  # fmt: skip
 
-    def choose(self, growth: analysis.Growth, window: Any, found: Any, bits: int, misses: list[int]) -> Any:
+    def choose(
+        self, growth: analysis.Growth, window: analysis.Window, found: Any, bits: int, misses: list[int]
+    ) -> analysis.Pick | None:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
-        prices = growth.repetition.prices(*window, found)
+        prices = growth.repetition.prices(window[0], window[1], found)
         order = np.argsort(prices, kind="stable")
         order = order[prices[order] >= 0]
         if not len(order):
@@ -161,9 +185,10 @@ class PatchSampling:
             if not len(near):
                 misses.append(1)
                 near = order[:1]
-        return tuple(found.rows[near[below(len(near), bits)], 1:].tolist())
+        v, u, s = found.rows[near[below(len(near), bits)], 1:].tolist()
+        return v, u, s
 
-    def join_in(self, growth: analysis.Growth, at: Any, pick: Any, found: Any) -> None:
+    def join_in(self, growth: analysis.Growth, at: analysis.Window, pick: analysis.Pick, found: Any) -> None:
         """Lay a patch into its window as `join` says."""
         if self.join == "cut":
             growth.patchwork.cut_in(at, pick, found, growth.layout, False)

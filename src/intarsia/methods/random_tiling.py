@@ -44,7 +44,9 @@ class RandomTiling:
         AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
         low=1, high=1 << 16, unit="px",
     )  # fmt: skip
-    isometries: str | tuple[int, ...] = param("none", "isometries", "which mirrored and turned patches may be used")
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -67,8 +69,9 @@ class RandomTiling:
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> RandomTiling:
         """Decide the patch from the size of the texture's elements."""
         patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
-        analysis.check_patch(patch, exemplars, self.isometries)
-        return replace(self, patch=patch)
+        isometries = analysis.settled_isometries(self.isometries, exemplars, extent(patch))
+        analysis.check_patch(patch, exemplars, isometries)
+        return replace(self, patch=patch, isometries=isometries)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Draw a patch for every cell of the grid."""

@@ -1,0 +1,176 @@
+"""Which mirrored and turned copies of a texture look like the texture itself (S0-93, A-09).
+
+Light from one side, grass that grows upwards or wood grain forbid some or all of the isometries; gravel allows
+all. The exemplar is divided into two halves like the colours of a checkerboard. What a transformed half and the
+other half have in common is compared with what the two halves have in common as they are: an isometry is allowed
+if it makes the halves hardly less alike. All that decides is a whole number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache, reduce
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..draws import below, draw
+from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES
+from .features import Features, features, posed
+
+STAGE = 93
+SIDE = 5  # of the patches compared, cells
+SCALES = (1, 2, 4)  # px of a cell
+BLOCKS = (3, 4, 5)  # squares along an axis of the checkerboards
+SAMPLES = 3000  # patches of each half at most
+LEAST_SAMPLES = 50
+DIRECTIONS = 28  # random projections, beside four ramps
+SLACK = (4, 3)  # this much farther apart is still alike; A-09 proposes 1.2, which refuses some isotropic noise
+SUBGROUPS: tuple[tuple[int, ...], ...] = (
+    (0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 6), (0, 3, 4, 6), (0, 5, 6, 7), (0, 1), (0, 2), (0, 3), (0, 4), (0, 6), (0,),
+)  # fmt: skip
+"""The sets of isometries that hold, with any two, the one after the other."""
+
+Array = NDArray[Any]
+
+
+def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tuple[int, ...]:
+    """Return the isometries that keep the look of all the exemplars, the identity among them.
+
+    `square`: False leaves out those that turn rows into columns, for patches that are not square.
+    """
+    sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
+    tables = [e.memo("symmetry", lambda e=e: distances(features([e]), e)) for e in sampled]  # type: ignore[misc]
+    together = reduce(lambda a, b: np.concatenate([a, b]), tables)
+    alike = {p for p in range(8) if bool((together[:, p] * SLACK[1] <= together[:, 0] * SLACK[0]).all())}
+    if not square:
+        alike -= {p for p in alike if ISOMETRIES[p].swaps}
+    groups = [g for g in SUBGROUPS if set(g) <= alike]
+    most = max(len(g) for g in groups)
+    return min((g for g in groups if len(g) == most), key=lambda g: int(together[:, g].sum()))
+
+
+def distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
+    """How unlike one half is to the other when it is laid down in each isometry: (statistics, 8).
+
+    One row for the directions of gradients, and one for the patches at each scale.
+    """
+    out = np.zeros((1 + len(SCALES), 8), np.int64)
+    for number, scale in enumerate(SCALES):
+        picture, usable = _reduced(feats.pictures[0], exemplar.usable, scale)
+        for blocks in BLOCKS:
+            patches = [_patches(picture, at) for at in _halves(usable, blocks)]
+            if patches[0].shape[2] < LEAST_SAMPLES:
+                continue
+            if number == 0:
+                out[0] += _of_gradients(patches, feats)
+            out[1 + number] += _of_patches(patches, feats)
+    return out
+
+
+def _reduced(picture: Array, usable: Array | None, scale: int) -> tuple[Array, Array]:
+    """Sums over cells of scale x scale px, and which cells may be used."""
+    h, w, c = picture.shape[0] // scale, picture.shape[1] // scale, picture.shape[2]
+    cells = picture[: h * scale, : w * scale].astype(np.int64).reshape(h, scale, w, scale, c).sum(axis=(1, 3))
+    if usable is None:
+        return cells, np.ones((h, w), bool)
+    return cells, np.asarray(usable[: h * scale, : w * scale].reshape(h, scale, w, scale).all(axis=(1, 3)))
+
+
+def _halves(usable: Array, blocks: int) -> tuple[Array, Array]:
+    """First cells (n, 2) of the usable patches in the light and in the dark squares of a checkerboard, equally many.
+
+    A patch lies in one square with all its cells.
+    """
+    h, w = usable.shape
+    rows, columns = h - SIDE + 1, w - SIDE + 1
+    if rows < 1 or columns < 1:
+        return np.empty((0, 2), int), np.empty((0, 2), int)
+    bad = np.pad(np.cumsum(np.cumsum(~usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+    free = bad[SIDE:, SIDE:] - bad[:-SIDE, SIDE:] - bad[SIDE:, :-SIDE] + bad[:-SIDE, :-SIDE] == 0
+    y, x = np.arange(rows), np.arange(columns)
+    first = [blocks * y // h, blocks * x // w]
+    whole = (first[0] == blocks * (y + SIDE - 1) // h)[:, None] & (first[1] == blocks * (x + SIDE - 1) // w)[None, :]
+    light = (first[0][:, None] + first[1][None, :]) % 2 == 0
+    halves = [np.argwhere(free & whole & (light == side)) for side in (True, False)]
+    count = min(*(len(half) for half in halves), SAMPLES)
+    a, b = (half[np.arange(count) * len(half) // max(count, 1)] for half in halves)
+    return a, b
+
+
+def _patches(picture: Array, at: Array) -> Array:
+    """The patches that begin at `at`: (SIDE, SIDE, n, C), as isometries want them."""
+    i = np.arange(SIDE)
+    return np.asarray(picture[at[:, 0] + i[:, None, None], at[:, 1] + i[None, :, None]])
+
+
+def _of_patches(patches: list[Array], feats: Features) -> Array:
+    """Sliced distance of the two sets of patches, one of them in each isometry: (8,)."""
+    axes = _directions(patches[0].shape[3], feats.normals)
+    # Whole numbers below 2**53: exact in any order of summation.
+    flat = [p.transpose(0, 1, 3, 2).reshape(-1, p.shape[2]).astype(np.float64) for p in patches]
+    a, b = (np.sort((axes @ f).reshape(8, -1, f.shape[1]), axis=2) for f in flat)
+    return np.asarray((np.abs(a - b[0]) + np.abs(b - a[0])).astype(np.int64).sum(axis=(1, 2)))
+
+
+@cache
+def _directions(channels: int, normals: tuple[int, ...]) -> Array:
+    """Ramps and random weights, each of sum 0, so that brightness does not count: (8 * n, SIDE * SIDE * channels).
+
+    In all isometries, one after the other: measuring a transformed patch is measuring with the inverse's weights.
+    """
+    i = np.arange(SIDE) - SIDE // 2
+    ramps = [np.add.outer(a * i, b * i) * 4 for a, b in ((1, 0), (0, 1), (1, 1), (1, -1))]
+    out = [np.repeat(r[:, :, None], channels, axis=2).astype(np.int64) for r in ramps]
+    for n in range(DIRECTIONS):
+        drawn = [
+            below(17, draw(0, STAGE, n, y, SIDE * c + x)) - 8
+            for y in range(SIDE) for x in range(SIDE) for c in range(channels)
+        ]  # fmt: skip
+        out.append(np.array(drawn, np.int64).reshape(SIDE, SIDE, channels))
+    level = [d * d.size - d.sum() for d in out]
+    back = [0, 1, 2, 3, 4, 7, 6, 5]
+    turned = [posed(d, back[pose], normals).ravel() for pose in range(8) for d in level]
+    return np.array(turned, np.float64)
+
+
+def _of_gradients(patches: list[Array], feats: Features) -> Array:
+    """Difference of the two histograms of gradient directions, one of them in each isometry: (8,)."""
+    vectors = {k + i for k in feats.normals for i in (0, 1)}  # their gradients turn otherwise
+    base = [c for c in range(feats.base) if c not in vectors]
+    middle = SIDE // 2
+    grads = []
+    for p in patches:
+        total = p[..., base].sum(axis=3)
+        down = total[middle + 1, middle] - total[middle - 1, middle]
+        right = total[middle, middle + 1] - total[middle, middle - 1]
+        grads.append((down, right))
+    strength = np.sort(np.concatenate([d * d + r * r for d, r in grads]))
+    steps = strength[[len(strength) // 3, 2 * len(strength) // 3]]
+    other = [_histogram(d, r, steps) for d, r in grads[::-1]]
+    out = []
+    for pose in range(8):
+        (a, b), (c, d) = ISOMETRIES[pose].j  # the gradient turns with the transpose
+        turned = [(a * down + c * right, b * down + d * right) for down, right in grads]
+        pairs = zip(turned, other, strict=True)
+        out.append(sum(int(np.abs(_histogram(*g, steps) - its).sum()) for g, its in pairs))
+    return np.array(out, np.int64)
+
+
+def _histogram(down: Array, right: Array, steps: Array) -> Array:
+    """Count gradients by signs, by which component is larger, by how much, and by strength."""
+    v, h = np.abs(down), np.abs(right)
+    small, large = np.minimum(v, h), np.maximum(v, h)
+    cells = (np.sign(down) + 1) * 3 + np.sign(right) + 1
+    cells = (cells * 3 + np.sign(v - h) + 1) * 2 + (12 * small > 5 * large)  # 5 / 12: 22.6 degrees
+    cells = cells * 3 + np.searchsorted(steps, down * down + right * right)
+    return np.bincount(cells, minlength=9 * 3 * 2 * 3).astype(np.int64)
+
+
+def settled_isometries(
+    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: tuple[int, int]
+) -> str | tuple[int, ...]:
+    """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
+    return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

@@ -1,0 +1,100 @@
+"""``intarsia heal``: holes filled, objects removed, lost blocks recovered. Imports nothing heavy before the work."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import click
+
+from ..methods.base import METHODS, Ability, method_class
+from .grow import OWN, PARAMETERS, check_stdout, wish_of
+from .options import DONORS, FILE, common, gathered, grown_target_options, input_options, opt, report_options
+from .report import Report
+from .request import Begin, Inputs, Targets, Wish
+from .values import Seed
+
+HOLES = (
+    opt(
+        "holes", "--mask", multiple=True, type=FILE, metavar="HOLE|alpha", required=True,
+        help="White where the picture is to be healed, of the picture's size; alpha: where the picture is transparent. "
+        "One for all pictures, or one for each.",
+    ),
+    opt("grow", "--grow", type=click.IntRange(0, 1024), default=0, metavar="N", help="Enlarge the hole by N px first."),
+    opt(
+        "edge", "--edge", type=click.IntRange(0, 64), default=0, metavar="N",
+        help="Fill N px along the edge of holes again, pixel by pixel; slow.",
+    ),
+)  # fmt: skip
+USABLE = opt(
+    "masks", "--usable", multiple=True, type=FILE, metavar="FILE",
+    help="White where pixels may be taken from; one for each picture.",
+)  # fmt: skip
+
+
+def _wish(**given: Any) -> Wish:
+    """What was asked for; of all patches the best is taken if nothing else is said."""
+    if given["tolerance"] is None and any(p == "tolerance" for p in _names(given["method"])):
+        given["tolerance"] = "0"
+    return wish_of(feather=None, mixing=None, **given)
+
+
+def _names(slug: str) -> list[str]:
+    from ..params import parameters
+
+    return [p.name for p in parameters(method_class(slug))]
+
+
+def _method() -> list[Any]:
+    """The options of grow on method and wrap; only methods that can continue a picture are offered."""
+    able = [slug for slug in METHODS if {Ability.START, Ability.MASK} <= method_class(slug).supports]
+    options = []
+    for o in OWN:
+        if o.field == "method":
+            options.append(replace(o, facts=o.facts | {"type": click.Choice(able), "help": "How to fill the holes."}))
+        elif o.field == "wrap":
+            options.append(replace(o, facts=o.facts | {"help": "Along which axes the picture continues in itself."}))
+    return options
+
+
+@click.command(
+    name="heal",
+    epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
+)
+@gathered(*HOLES, into="begin", make=Begin)
+@gathered(*_method(), *PARAMETERS, into="wish", make=_wish)
+@click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
+@grown_target_options
+@input_options(
+    opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, USABLE,
+    without=("several", "masks", "crop", "scale"),
+)  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing.")
+@common
+@report_options
+def command(
+    inputs: Inputs,
+    targets: Targets,
+    wish: Wish,
+    begin: Begin,
+    report: Report,
+    seed: int | None,
+    threads: int | None,
+    **more: Any,
+) -> None:
+    """Fill the holes of IMAGE with what suits there; all other pixels stay, byte for byte.
+
+    \b
+    intarsia heal wall.png --mask graffiti.png -o clean.png
+    intarsia heal scan.png --mask scratches.png --grow 2 -o whole.png
+    intarsia heal cutout.png --mask alpha -o filled.png
+    """
+    check_stdout(targets, report)
+
+    from .batch import Batch
+
+    batch = Batch.plan(inputs, targets, replace(wish, begin=begin), (seed or 0,), report)
+    if more["dry_run"]:
+        batch.tell_plan()
+    else:
+        batch.carry_out(threads)

@@ -1,0 +1,105 @@
+"""Wei-Levoy: row by row, each pixel is the one whose neighbourhood above and to the left fits best.
+
+Wei and Levoy, "Fast Texture Synthesis using Tree-structured Vector Quantization", SIGGRAPH 2000, as Multrus 2003
+(source 000, chapter 2) describes it.
+
+Departures: the noise at the beginning is made of exemplar pixels, so that it has the texture's own colours; where the
+last rows and columns see the first ones across the border, these count, too, and the first ones, which saw noise, are
+filled a second time at the end, so that the border fits; pixels of a start count on all sides; a canvas that does not
+wrap is cut from a slightly larger torus; finer levels begin with what the coarser one shows; the tree is a kd-tree
+whose best few are compared exactly, with the continuations of what lies beside, in place of a quantiser.
+
+Cost: exact, all neighbourhoods of the exemplar for each pixel; with the tree, 24 of its leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from ..errors import ParameterError
+from ..lazy import lazy
+from ..params import AUTO, check, extent, param, words
+from .base import Ability
+
+if TYPE_CHECKING:
+    from .. import analysis, sourcemap
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..kernels import raster
+    from ..kernels.neighbourhoods import Ground
+    from ..run import Run
+else:
+    analysis = lazy("intarsia.analysis")
+    raster = lazy("intarsia.kernels.raster")
+    sourcemap = lazy("intarsia.sourcemap")
+
+STAGE = 200020  # keeps this method's draws apart from those of others
+LEAST, MOST = 5, 13  # columns of automatic windows
+FEW = 6  # pixels that the tree names
+LEAVES = 24  # of the tree, looked into for one pixel
+AT_ONCE = 64  # pixels filled between two looks at the clock
+
+
+@dataclass(frozen=True)
+class WeiLevoy:
+    """Fill the canvas row by row with the pixels whose surroundings fit best; the result is tileable."""
+
+    slug: ClassVar[str] = "wei-levoy"
+    paper: ClassVar[str] = "Wei and Levoy 2000; Multrus 2003"
+    summary: ClassVar[str] = "pixels row by row, the best fitting of all"
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.SEVERAL})
+
+    window: int | tuple[int, int] | None = param(
+        AUTO, "extent", "neighbourhood that is compared: w_e columns, odd, and h_e rows from the pixel up; automatic: "
+        "as wide as the texture's elements, and half as high",
+        low=1, high=255, unit="px",
+    )  # fmt: skip
+    levels: int = param(1, "int", "levels of detail, the coarsest first, each half the size of the next", low=1, high=8)
+    matching: str = param(
+        "tree", "choice", "ask a tree for a few similar places, or compare all of them", choices=("tree", "exact")
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        if self.window is not AUTO and (extent(self.window)[1] % 2 == 0 or extent(self.window) == (1, 1)):
+            raise ParameterError(f"window={words(self.window)} is not allowed; choose an odd width, and not 1x1.")
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> WeiLevoy:
+        """Decide the window from the size of the texture's elements."""
+        if self.window is AUTO:
+            side = analysis.default_window(
+                exemplars, LEAST, MOST, lambda n: analysis.scan_reach((n // 2 + 1, n), self.levels)
+            )
+            return replace(self, window=(side // 2 + 1, side))
+        analysis.check_window(exemplars, words(self.window), analysis.scan_reach(extent(self.window), self.levels))
+        return self
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Fill level after level, row after row."""
+        method = self.settled(exemplars, canvas)
+        scan = analysis.Scan(exemplars, canvas, extent(method.window or 3), method.levels, (seed, STAGE))
+        for _ in range(method.levels):
+            torus, exemplar = scan.enter()
+            fill = method.filler(scan, torus, exemplar)
+            for y, x0, x1 in scan.stretches(AT_ONCE):
+                run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
+                fill(y, x0, x1)
+            for pixels in scan.first_ones(AT_ONCE):
+                run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
+                raster.full_again(torus, exemplar, pixels, scan.room)
+        run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
+        return scan.map(self.blend)
+
+    def filler(self, scan: analysis.Scan, torus: raster.Torus, exemplar: Ground) -> Callable[[int, int, int], None]:
+        """Return what fills a stretch of a row of this level: (row, first column, one past the last)."""
+        if self.matching == "exact":
+            return lambda y, x0, x1: raster.full_row(torus, exemplar, y, x0, x1, scan.room)
+        tree = analysis.tree_of(exemplar, torus.choices, scan.components())
+        return lambda y, x0, x1: raster.tree_row(torus, exemplar, tree, LEAVES, FEW, y, x0, x1, scan.room)

@@ -1,0 +1,72 @@
+"""The benchmark is complete and counts right; how fast anything is, is never tested."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from test_docs import load
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def bench() -> ModuleType:
+    return load(ROOT / "benchmarks" / "bench.py")
+
+
+def test_cases_are_listed_and_told_apart(bench: ModuleType) -> None:
+    functions = {name for name in vars(bench) if name.startswith("case_")}
+    assert {f.__name__ for f in bench.CASES.values()} == functions
+    children = {name for name in vars(bench) if name.startswith("child_")} - {"child_cpu"}
+    assert {f.__name__ for f in bench.CHILDREN.values()} == children
+
+
+def test_a_case_gives_results_with_units(bench: ModuleType) -> None:
+    (found,) = bench.case_elements()
+    assert found.value > 0
+    assert found.unit == "R"
+    assert found.met is None
+
+
+def test_targets_are_judged(bench: ModuleType) -> None:
+    assert bench.Result("a", 1.0, "R", 2.0).met is True
+    assert bench.Result("a", 3.0, "R", 2.0).met is False
+    assert bench.Result("a", None, "R", 2.0).met is None
+
+
+def test_tables_show_every_result(bench: ModuleType) -> None:
+    results = [bench.Result("first", 1.234, "R", 5, "9 ms"), bench.Result("second", None, "x", None, "load 3.0")]
+    assert "not measured" in bench.table(results)
+    assert bench.markdown(results).count("\n") == 3
+    assert "1.23 R" in bench.markdown(results)
+
+
+def test_wall_times_are_left_out_on_a_busy_machine(bench: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench.os, "getloadavg", lambda: (3.0, 3.0, 3.0), raising=False)
+    (found,) = bench.case_threads()
+    assert found.value is None
+
+
+def test_results_are_kept_as_json(
+    bench: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bench, "RESULTS", tmp_path / "bench" / "results.json")
+    monkeypatch.setattr(bench, "CASES", {"one": lambda: [bench.Result("one", 1.0, "R", 2.0)]})
+    monkeypatch.setattr(sys, "argv", ["bench.py"])
+    bench.main()
+    kept = json.loads((tmp_path / "bench" / "results.json").read_text())
+    assert kept["results"][0]["name"] == "one"
+    assert not re.search(r"node|host|user", json.dumps(kept["machine"]))
+    assert "one" in capsys.readouterr().out
+
+
+def test_the_readme_shows_a_table() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    inside = re.search(r"<!-- bench -->\n(.*?)<!-- end -->", text, re.DOTALL)
+    assert inside is not None
+    assert inside[1].count(" R |") >= 5

@@ -1,0 +1,212 @@
+"""The documentation is true: its examples run, its tables are those of the code, its links lead somewhere."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shlex
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import intarsia as ia
+from intarsia.cli.app import COMMANDS, cli
+from intarsia.methods.base import METHODS
+
+ROOT = Path(__file__).resolve().parent.parent
+FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)
+LANGUAGES = {"python", "sh", "text"}
+
+
+def load(path: Path) -> ModuleType:
+    """Import a script by its path."""
+    name = f"_loaded_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+TABLES = load(ROOT / "docs" / "make_tables.py")
+DOCUMENTS: list[Path] = TABLES.documents()
+NAMES = [str(path.relative_to(ROOT)) for path in DOCUMENTS]
+
+
+def text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def blocks(path: Path, language: str) -> list[str]:
+    return [body for _, found, body in FENCE.findall(text_of(path)) if found == language]
+
+
+PYTHON = [(path, number) for path in DOCUMENTS for number in range(len(blocks(path, "python")))]
+
+
+@pytest.fixture
+def moss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the pictures that the documentation speaks of."""
+    draws = np.random.default_rng(1)
+    colour = draws.integers(0, 256, (96, 96, 3), dtype=np.uint8)
+    normal = np.dstack([colour[:, :, :2] // 4 + 96, np.full((96, 96), 250, np.uint8)])
+    pictures = {
+        "moss": colour,
+        "moss_albedo": colour,
+        "moss_normal": normal,
+        "moss_height": draws.integers(0, 65536, (96, 96), dtype=np.uint16),
+        "moss_roughness": colour[:, :, 0],
+        "moss_mask": np.pad(np.full((90, 90), 255, np.uint8), 3),
+        "scratches": np.pad(np.full((10, 30), 255, np.uint8), ((40, 46), (30, 36))),
+        "cutout": np.dstack([colour, np.pad(np.zeros((12, 12), np.uint8), 42, constant_values=255)]),
+    }
+    for name, pixels in pictures.items():
+        ia.write(tmp_path / f"{name}.png", pixels)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("path", "number"), PYTHON, ids=[f"{p.stem}-{n}" for p, n in PYTHON])
+def test_python_blocks_run(path: Path, number: int, moss: Path) -> None:
+    """Each on its own, in a folder with pictures."""
+    exec(compile(blocks(path, "python")[number], f"{path.name}, block {number}", "exec"), {"__name__": "__main__"})
+
+
+@pytest.mark.parametrize("path", [p for p in DOCUMENTS if blocks(p, "sh")], ids=lambda p: p.stem)
+def test_command_lines_run(path: Path, moss: Path) -> None:
+    """All of a document one after another, in one folder."""
+    for block in blocks(path, "sh"):
+        for line in block.replace("\\\n", " ").splitlines():
+            program, *arguments = shlex.split(line, comments=True) or [""]
+            if not program:
+                continue
+            assert program == "intarsia", f"{path.name}: {line}"
+            done = CliRunner().invoke(cli, arguments, prog_name="intarsia")
+            assert done.exit_code == 0, f"{path.name}: {line}\n{done.output}"
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=NAMES)
+def test_blocks_are_closed_and_of_a_known_language(path: Path) -> None:
+    assert len(re.findall(r"^ *```", text_of(path), re.MULTILINE)) == 2 * len(FENCE.findall(text_of(path)))
+    assert {language for _, language, _ in FENCE.findall(text_of(path))} <= LANGUAGES
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=NAMES)
+def test_tables_are_those_of_the_code(path: Path) -> None:
+    """`make tables` writes them."""
+    assert TABLES.filled(path, text_of(path)) == text_of(path)
+
+
+def test_every_method_has_a_page_with_its_parameters() -> None:
+    pages = {path.stem: text_of(path) for path in (ROOT / "docs" / "methods").glob("*.md")}
+    assert set(pages) == set(METHODS)
+    for slug, text in pages.items():
+        assert f"<!-- parameters: {slug} -->" in text
+        assert text.startswith(f"# {slug}\n")
+        for word in ("```python", "```sh", "../images/", "Source", "Departures", "Cost"):
+            assert word.lower() in text.lower(), f"{slug}: {word}"
+
+
+def test_every_command_has_a_section() -> None:
+    page = text_of(ROOT / "docs" / "command-line.md")
+    for name in COMMANDS:
+        assert f"\n## {name}\n" in page
+        assert f"[`{name}`](#{name})" in page
+
+
+def anchors(path: Path) -> set[str]:
+    """Return the anchors of the headings of a document."""
+    heads = re.findall(r"^#+ (.+)$", FENCE.sub("", text_of(path)), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=NAMES)
+def test_links_lead_somewhere(path: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)|^\[[^\]]+\]: (\S+)", FENCE.sub("", text_of(path)), re.MULTILINE):
+        place, _, anchor = (target[0] or target[1]).partition("#")
+        if place.startswith("https://"):
+            continue
+        found = path if not place else (path.parent / place).resolve()
+        assert found.exists(), f"{path.name}: {place}"
+        assert found.is_relative_to(ROOT)
+        if anchor:
+            assert anchor in anchors(found), f"{path.name}: {place}#{anchor}"
+
+
+def test_every_page_is_reached_from_the_index() -> None:
+    seen, open_pages = set(), [ROOT / "README.md"]
+    while open_pages:
+        page = open_pages.pop()
+        if page in seen or page.suffix != ".md":
+            continue
+        seen.add(page)
+        links = re.findall(r"\]\(([^)#\s]+)", text_of(page))
+        open_pages += [(page.parent / link).resolve() for link in links if not link.startswith("https://")]
+    assert seen == set(DOCUMENTS)
+
+
+def test_pictures_are_small_and_all_are_used() -> None:
+    pictures = {path.stem: path for path in (ROOT / "docs" / "images").iterdir()}
+    made = set(load(ROOT / "docs" / "make_pictures.py").PICTURES)
+    others = "".join(text_of(path) for path in (ROOT / "docs").glob("make_*_pictures.py"))
+    made |= {name for name in pictures if re.search(rf"\b{name.removeprefix('patch-sampling-')}\b", others)}
+    assert set(pictures) == made
+    used = {Path(link).stem for p in DOCUMENTS for link in re.findall(r"!\[[^\]]+\]\(([^)]+)\)", text_of(p))}
+    assert used == made
+    for name, path in pictures.items():
+        assert path.stat().st_size < 400_000, name
+
+
+def test_the_table_of_sources_names_tests_that_exist() -> None:
+    tests = {path.stem: text_of(path) for path in (ROOT / "tests").glob("*.py")}
+    text = text_of(ROOT / "docs" / "sources-002.md")
+    wanted = [f"S2-{n:02}" for n in range(1, 14)] + [f"D2-{n}" for n in range(1, 8)]
+    wanted += ["D0-2", "D0-3", "D0-4", "D0-5", "S0-80", "S0-81", "D-G1"]
+    assert re.findall(r"^\| ([SD][\w-]+) \|", text, re.MULTILINE) == wanted
+    for name in re.findall(r"`(test_\w+|naive_\w+)\.py`", text):
+        assert name in tests, name
+    everything = "\n".join(tests.values())
+    for name in re.findall(r"`(test_\w+)`", text):
+        assert f"def {name}(" in everything, name
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    assert f"\nversion: {ia.__version__}\n" in text_of(ROOT / "CITATION.cff")
+    assert f'\nversion = "{ia.__version__}"\n' in text_of(ROOT / "pyproject.toml")
+    assert ia.__version__ in text_of(ROOT / "CHANGELOG.md")
+
+
+UNWANTED = {
+    "the path of some machine": re.compile(r"(?<![\w.~*}])/(?:work|home|root|Users|mnt|opt|srv)/"),
+    "something left to do": re.compile(r"\b(?:TO" + r"DO|FIX" + r"ME|X" + r"XX)\b"),
+    "praise": re.compile(r"\b(?:blazing|revolutionary|cutting-edge|state-of-the-art|stunning|game-changing)\b", re.I),
+}
+
+
+@pytest.mark.parametrize("what", UNWANTED)
+def test_nothing_unwanted_is_said(what: str) -> None:
+    files = [*DOCUMENTS, ROOT / "Makefile", ROOT / "pyproject.toml", ROOT / "CITATION.cff"]
+    for folder in ("src", "tests", "examples", "benchmarks", "docs"):
+        files += sorted((ROOT / folder).rglob("*.py"))
+    for path in files:
+        if path != Path(__file__).resolve():
+            found = UNWANTED[what].search(text_of(path))
+            assert found is None, f"{path.relative_to(ROOT)}: {found[0] if found else ''}"
+
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_examples_run(path: Path, tmp_path: Path) -> None:
+    made: Any = load(path).main(160, tmp_path)
+    for written in made if isinstance(made, list) else [made]:
+        assert written.parent == tmp_path
+        assert written.stat().st_size > 0

@@ -1,0 +1,188 @@
+"""Golden hashes: the same request gives the same map on every machine, today and after every change.
+
+A change of a hash is a change of what users get: it needs a line in CHANGELOG.md that says so. The table is
+printed by ``python tests/test_golden.py``, for the named recipes or for all of them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.exemplar import Exemplar
+from intarsia.sourcemap import HOLE, identity
+from intarsia.testing import noise, texture
+
+
+def bricks(height: int, width: int, seed: int) -> np.ndarray:
+    """Half-offset bricks in free colours, whole numbers only: (height, width, 3) uint8."""
+    y, x = np.mgrid[:height, :width]
+    row = y // 9
+    along = x + 9 * (row % 2)
+    mortar = (y % 9 < 2) | (along % 18 < 2)
+    shade = noise(64, 64, seed)[row % 64, along // 18 % 64] >> np.uint64(58)
+    grain = noise(height, width, seed + 1) % np.uint64(12)
+    brick = np.stack([150 + shade, 70 + shade // np.uint64(2), 50 + grain], axis=2)
+    return np.where(mortar[:, :, None], 200 - grain[:, :, None], brick).astype(np.uint8)
+
+
+def plain(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(texture(56, 48, 3, 1), (96, 110), ia.ImageQuilting(patch=18, overlap=6), seed=7, run=run)
+
+
+def wrapped(run: ia.Run) -> ia.Synthesis:
+    method = ia.ImageQuilting(patch=20, overlap=7, seam="gradient", isometries="180", usage=0.2)
+    return ia.synthesize(bricks(70, 64, 3), (90, 100), method, seed=2**63 + 5, wrap="both", run=run)
+
+
+def automatic(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(bricks(80, 96, 5), 150, seed=1, run=run)
+
+
+def exact(run: ia.Run) -> ia.Synthesis:
+    one, two = Exemplar.of(texture(40, 36, 4, 2)), Exemplar.of(texture(30, 44, 4, 3), toroidal=True)
+    method = ia.ImageQuilting(patch=13, overlap=4, search="exact", isometries="both", min_repeat_distance=9)
+    return ia.synthesize([one, two], (60, 70), method, seed=11, run=run)
+
+
+def started(run: ia.Run) -> ia.Synthesis:
+    usable = np.ones((60, 60), bool)
+    usable[20:34, 22:40] = False
+    e = Exemplar.of({"albedo": bricks(60, 60, 7), "height": texture(60, 60, 1, 8)[:, :, 0]}, usable=usable)
+    start = replace(identity([e.source], 0), which=np.where(usable, 0, HOLE))
+    return ia.synthesize(e, None, ia.ImageQuilting(patch=16, overlap=5), seed=3, start=start, run=run)
+
+
+def tiled(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(texture(40, 50, 3, 4), (70, 64), ia.RandomTiling(patch=14, isometries="90"), seed=4, run=run)
+
+
+def outward(run: ia.Run) -> ia.Synthesis:
+    usable = np.ones((40, 36), bool)
+    usable[7, 9] = False
+    one = Exemplar.of(texture(40, 36, 3, 8), usable=usable)
+    return ia.synthesize(one, (44, 40), ia.EfrosLeung(window=7, isometries="180"), seed=3, wrap="x", run=run)
+
+
+def by_rows(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(bricks(50, 60, 2), (64, 70), ia.WeiLevoy(window=(4, 7), levels=2), seed=5, wrap="y", run=run)
+
+
+def coherent(run: ia.Run) -> ia.Synthesis:
+    one, two = Exemplar.of(texture(40, 36, 3, 9)), Exemplar.of(texture(30, 44, 3, 4), toroidal=True)
+    return ia.synthesize([one, two], (70, 80), ia.Ashikhmin(jumps=2), seed=6, wrap="both", run=run)
+
+
+RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
+    f.__name__: f for f in (plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent)
+}
+
+GOLDEN = {
+    "plain": (
+        "18f115048301ce71fd197a612a5ed0055758660ea98b8be95c8294ce3e608147",
+        "dfcbc5d17cd4bcd0f51acd57f3b47849de3ec2a42d13150638f229b74b0cfa8b",
+    ),
+    "wrapped": (
+        "0e82f96e9b3e82d2e88e3088b4544f3f9b4cf59e0faa0efe7219a933f6e217b7",
+        "de755a8187a2676c5c1ded0f35e87dcb3add0dfb48e72184813e3c3d8b95ac14",
+    ),
+    "automatic": (
+        "e4cff1b40b7835ad46b282630ee927e57652e3a467f5c0b9a2b306b6f102af35",
+        "e0ac05c6cb929fa185d923fce6f9b7a6bde8aab71542495aab2207829a487f05",
+    ),
+    "exact": (
+        "aeb80600b91667ce18119710b522fe2b106413dc9c3fa516b8d552d7e19fc322",
+        "107a73582fd711bce95ce9c28d4f0f7514a14524c49348061362e69a1d9ea73d",
+    ),
+    "started": (
+        "af02db2be7a1f4d28c2415f805e81a2e0e93ad870dff197f4d0abe1c5cd759cb",
+        "32b9d5a5efd22b49c564a057996229287406c920e211b663e45de68775c552fe",
+    ),
+    "tiled": (
+        "52ef19583bcf8a820cf87cc06132385cfdcea7ba40fc61229fedd62b9b0b5eb9",
+        "657c1dfcaa0c558ff1f789242a995976274f89645ffce32e9b637b487f697e3a",
+    ),
+    "outward": (
+        "556f278d6c4931e8c94a38322217289df31a6a9c7b8444277888a185d48f2965",
+        "18ba22bee0fd67c38cb3ef4a7cf29d2ca236385bece61d5cdf82daf73e82f122",
+    ),
+    "by_rows": (
+        "af13e56f825144bc29c1f7fb4e188f12098077f63a1362b9e75c9659f4472ade",
+        "ce572b98d8ebced73c7a792e8a98cdb3c41385f6e85dc23af9ea5ec5c6edb87f",
+    ),
+    "coherent": (
+        "b1a365775e5c2e1bb04472e5223981898c838719e4a057a29290e3929b2e9cb5",
+        "53d6b34aebafd31357ec13120d4f1c5f28d7c2175e68f3d2c53f547c7ebe92b5",
+    ),
+}
+"""Map, and picture with a feather of 3 px, of every recipe."""
+
+
+def hashes(name: str, threads: int = 1) -> tuple[str, str]:
+    """Hash the map, and the picture with a feather of 3 px (not where GOLDEN_MAPS_ONLY is set)."""
+    out = RECIPES[name](ia.Run(threads))
+    if "GOLDEN_MAPS_ONLY" in os.environ:
+        return out.map.digest, ""
+    pixels = out.render(feather=3, run=ia.Run(threads)).pixels
+    return out.map.digest, hashlib.sha256(pixels.tobytes()).hexdigest()
+
+
+@pytest.mark.parametrize("threads", [1, 2, 4])
+@pytest.mark.parametrize("name", RECIPES)
+def test_maps_are_what_they_were(name: str, threads: int) -> None:
+    """R-02, R-13, law 4: bytes of maps and pictures, for any number of threads."""
+    assert hashes(name, threads) == GOLDEN[name]
+
+
+def elsewhere(names: list[str], **environment: str) -> dict[str, tuple[str, str]]:
+    """Compute hashes in another process, under another environment."""
+    run = subprocess.run(
+        [sys.executable, __file__, *names], capture_output=True, text=True, env={**os.environ, **environment}
+    )
+    assert run.returncode == 0, run.stderr
+    return {k: (a, b) for k, (a, b) in json.loads(run.stdout).items()}
+
+
+def newer_features() -> str:
+    """The instruction sets that NumPy would choose by itself on this machine, beyond its baseline."""
+    from numpy._core import _multiarray_umath as umath
+
+    return " ".join(f for f in umath.__cpu_dispatch__ if umath.__cpu_features__.get(f))
+
+
+@pytest.mark.parametrize("cores", ["Nehalem", "Haswell"])
+def test_the_linear_algebra_of_another_cpu_changes_no_map(cores: str) -> None:
+    """Law 4: OpenBLAS as if on an older CPU, with one thread."""
+    names = ["plain", "exact", "started", "by_rows", "coherent"]
+    assert elsewhere(names, OPENBLAS_CORETYPE=cores, OPENBLAS_NUM_THREADS="1") == {n: GOLDEN[n] for n in names}
+
+
+def test_numpy_without_its_fast_paths_changes_no_map() -> None:
+    """Law 4: NumPy with no instruction set beyond its baseline."""
+    names = ["plain", "automatic", "started", "outward", "by_rows"]
+    assert elsewhere(names, NPY_DISABLE_CPU_FEATURES=newer_features()) == {n: GOLDEN[n] for n in names}
+
+
+def test_kernels_compiled_for_any_cpu_change_no_map(tmp_path: Path) -> None:
+    """Law 4: all kernels compiled again, for the plainest CPU of this architecture; the slowest test here."""
+    environment = {"NUMBA_CPU_NAME": "generic", "NUMBA_CACHE_DIR": str(tmp_path), "GOLDEN_MAPS_ONLY": "1"}
+    assert elsewhere(["wrapped"], **environment)["wrapped"][0] == GOLDEN["wrapped"][0]
+
+
+def test_another_order_of_hashing_changes_no_map() -> None:
+    """R-02: nothing depends on the order of a set or a dict of another process."""
+    assert elsewhere(["started"], PYTHONHASHSEED="12345") == {"started": GOLDEN["started"]}
+
+
+if __name__ == "__main__":
+    print(json.dumps({name: hashes(name) for name in sys.argv[1:] or RECIPES}, indent=4))

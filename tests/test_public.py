@@ -1,0 +1,175 @@
+"""What the package shows: its names, what each method claims, and one meaning for each parameter's name."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia import params
+from intarsia.errors import IntarsiaError
+from intarsia.image import Plane
+from intarsia.methods.base import METHODS, Ability, make, method_class, settings
+
+A = Ability
+
+OBVIOUS = {"height", "width"}
+
+CLAIMS: dict[str, set[Ability]] = {
+    "ashikhmin": {A.WRAP, A.START, A.MASK, A.SEVERAL},
+    "efros-leung": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
+    "image-quilting": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
+    "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
+    "repeat": {A.START},
+    "wei-levoy": {A.WRAP, A.START, A.MASK, A.SEVERAL},
+}
+"""What every method must be able to do; a claim is added here first."""
+
+
+def test_all_names_are_sorted_and_there() -> None:
+    assert ia.__all__ == sorted(ia.__all__)
+    assert len(set(ia.__all__)) == len(ia.__all__)
+    assert set(ia.__all__) <= set(dir(ia))
+    for name in ia.__all__:
+        assert getattr(ia, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = ia.nonsense
+
+
+def test_the_names_for_checkers_are_those_at_run_time() -> None:
+    """The imports under TYPE_CHECKING, the table of homes and `__all__` name the same things."""
+    assert sorted(ia._HOMES) == ia.__all__
+    source = inspect.getsource(ia)
+    for name, home in ia._HOMES.items():
+        assert getattr(importlib.import_module(f"intarsia.{home}"), name) is getattr(ia, name)
+        assert f"from .{home} import " in source
+
+
+@pytest.mark.parametrize("name", ia.__all__)
+def test_every_name_is_documented(name: str) -> None:
+    """A first line that is a sentence; public methods and properties, too."""
+    thing = getattr(ia, name)
+    told = inspect.getdoc(thing)
+    assert told
+    assert told.splitlines()[0].endswith((".", ":"))
+    assert not told.startswith(f"{name}("), "the docstring that dataclass makes"
+    if inspect.isclass(thing):
+        for key, value in vars(thing).items():
+            shown = not key.startswith("_") and key not in OBVIOUS
+            if shown and (inspect.isfunction(value) or isinstance(value, (property, classmethod))):
+                assert inspect.getdoc(value), key
+
+
+def test_importing_the_package_imports_nothing_heavy() -> None:
+    """`import intarsia`, its errors, run and boxes, the list of methods and their parameters need no numpy."""
+    code = """
+import sys, intarsia
+intarsia.Box, intarsia.Run, intarsia.IntarsiaError, intarsia.Wrap
+from intarsia import params
+from intarsia.methods.base import METHODS, make, method_class
+for slug in METHODS:
+    params.parameters(method_class(slug)); make(slug, {})
+try:
+    make("image-quilting", {"patch": -1})
+except intarsia.ParameterError:
+    pass
+print([m for m in ("numpy", "scipy", "numba", "PIL", "OpenImageIO", "skimage", "click") if m in sys.modules])
+"""
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"
+
+
+def test_every_method_claims_what_it_must() -> None:
+    assert set(METHODS) == set(CLAIMS)
+    for slug, claims in CLAIMS.items():
+        assert method_class(slug).supports == frozenset(claims), slug
+
+
+@pytest.mark.parametrize("slug", METHODS)
+def test_a_method_is_a_frozen_dataclass_of_its_parameters(slug: str) -> None:
+    """File, class, slug: one name; every field a parameter with help; claims and fields agree."""
+    module, name = METHODS[slug]
+    cls = method_class(slug)
+    assert cls.slug == slug == module.replace("_", "-")
+    assert name == module.title().replace("_", "")
+    assert cls.__module__ == f"intarsia.methods.{module}"
+    assert dataclasses.is_dataclass(cls)
+    assert cls.__dataclass_params__.frozen
+    assert cls.paper
+    assert cls.summary
+    assert not cls.summary.endswith(".")
+    names = [p.name for p in params.parameters(cls)]
+    assert names == [f.name for f in dataclasses.fields(cls)]
+    assert ("isometries" in names) == (Ability.ISOMETRIES in cls.supports)
+    assert settings(make(slug, {})) == {p.name: p.default for p in params.parameters(cls)}
+    assert make(slug, {}).blend == ia.Blend(0)
+
+
+@pytest.mark.parametrize("slug", METHODS)
+def test_every_parameter_says_what_it_is(slug: str) -> None:
+    for p in params.parameters(method_class(slug)):
+        assert p.help
+        assert p.help[0].islower(), "help follows a name"
+        assert not p.help.endswith(".")
+        assert p.kind in ("int", "float", "choice", "extent", "weights", "isometries")
+        if p.kind == "choice":
+            assert p.default in p.choices
+        elif p.kind != "isometries":
+            assert p.low is not None, p.name
+            assert p.high is not None, p.name
+        if p.kind == "extent":
+            assert p.unit == "px"
+        assert p.allowed()
+
+
+def test_one_name_has_one_meaning_in_all_methods() -> None:
+    """DESIGN 2: one parameter name has one kind, unit and range everywhere."""
+    seen: dict[str, tuple[str, params.Parameter]] = {}
+    for slug in METHODS:
+        for p in params.parameters(method_class(slug)):
+            other, q = seen.setdefault(p.name, (slug, p))
+            assert (p.kind, p.unit, p.choices, p.low, p.high) == (q.kind, q.unit, q.choices, q.low, q.high), (
+                f"{p.name} of {slug} and of {other}"
+            )
+
+
+def test_patch_methods_tell_pitch_and_footprint() -> None:
+    """DESIGN 2: every patch method exposes .pitch and .footprint, (rows, columns) px."""
+    for slug in METHODS:
+        if "patch" in {p.name for p in params.parameters(method_class(slug))}:
+            method = make(slug, {"patch": (20, 30)})
+            assert method.footprint == (20, 30)
+            assert len(method.pitch) == 2
+
+
+def test_errors_are_one_tree_with_fixed_exit_codes() -> None:
+    """R-12: one hierarchy, drawn at the top of its file; codes are those of the command line."""
+    from intarsia import errors
+
+    tree = {c.__name__: c.exit_code for c in vars(errors).values() if inspect.isclass(c)}
+    assert tree == {
+        "IntarsiaError": 1,
+        "ParameterError": 2,
+        "InputError": 3,
+        "QualityError": 4,
+        "MissingExtraError": 5,
+        "MethodError": 1,
+        "ResourceError": 1,
+        "CancelledError": 130,
+    }
+    for name in tree:
+        assert issubclass(getattr(errors, name), IntarsiaError)
+        assert name in (errors.__doc__ or "")
+
+
+def test_an_unknown_method_or_parameter_is_refused() -> None:
+    with pytest.raises(ia.ParameterError, match="method=quilt is unknown; choose one of image-quilting"):
+        ia.synthesize(Plane(np.zeros((4, 4), np.uint8)), 4, "quilt")
+    with pytest.raises(ia.ParameterError, match="colour: image-quilting has no such parameter"):
+        make("image-quilting", {"colour": 1})
