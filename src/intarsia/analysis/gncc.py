@@ -131,8 +131,10 @@ def _weights(picture: Floats, usable: Mask | None) -> Floats:
 def _centred(picture: Floats, weights: Floats | None) -> Floats:
     """Take away each channel's mean: correlations do not change, rounding errors shrink."""
     if weights is None:
-        return picture - picture.mean(axis=(0, 1))
-    return (picture - np.tensordot(weights, picture, 2) / max(weights.sum(), 1.0)) * weights[..., None]
+        centred: Floats = picture - picture.mean(axis=(0, 1))
+    else:
+        centred = (picture - np.tensordot(weights, picture, 2) / max(weights.sum(), 1.0)) * weights[..., None]
+    return centred
 
 
 def _mirrored(half: Floats) -> Floats:
