@@ -23,7 +23,7 @@ from .lattice_candidates import candidates, distinct, waves_of
 from .lattice_courses import courses
 from .lattice_fit import RING, fitted, relatives, score, settled, shortlist
 from .lattice_full import WORK_SIDE, reduced, refined
-from .lattice_map import MILLION, CorrelationMap, correlation_map, pictures
+from .lattice_map import MILLION, CorrelationMap, Pictures, correlation_map, pictures
 from .lattice_plain import plain
 from .lattice_verdict import FAINT, SURE, Lattice, Lattices, one_vector, two_vectors
 
@@ -81,10 +81,10 @@ def _contrast(features: NDArray[np.int64], usable: Mask | None) -> Lattices:
     if found is None:
         return Lattices(None, (), "The exemplar is constant.")
     waves = waves_of(prepared)
-    ranked = _two(found, candidates(found, waves, height, width), (height, width))
+    ranked = _two(found, candidates(found, waves, height, width), prepared)
     if ranked and ranked[0].verdict == SURE:
         return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
-    rows = [one_vector(c) for c in courses(found, waves)[:SHOWN]]
+    rows = [one_vector(c, prepared) for c in courses(found, waves)[:SHOWN]]
     if rows and rows[0].verdict == SURE:
         return Lattices(rows[0], (rows[0], *ranked[: SHOWN - 1]), rows[0].reasons[-1])
     if ranked and ranked[0].verdict == FAINT:
@@ -93,8 +93,9 @@ def _contrast(features: NDArray[np.int64], usable: Mask | None) -> Lattices:
     return Lattices(None, together, together[0].reasons[-1] if together else "No offset agrees with the exemplar.")
 
 
-def _two(found: CorrelationMap, guesses: Int64, size: tuple[int, int]) -> list[Lattice]:
+def _two(found: CorrelationMap, guesses: Int64, prepared: Pictures) -> list[Lattice]:
     """Rank lattices of two vectors: shortlist, fit, score; then the relatives of the best."""
+    size = prepared.edges.shape[0], prepared.edges.shape[1]
     lattices, fits = fitted(found, shortlist(found, guesses), size)
     scored = score(found, lattices, RING)
     kin = relatives(scored.vectors[scored.best(FAMILY)])
@@ -104,7 +105,8 @@ def _two(found: CorrelationMap, guesses: Int64, size: tuple[int, int]) -> list[L
     ranked = []
     for k in scored.ranked(SHOWN):
         one = fits[tuple(scored.vectors[k].ravel().tolist())]
-        ranked.append(two_vectors(settled(found, scored.vectors[k], one.residual), scored, int(k), one))
+        vectors = settled(found, scored.vectors[k], one.residual)
+        ranked.append(two_vectors(vectors, scored, int(k), one, prepared))
     return ranked
 
 

@@ -33,6 +33,7 @@ RING = np.array(
     ]
 )
 """Phases of the cell, in eighths, away from the lattice points; of opposite ones, which agree, one."""
+ENOUGH = 4  # lattice points of a half plane that do not agree by chance
 PROMISING = 400  # lattices whose mean is best: only they are compared with half cells,
 FITTED = 60  # and only so many with the whole ring
 RIVAL, FAR_BETTER = 85, 130  # per cent: of the confidence, and of the mean correlation of the most confident
@@ -80,7 +81,8 @@ class Scored:
         if len(order):
             top = order[0]
             rivals = order[
-                (100 * self.confidence[order] >= RIVAL * self.confidence[top])
+                (self.points[order] >= ENOUGH)
+                & (100 * self.confidence[order] >= RIVAL * self.confidence[top])
                 & (100 * self.mean[order] >= FAR_BETTER * self.mean[top])
             ]
             if len(rivals) and self.confidence[top] > 0:

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from .lattice_candidates import UNIT
 from .lattice_courses import Courses
-from .lattice_fit import Fit, Scored, regularity
-from .lattice_map import MILLION
+from .lattice_fit import ENOUGH, Fit, Scored, regularity
+from .lattice_map import MILLION, Pictures
+from .lattice_support import support
 
 Verdict = Literal["sure", "faint", "refused"]
 SURE: Verdict = "sure"
@@ -28,10 +29,10 @@ REFUSED: Verdict = "refused"
 LEAST = 0.05  # confidence K of a lattice of two vectors
 LEAST_COURSES = 0.145  # contrast of courses,
 LEAST_TWO_COURSES = 0.18  # where only two are seen
-ENOUGH = 4  # lattice points of a half plane that do not agree by chance;
-STRIKING = {2: 0.5, 3: 0.5}  # fewer must have this contrast,
-EXACT_THREE = 0.2  # or three this one, if their peaks lie
-NEAR = 0.3  # this near, as a share of what chance gives
+FEW = {2: 0.5, 3: 0.2}  # less than four lattice points must have this contrast, and agree everywhere:
+EVERYWHERE = 0.6  # the share of parts that repeat
+MANY_PARTS = 0.4  # the share asked of all other lattices,
+MANY_ROWS = 0.45  # and of courses
 SCATTERED = 0.75  # regularity of peaks that lie anywhere,
 SCATTERED_LEAST = 0.1  # unless the confidence is this large
 FAINT_LEAST = 0.03  # confidence that suffices where
@@ -111,32 +112,37 @@ class Lattices:
     refined: bool = True
 
 
-def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit) -> Lattice:
-    """Judge a lattice of two vectors by its score and its fit."""
+def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit, prepared: Pictures) -> Lattice:
+    """Judge a lattice of two vectors by its score, its fit, and where in the exemplar it holds."""
     mean, contrast, confidence = (int(a[k]) / MILLION for a in (scored.mean, scored.contrast, scored.confidence))
     points = int(scored.points[k])
     near = regularity(one)
     odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))
+    rows = tuple((int(y), int(x)) for y, x in vectors)
+    parts = min(support(prepared, row) for row in rows)
     says = (
         f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
         f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
+        f"{100 * parts:.0f} % of the exemplar repeats, or more.",
     )
-    verdict, why = _judge_few(contrast, points, near)
-    if points >= ENOUGH:
-        verdict, why = _judge(confidence, near if one.used > ENOUGH else 0.0, odds)
-    rows = tuple((int(y), int(x)) for y, x in vectors)
+    if points < ENOUGH:
+        verdict, why = _judge_few(contrast, points, parts)
+    else:
+        verdict, why = _judge(confidence, near if one.used > ENOUGH else 0.0, odds, parts)
     return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict)
 
 
-def _judge_few(contrast: float, points: int, near: float) -> tuple[Verdict, str]:
-    if contrast >= STRIKING.get(points, 2.0):
-        return SURE, f"Accepted: few lattice points, but their contrast {contrast:.3f} reaches {STRIKING[points]}."
-    if points == 3 and contrast >= EXACT_THREE and near <= NEAR:
-        return SURE, f"Accepted: three lattice points of contrast {contrast:.3f}, and the peaks lie near them."
-    return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
+def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
+    if contrast < FEW.get(points, 2.0):
+        return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
+    if parts < EVERYWHERE:
+        return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
+    return SURE, f"Accepted: only {points} lattice points, but all of the exemplar repeats."
 
 
-def _judge(confidence: float, near: float, odds: float) -> tuple[Verdict, str]:
+def _judge(confidence: float, near: float, odds: float, parts: float) -> tuple[Verdict, str]:
+    if confidence >= FAINT_LEAST and parts < MANY_PARTS:
+        return REFUSED, f"Refused: the confidence is {confidence:.3f}, but only parts of the exemplar repeat."
     if confidence >= LEAST and near > SCATTERED and confidence < SCATTERED_LEAST:
         return REFUSED, f"Refused: the confidence is {confidence:.3f}, but the peaks lie anywhere."
     if confidence >= LEAST:
@@ -146,8 +152,8 @@ def _judge(confidence: float, near: float, odds: float) -> tuple[Verdict, str]:
     return REFUSED, f"Refused: the confidence {confidence:.3f} is below {LEAST}."
 
 
-def one_vector(found: Courses) -> Lattice:
-    """Judge courses by their contrast and their number."""
+def one_vector(found: Courses, prepared: Pictures) -> Lattice:
+    """Judge courses by their contrast, their number, and where in the exemplar they hold."""
     pitch = round(UNIT * found.pitch[0]), round(UNIT * found.pitch[1])
     if pitch[1] < 0 or (pitch[1] == 0 and pitch[0] < 0):
         pitch = -pitch[0], -pitch[1]
@@ -157,6 +163,8 @@ def one_vector(found: Courses) -> Lattice:
         verdict, why = REFUSED, "Refused: a single row could agree by chance."
     elif contrast < least:
         verdict, why = REFUSED, f"Refused: the contrast {contrast:.3f} of the rows is below {least}."
+    elif support(prepared, pitch) < MANY_ROWS:
+        verdict, why = REFUSED, "Refused: only parts of the exemplar repeat."
     else:
         verdict, why = SURE, f"Accepted: the contrast {contrast:.3f} of the rows reaches {least}."
     says = f"{found.lines} rows agree {contrast:.3f} better than what lies between them."
