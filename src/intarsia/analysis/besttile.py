@@ -119,7 +119,7 @@ def _drop_outside(costs: NDArray[np.int64], mask: Mask, vectors: tuple[Vector, V
     if not mask.all():
         from scipy.signal import fftconvolve
 
-        tile = np.empty((bottom + top, right + left, 2), np.int32)
+        tile = np.empty((bottom + top + 1, right + left + 1, 2), np.int32)
         wrap_into_tile(tile, np.array((top, left)), np.array(vectors))
         inside = (tile == np.moveaxis(np.indices(tile.shape[:2]), 0, 2)).all(axis=2)
         held = np.rint(fftconvolve((~mask).astype(np.float64), inside[::-1, ::-1].astype(np.float64)))

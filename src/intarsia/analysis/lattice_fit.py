@@ -86,9 +86,25 @@ class Scored:
                 & (100 * self.mean[order] >= FAR_BETTER * self.mean[top])
             ]
             if len(rivals) and self.confidence[top] > 0:
-                first = rivals[np.argmax(self.mean[rivals])]
-                order = np.concatenate([[first], order[order != first]])
+                top = rivals[np.argmax(self.mean[rivals])]
+            finer = [k for k in order if self._refines(int(k), int(top))]
+            top = finer[0] if finer else top
+            order = np.concatenate([[top], order[order != top]])
         return order
+
+    def _refines(self, k: int, top: int) -> bool:
+        """Say whether lattice k holds all points of the top one and more, and is about as good.
+
+        The ring of eighths sees the double cell of a lattice, but not its sevenfold one.
+        """
+        if 100 * self.confidence[k] < 80 * self.confidence[top] or 100 * self.mean[k] < 90 * self.mean[top]:
+            return False
+        small, large = (self.vectors[i].astype(np.float64) for i in (k, top))
+        (p, q), (r, s) = small
+        times = large @ np.array([[s, -q], [-r, p]]) / (p * s - q * r)
+        whole = np.rint(times)
+        index = abs(round(float(whole[0, 0] * whole[1, 1] - whole[0, 1] * whole[1, 0])))
+        return index > 1 and bool(np.abs(times - whole).max() < 0.1)
 
 
 def score(found: CorrelationMap, vectors: Int64, phases: NDArray[np.int64]) -> Scored:

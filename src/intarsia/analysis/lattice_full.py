@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.lattices import best_shift
+from ..kernels.shifts import best_shift
 from .lattice_candidates import UNIT, canonical
 
 Mask = NDArray[np.bool_]
