@@ -1,5 +1,6 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
+from .cell import check_lattice, lattice_of
 from .features import Features, features, pose_array
 from .growth import Growth, Laying, Pick
 from .mosaic import Mosaic
@@ -35,6 +36,7 @@ __all__ = [
     "Variants",
     "Window",
     "allowed_isometries",
+    "check_lattice",
     "check_patch",
     "check_pyramid",
     "check_window",
@@ -44,6 +46,7 @@ __all__ = [
     "features",
     "ground",
     "isometry_ids",
+    "lattice_of",
     "layers",
     "pose_array",
     "random_patch",

@@ -92,20 +92,7 @@ def block_vectors(
         free = (round(v1[1] / length * wide * UNIT), round(-v1[0] / length * wide * UNIT))
         down, across = (v1, free) if abs(v1[0]) >= abs(v1[1]) else (free, v1)
     else:
-        sums = [
-            (a * v1[0] + b * v2[0], a * v1[1] + b * v2[1])
-            for a in range(-COMBINATIONS, COMBINATIONS + 1)
-            for b in range(-COMBINATIONS, COMBINATIONS + 1)
-            if (a, b) != (0, 0)
-        ]
-        down, across = _along(sums, 0, room), _along(sums, 1, room)
-        if down is None or across is None or _cross(down, across) == 0:
-            # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
-            halves = [(y // 2, x // 2) for y, x in sums]
-            down, across = _along(halves, 0, room), _along(halves, 1, room)
-        if down is None or across is None or _cross(down, across) == 0:
-            first, second = sorted((v1, v2), key=lambda v: -abs(v[0]) / (abs(v[1]) + 1))
-            down, across = first, second
+        down, across = _upright(v1, v2, room)
     down, across = _towards(down, 0), _towards(across, 1)
     fixed = {id(v) for v in (down, across)} if v2 is not None else {id(down if abs(v1[0]) >= abs(v1[1]) else across)}
     sides = []
@@ -172,6 +159,23 @@ def positions(
         ok = blocks.all_usable(places, np.array((grid.rows, grid.columns), np.int64), valid)
         places = places[ok]
     return places[np.lexsort((places[:, 1], places[:, 0]))]
+
+
+def _upright(v1: Vector, v2: Vector, room: tuple[int, int]) -> tuple[Vector, Vector]:
+    """The shortest vectors of a lattice along both axes; the two given where it has none."""
+    sums = [
+        (a * v1[0] + b * v2[0], a * v1[1] + b * v2[1])
+        for a in range(-COMBINATIONS, COMBINATIONS + 1)
+        for b in range(-COMBINATIONS, COMBINATIONS + 1)
+        if (a, b) != (0, 0)
+    ]
+    # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
+    for some in (sums, [(y // 2, x // 2) for y, x in sums]):
+        down, across = _along(some, 0, room), _along(some, 1, room)
+        if down is not None and across is not None and _cross(down, across) != 0:
+            return down, across
+    first, second = sorted((v1, v2), key=lambda v: -abs(v[0]) / (abs(v[1]) + 1))
+    return first, second
 
 
 def _along(sums: list[Vector], axis: int, room: tuple[int, int]) -> Vector | None:

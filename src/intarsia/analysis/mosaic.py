@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 from ..canvas import Canvas
 from ..draws import below, draw
@@ -19,6 +20,7 @@ from ..exemplar import Exemplar
 from ..kernels import blocks
 from ..run import Run
 from .blockgrid import UNIT, BlockGrid, Vector, best_phase, block_vectors, positions
+from .cell import cell_of
 from .features import features
 from .sizes import elements
 
@@ -32,12 +34,25 @@ Array = NDArray[Any]
 class Settings(Protocol):
     """The parameters that a mosaic reads."""
 
-    lattice: Any
-    block: int | None
-    border: int
-    tolerance: int
-    variant: str
-    channel_weights: tuple[float, ...] | None
+    @property
+    def lattice(self) -> tuple[tuple[float, float], ...] | None:
+        """The lattice vectors, (x, y) px."""
+
+    @property
+    def block(self) -> int | None:
+        """The wanted side of a block, px."""
+
+    @property
+    def border(self) -> int:
+        """Width of the zone in which gaps are cut, px."""
+
+    @property
+    def slack(self) -> int:
+        """How far a gap's block may leave the lattice, px."""
+
+    @property
+    def channel_weights(self) -> tuple[float, ...] | None:
+        """How much each channel counts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +69,16 @@ class Mosaic:
         Where blocks may be read, 1/256 px, by the parity of their row and column.
     around : (rows, columns)
         Blocks around a wrapped canvas along each axis, 0 where it does not wrap.
+    lengths : (rows, columns)
+        Size of the canvas, px.
+    half : float
+        Half the width of the zone in which gaps are cut, px.
+    slack : int
+        How far a gap's block may leave the lattice, px.
+    seed : int
+        What the draws follow from.
+    nearest : int array (2, H, W) or None
+        For every pixel the nearest usable one; None where all are usable.
     """
 
     picture: NDArray[np.int16]
@@ -62,22 +87,23 @@ class Mosaic:
     canvas: BlockGrid
     places: dict[tuple[int, int], NDArray[np.int64]]
     around: tuple[int, int]
+    lengths: tuple[int, int]
     half: float
-    tolerance: int
-    cut: bool
+    slack: int
     seed: int
+    nearest: NDArray[np.intp] | None
 
     @classmethod
     def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
         """Choose blocks, phase and places for an exemplar; MethodError where it holds too little."""
         picture = features([exemplar], method.channel_weights).pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
-        cell = _cell(method.lattice, picture.shape[:2])
+        cell = cell_of(method.lattice, picture.shape[:2])
         grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
         laid, around = _around(grid, canvas)
         return cls(
-            picture, usable, grid, laid, places, around, method.border / 2, method.tolerance,
-            method.variant == "improved", seed,
+            picture, usable, grid, laid, places, around, (canvas.height, canvas.width), method.border / 2,
+            method.slack, seed, _nearest(usable),
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
@@ -93,32 +119,47 @@ class Mosaic:
         columns = range(min(c[1] for c in corners) - 1, max(c[1] for c in corners) + 2)
         fields = [(i, j) for i in rows for j in columns if self._touches(i, j, y0, x0, height, width)]
         run = run or Run()
+        done = 0
         with run.pool() as each:
             for parity in (0, 1):  # gaps are cut into the random blocks; no two gaps meet
                 part = [f for f in fields if (f[0] + f[1]) % 2 == parity]
                 for begin in range(0, len(part), 64):
-                    run.tick(parity * len(part) + begin, 2 * len(part))
-                    each(lambda f: self._lay(f, out, y0, x0), part[begin : begin + 64])
-        run.tick(1, 1)
+                    run.tick(done, len(fields))
+                    some = part[begin : begin + 64]
+                    made: list[tuple[Array, ...]] = [()] * len(some)
+
+                    def make(k: int, some: Any = some, made: Any = made) -> None:
+                        made[k] = self._block(*some[k])
+
+                    each(make, range(len(some)))
+                    for block in made:  # in turn: what is written never depends on which thread was first
+                        self._write(block, out, y0, x0)
+                    done += len(some)
+        run.tick(done, len(fields))
         return out
 
-    def _lay(self, field: tuple[int, int], out: Array, y0: int, x0: int) -> None:
-        """Write one block: all of a random one, what its cut takes of a gap."""
-        i, j = field
+    def _block(self, i: int, j: int) -> tuple[Array, ...]:
+        """Canvas rows and columns of the pixels that a block decides, and the exemplar's it shows there."""
         at, shape = self._box(i, j)
         sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
         blocks.ring(self._frame(i, j, at), np.zeros(2, np.int64), self.half, sides, core)
         if (i + j) % 2 == 0:
             ty, tx = self._shift(i, j, self._random(i, j))
-            own = core.astype(bool)
-            y, x = np.nonzero(own)
-            sy, sx = y + at[0] + ty, x + at[1] + tx
-        else:
-            own, sy, sx = self._gap(i, j, at, sides, core)
+            y, x = np.nonzero(core)
+            return y + at[0], x + at[1], y + at[0] + ty, x + at[1] + tx
+        own, sy, sx = self._gap(i, j, at, sides, core)
         y, x = np.nonzero(own)
-        ok = (y + at[0] >= y0) & (y + at[0] < y0 + out.shape[0]) & (x + at[1] >= x0) & (x + at[1] < x0 + out.shape[1])
-        py, px = (y + at[0] - y0)[ok], (x + at[1] - x0)[ok]
-        out[py, px, 0], out[py, px, 1] = np.clip(sy[ok], 0, self.usable.shape[0] - 1), np.clip(sx[ok], 0, self.usable.shape[1] - 1)
+        return y + at[0], x + at[1], sy, sx
+
+    def _write(self, block: tuple[Array, ...], out: Array, y0: int, x0: int) -> None:
+        """Write what of a block lies in a window."""
+        y, x = block[0] - y0, block[1] - x0
+        inside = (y >= 0) & (y < out.shape[0]) & (x >= 0) & (x < out.shape[1])
+        height, width = self.usable.shape
+        sy, sx = np.clip(block[2][inside], 0, height - 1), np.clip(block[3][inside], 0, width - 1)
+        if self.nearest is not None:
+            sy, sx = self.nearest[0][sy, sx], self.nearest[1][sy, sx]
+        out[y[inside], x[inside], 0], out[y[inside], x[inside], 1] = sy, sx
 
     def _gap(self, i: int, j: int, at: tuple[int, int], sides: Array, core: Array) -> tuple[Array, Array, Array]:
         near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
@@ -128,11 +169,11 @@ class Mosaic:
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
         shifts = self._shifts(i, j) + at
         found = np.empty((KEPT, 3), np.int64)
-        count = blocks.rank(self.picture, self.usable, core, zone, t, shifts, self.tolerance, KEPT, found)
+        count = blocks.rank(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
         ty, tx = self._choose(i, j, found[:count], t) if count else (int(shifts[0, 0]), int(shifts[0, 1]))
         owner = np.empty(core.shape, np.uint8)
         sy, sx = np.empty(core.shape, np.int64), np.empty(core.shape, np.int64)
-        blocks.fill_gap(self.picture, self.usable, sides, core, t, ty, tx, self.cut, owner, sy, sx)
+        blocks.fill_gap(self.picture, self.usable, sides, core, t, ty, tx, owner, sy, sx)
         own = owner.astype(bool)
         return own, sy[own], sx[own]
 
@@ -140,7 +181,7 @@ class Mosaic:
         """Draw among the good shifts, rather one that no neighbour shows."""
         limit = found[0, 0] + CHOICE * (found[len(found) // 2, 0] - found[0, 0])
         good = found[found[:, 0] <= limit]
-        fresh = [row for row in good if min(abs(row[1] - n[0]) + abs(row[2] - n[1]) for n in t) > 2 * self.tolerance]
+        fresh = [row for row in good if min(abs(row[1] - n[0]) + abs(row[2] - n[1]) for n in t) > 2 * self.slack]
         good = fresh or list(good)
         row = good[below(len(good), draw(self.seed, STAGE, 1, *self._name(i, j)))]
         return int(row[1]), int(row[2])
@@ -159,16 +200,25 @@ class Mosaic:
 
     def _shift(self, i: int, j: int, place: int) -> tuple[int, int]:
         """What to add to canvas px of block (i, j) to read the block at a place."""
-        y, x = self.canvas.origin(i, j)
+        y, x = self._origin(i, j)
         py, px = self._places(i, j)[place]
         return (int(py) - y + UNIT // 2) // UNIT, (int(px) - x + UNIT // 2) // UNIT
 
     def _shifts(self, i: int, j: int) -> NDArray[np.int64]:
-        y, x = self.canvas.origin(i, j)
+        y, x = self._origin(i, j)
         return (self._places(i, j) - (y, x) + UNIT // 2) // UNIT
 
     def _places(self, i: int, j: int) -> NDArray[np.int64]:
         return self.places[i % 2, j % 2]
+
+    def _origin(self, i: int, j: int) -> tuple[int, int]:
+        """First corner of a block, 1/256 px; around a wrapped canvas the last one ends where the first begins."""
+        y, x = self.canvas.origin(i, j)
+        if self.around[0]:
+            y += i * self.lengths[0] * UNIT // self.around[0] - i * self.canvas.rows[0]
+        if self.around[1]:
+            x += j * self.lengths[1] * UNIT // self.around[1] - j * self.canvas.columns[1]
+        return y, x
 
     def _name(self, i: int, j: int) -> tuple[int, int]:
         """Number of a block; around a wrapped canvas the numbers return."""
@@ -177,14 +227,14 @@ class Mosaic:
 
     def _box(self, i: int, j: int) -> tuple[tuple[int, int], tuple[int, int]]:
         """First pixel and shape of the window around a block, its seam zone included."""
-        y, x = self.canvas.origin(i, j)
+        y, x = self._origin(i, j)
         reach = math.ceil(self.half) + 1
         before, shape = self.canvas.before(), self.canvas.extent()
         at = (y // UNIT + before[0] - reach, x // UNIT + before[1] - reach)
         return at, (shape[0] + 2 * reach + 1, shape[1] + 2 * reach + 1)
 
     def _frame(self, i: int, j: int, at: tuple[int, int]) -> NDArray[np.int64]:
-        y, x = self.canvas.origin(i, j)
+        y, x = self._origin(i, j)
         return np.array((*self.canvas.rows, *self.canvas.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
 
     def _touches(self, i: int, j: int, y0: int, x0: int, height: int, width: int) -> bool:
@@ -192,18 +242,10 @@ class Mosaic:
         return at[0] < y0 + height and at[1] < x0 + width and at[0] + shape[0] > y0 and at[1] + shape[1] > x0
 
 
-def _cell(lattice: Any, shape: tuple[int, ...]) -> tuple[Vector, Vector | None]:
-    """The lattice vectors as (rows, columns) in 1/256 px, refusing what spans no lattice."""
-    vectors = [(round(y * UNIT), round(x * UNIT)) for x, y in lattice]
-    for v in vectors:
-        if not 2 * UNIT <= math.hypot(*v) <= UNIT * max(shape):
-            raise ParameterError("a lattice vector must be 2 px long at least, and shorter than the exemplar.")
-    if len(vectors) == 2:
-        (a, b), (c, d) = vectors
-        if abs(a * d - b * c) < 0.1 * math.hypot(a, b) * math.hypot(c, d):
-            raise ParameterError("the two lattice vectors are parallel, or nearly so; give others, or only one.")
-        return vectors[0], vectors[1]
-    return vectors[0], None
+def _nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
+    if usable.all():
+        return None
+    return np.asarray(distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)
 
 
 def _grid(
@@ -216,14 +258,13 @@ def _grid(
     for wanted in (target, 1.0):
         rows, columns = block_vectors(*cell, wanted, wide, (int(room[0]), int(room[1])))
         if rows[0] * columns[1] - rows[1] * columns[0] < 0:
-            rows, columns = rows, (-columns[0], -columns[1])
+            columns = (-columns[0], -columns[1])
         grid = BlockGrid(rows, columns, (0, 0), cell)
-        if method.variant == "improved":
-            fixed = cell[1] is not None
-            down = abs(cell[0][0]) >= abs(cell[0][1])
-            y = best_phase(picture, grid, method.border, 0) if fixed or down else 0
-            x = best_phase(picture, grid, method.border, 1) if fixed or not down else 0
-            grid = BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
+        fixed = cell[1] is not None
+        down = abs(cell[0][0]) >= abs(cell[0][1])
+        y = best_phase(picture, grid, method.border, 0) if fixed or down else 0
+        x = best_phase(picture, grid, method.border, 1) if fixed or not down else 0
+        grid = BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
         places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
         if min(len(p) for p in places.values()) >= 2:
             return grid, places
@@ -251,7 +292,7 @@ def _around(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, tuple[int, int]
                 f"wrap: {'height' if axis == 0 else 'width'}={length} px is no even number of blocks "
                 f"(strain {100 * strain:.1f} %, at most 2 %); choose {' or '.join(map(str, good))} px."
             )
-        straight = length * UNIT // count
+        straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
         sides.append((straight, 0) if axis == 0 else (0, straight))
         around.append(count)
     return BlockGrid(sides[0], sides[1], grid.phase, grid.cell), (around[0], around[1])

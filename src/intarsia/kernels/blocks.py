@@ -212,8 +212,7 @@ def rank(
 
 @kernel
 def fill_gap(
-    picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, tx: int, cut: bool, owner: Any, out_y: Any,
-    out_x: Any,
+    picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, tx: int, owner: Any, out_y: Any, out_x: Any,
 ) -> None:  # fmt: skip
     """Cut a gap's block into its window: write the exemplar pixel of every pixel that the gap decides.
 
@@ -238,13 +237,8 @@ def fill_gap(
                     new[y, x, c] = picture[y + ty, x + tx, c]
             elif side >= 0:
                 state[y, x] = NEW if mine and (core[y, x] or not theirs) else OLD
-    if cut:
-        right, down = seam_costs(old, new, False)
-        min_cut(state, right, down, take)
-    else:
-        for y in range(h):
-            for x in range(w):
-                take[y, x] = core[y, x]
+    right, down = seam_costs(old, new, False)
+    min_cut(state, right, down, take)
     for y in range(h):
         for x in range(w):
             side = sides[y, x]
@@ -258,7 +252,7 @@ def fill_gap(
 @kernel
 def readable(usable: Any, y: int, x: int) -> bool:
     """Say whether an exemplar pixel exists and may be used."""
-    return 0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x]
+    return bool(0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x])
 
 
 @kernel

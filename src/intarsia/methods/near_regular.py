@@ -3,35 +3,30 @@
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011
 (source 001).
 
-Departures: the block grid begins where cuts are cheapest, in the joints; blocks are rectangles of whole periods;
-positions are rounded from exact multiples of the real lattice vectors; a block's border may hang outside the
-exemplar; every position is used equally often; gaps are cut in along the cheapest seam, each inside its own mitred
-wedges, so that no two cuts meet (D1-1 to D1-5). ``variant="plain"`` is the source's own.
+Departures: the block grid begins where cuts are cheapest, in the joints; blocks are parallelograms of whole periods,
+upright where the lattice allows it; positions are rounded from exact multiples of the real lattice vectors; a seam
+may hang outside the exemplar; every position is used equally often; gaps are cut in along the cheapest seam, each
+inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
 
-Cost: for every second block a comparison of some hundred positions on the pixels around it.
+Cost: for every second block a comparison of all its positions on the pixels around it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from ..draws import draw
-from ..errors import MethodError, ParameterError
 from ..lazy import lazy
-from ..params import AUTO, check, extent, param
+from ..params import AUTO, check, param
 from .base import Ability
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from .. import analysis, sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..run import Run
 else:
-    np = lazy("numpy")
     analysis = lazy("intarsia.analysis")
     sourcemap = lazy("intarsia.sourcemap")
 
@@ -42,21 +37,19 @@ class NearRegular:
 
     slug: ClassVar[str] = "near-regular"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
-    summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled"
+    summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
     lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "lattice vectors x,y in px, one or two; automatic: found in the exemplar", unit="px"
-    )
-    block: int | None = param(
-        AUTO, "int", "wanted side of a block; automatic: one period, or some up to 40 px", low=4, high=1 << 14, unit="px"
-    )
-    border: int = param(14, "int", "width of the seams around gaps", low=2, high=256, unit="px")
-    tolerance: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
-    variant: str = param(
-        "improved", "choice", "ours, or the source's own: square blocks anywhere, a blend for a cut",
-        choices=("improved", "plain"),
+        AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
+        low=-65536, high=65536, unit="px",
     )  # fmt: skip
+    block: int | None = param(
+        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px",
+        low=4, high=1 << 14, unit="px",
+    )  # fmt: skip
+    border: int = param(14, "int", "width of the zone in which a gap is cut in", low=2, high=256, unit="px")
+    slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
     channel_weights: tuple[float, ...] | None = param(
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
@@ -67,18 +60,18 @@ class NearRegular:
 
     @property
     def blend(self) -> sourcemap.Blend:
-        """Exact copies; the plain variant blends over 4 px."""
-        return sourcemap.Blend(0 if self.variant == "improved" else 4)
+        """Exact copies."""
+        return sourcemap.Blend(0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
-        """Find the lattice."""
-        if self.lattice is not AUTO:
-            return self
-        return replace(self, lattice=analysis.lattice_of(exemplars[0], self.slug))
+        """Find the lattice; MethodError where there is none."""
+        if self.lattice is AUTO:
+            return replace(self, lattice=analysis.lattice_of(exemplars[0], self.slug, self.channel_weights))
+        analysis.check_lattice(self.lattice, exemplars[0])
+        return self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Place the random blocks and the gaps of the canvas, band by band."""
-        method = self.settled(exemplars, canvas)
-        mosaic = analysis.Mosaic.of(method, exemplars[0], canvas, seed)
+        """Place the random blocks of the canvas, then cut in the gaps."""
+        mosaic = analysis.Mosaic.of(self.settled(exemplars, canvas), exemplars[0], canvas, seed)
         yx = mosaic.window(0, 0, canvas.height, canvas.width, run)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)
