@@ -265,7 +265,7 @@ def test_nothing_of_a_set_is_left_when_one_file_fails(corpus: Path, monkeypatch:
             raise errors.ResourceError("there is no room for out_ao.png; free some space.")
         kept(*args, **more)
 
-    monkeypatch.setattr(files, "write", failing)
+    monkeypatch.setattr("intarsia.cli.batch.write", failing)
     result = run("grow", "a.png", "-q", "--map", "ao=mask.png", "-o", "out.png")
     assert result.exit_code == 1
     assert result.stderr == "intarsia: there is no room for out_ao.png; free some space.\n"
