@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from bench import ONE, in_r
 
 import intarsia as ia
-from bench import ONE, in_r
 
 
 @dataclass(frozen=True)
