@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from hypothesis.strategies import SearchStrategy
+
 import intarsia as ia
+from intarsia.analysis import Mosaic
+from intarsia.canvas import Canvas
+from intarsia.geometry import Box, Wrap
 from intarsia.methods.base import METHODS
+from intarsia.sourcemap import SourceMap
 from intarsia.testing import MethodContract
+from intarsia.testing.cases import Case
 
 
 class TestImageQuilting(MethodContract):
@@ -49,6 +58,29 @@ class TestPatchSamplingOfRectangles(MethodContract):
 class TestAutomaticPatchSampling(MethodContract):
     method = ia.PatchSampling()
     examples = 8
+
+
+class TestNearRegular(MethodContract):
+    """Wrapped sizes are an even number of blocks, here of 9 x 6 px."""
+
+    method = ia.NearRegular(lattice=((9, 0), (0, 6)), block=4, border=4, slack=1)
+    examples = 6
+    least = 30
+
+    def cases(self) -> SearchStrategy[Case]:
+        def even(case: Case) -> Case:
+            height, width = case.size
+            height = -(-height // 12) * 12 if case.wrap.y else height
+            width = -(-width // 18) * 18 if case.wrap.x else width
+            return replace(case, size=(height, width))
+
+        return super().cases().map(even)
+
+    def map_of_window(self, case: Case, box: Box) -> SourceMap:
+        exemplar = case.exemplars[0]
+        mosaic = Mosaic.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
+        yx = mosaic.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
+        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
 
 
 class TestRandomTiling(MethodContract):

@@ -30,6 +30,7 @@ _HOMES = {
     "Margins": "starts",
     "MethodError": "errors",
     "Mixing": "sourcemap",
+    "NearRegular": "methods.near_regular",
     "ParameterError": "errors",
     "PatchSampling": "methods.patch_sampling",
     "Plane": "image",
@@ -63,6 +64,7 @@ __all__ = [
     "Margins",
     "MethodError",
     "Mixing",
+    "NearRegular",
     "ParameterError",
     "PatchSampling",
     "Plane",
@@ -92,6 +94,7 @@ if TYPE_CHECKING:
     from .methods.ashikhmin import Ashikhmin
     from .methods.efros_leung import EfrosLeung
     from .methods.image_quilting import ImageQuilting
+    from .methods.near_regular import NearRegular
     from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat

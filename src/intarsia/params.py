@@ -47,6 +47,7 @@ class Parameter:
         return {
             "extent": f"{span}{unit}, one number or WIDTHxHEIGHT",
             "weights": f"{span}, one for each channel",
+            "vectors": "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
             "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
         }.get(self.kind, span + unit)
 
@@ -64,7 +65,8 @@ def param(
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
     Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
-    (a tuple of numbers), ``isometries`` (a name, or ids; ``auto`` is decided from the exemplar when a method settles).
+    (a tuple of numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is decided
+    from the exemplar when a method settles).
     """
     data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
     return dataclasses.field(default=default, metadata={"param": data})
@@ -104,6 +106,8 @@ def parse(p: Parameter, text: str) -> Any:
             return numbers[0] if len(numbers) == 1 else tuple(reversed(numbers))
         if p.kind == "weights":
             return tuple(float(part) for part in text.split(","))
+        if p.kind == "vectors":
+            return tuple(tuple(float(part) for part in word.split(",")) for word in text.split())
         if p.kind == "isometries" and text not in ISOMETRY_SETS and text != "auto":
             return tuple(int(part) for part in text.split(","))
         return text
@@ -133,6 +137,8 @@ def _normal(p: Parameter, value: Any) -> Any:
         return str(value)
     if p.kind == "isometries":
         return _isometries(value)
+    if p.kind == "vectors":
+        return _vectors(p, value)
     if p.kind == "extent":
         if isinstance(value, (tuple, list)):
             rows, columns = (_whole(p, v) for v in value)
@@ -155,6 +161,13 @@ def _isometries(value: Any) -> str | tuple[int, ...]:
     if not ids or ids[0] < 0 or ids[-1] > 7:
         raise ValueError
     return ids
+
+
+def _vectors(p: Parameter, value: Any) -> tuple[tuple[float, ...], ...]:
+    vectors = tuple(tuple(_number(p, v) for v in vector) for vector in value)
+    if len(vectors) not in (1, 2) or any(len(v) != 2 or not any(v) for v in vectors):
+        raise ValueError
+    return vectors
 
 
 def _whole(p: Parameter, value: Any) -> int:

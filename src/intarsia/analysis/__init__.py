@@ -1,10 +1,12 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
 
 from .boundary import boundary_poses, grown, slack_of
+from .cell import check_lattice, lattice_of
 from .features import Features, features, pose_array
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
+from .mosaic import Mosaic
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
 from .pyramid import PyramidSearch, check_pyramid
@@ -26,6 +28,7 @@ __all__ = [
     "Layer",
     "Laying",
     "Layout",
+    "Mosaic",
     "PatchSearch",
     "Patchwork",
     "Pick",
@@ -40,6 +43,7 @@ __all__ = [
     "allowed_isometries",
     "boundary_poses",
     "check_guide",
+    "check_lattice",
     "check_patch",
     "check_pyramid",
     "check_window",
@@ -50,6 +54,7 @@ __all__ = [
     "ground",
     "grown",
     "isometry_ids",
+    "lattice_of",
     "layers",
     "pose_array",
     "random_patch",

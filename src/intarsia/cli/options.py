@@ -150,6 +150,7 @@ METAVARS = {
     "int": "N",
     "float": "F",
     "weights": "W,W,...",
+    "vectors": "'X,Y X,Y'",
     "isometries": "none|180|90|both|auto|IDS",
 }
 

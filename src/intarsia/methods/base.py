@@ -51,6 +51,7 @@ class Method(Protocol):
 METHODS = {
     "image-quilting": ("image_quilting", "ImageQuilting"),
     "patch-sampling": ("patch_sampling", "PatchSampling"),
+    "near-regular": ("near_regular", "NearRegular"),
     "random-tiling": ("random_tiling", "RandomTiling"),
     "repeat": ("repeat", "Repeat"),
     "efros-leung": ("efros_leung", "EfrosLeung"),

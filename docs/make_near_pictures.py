@@ -1,0 +1,38 @@
+"""Remake the picture of near-regular textures from a built-in exemplar.
+
+The pixels are the same on every machine; the bytes of the JPEG file depend on the version of Pillow.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import intarsia as ia
+
+FOLDER = Path(__file__).resolve().parent / "images"
+GAP = 16
+
+
+def near_regular() -> np.ndarray:
+    """The exemplar, and what grows from it."""
+    exemplar = np.asarray(ia.read("sample:tiles").base)[:, :, :3]
+    grown = np.asarray(ia.synthesize("sample:tiles", (400, 560), ia.NearRegular(), seed=3).render())[:, :, :3]
+    above = (grown.shape[0] - exemplar.shape[0]) // 2
+    below = grown.shape[0] - exemplar.shape[0] - above
+    left = np.pad(exemplar, ((above, below), (0, GAP), (0, 0)), constant_values=255)
+    return np.concatenate([left, grown], axis=1)
+
+
+def main() -> None:
+    """Write the picture."""
+    FOLDER.mkdir(exist_ok=True)
+    path = FOLDER / "near-regular.jpg"
+    Image.fromarray(near_regular()).save(path, quality=86, optimize=True)
+    print(f"{path.name}: {path.stat().st_size // 1000} kB")
+
+
+if __name__ == "__main__":
+    main()

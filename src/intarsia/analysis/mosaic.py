@@ -1,0 +1,298 @@
+"""A mosaic of lattice blocks: random ones on the black fields of a chessboard, fitting ones on the white.
+
+Which block lies where depends only on its place and the seed: any window of the endless mosaic can be made alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from ..canvas import Canvas
+from ..draws import below, draw
+from ..errors import MethodError, ParameterError
+from ..exemplar import Exemplar
+from ..kernels import blocks
+from ..run import Run
+from .blockgrid import UNIT, BlockGrid, Vector, best_phase, block_vectors, positions
+from .cell import cell_of
+from .features import features
+from .sizes import elements
+
+STAGE = 2011
+KEPT = 12  # best shifts for a gap among which one is drawn
+CHOICE = 0.15  # those within this share of the way from the best to the median
+STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
+Array = NDArray[Any]
+
+
+class Settings(Protocol):
+    """The parameters that a mosaic reads."""
+
+    @property
+    def lattice(self) -> tuple[tuple[float, float], ...] | None:
+        """The lattice vectors, (x, y) px."""
+
+    @property
+    def block(self) -> int | None:
+        """The wanted side of a block, px."""
+
+    @property
+    def border(self) -> int:
+        """Width of the zone in which gaps are cut, px."""
+
+    @property
+    def slack(self) -> int:
+        """How far a gap's block may leave the lattice, px."""
+
+    @property
+    def channel_weights(self) -> tuple[float, ...] | None:
+        """How much each channel counts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mosaic:
+    """An endless mosaic.
+
+    Attributes
+    ----------
+    picture, usable : int16 array (H, W, C), bool array (H, W)
+        The exemplar's features and usable pixels.
+    source, canvas : BlockGrid
+        The grid in the exemplar, and as it lies on the canvas (strained a little where that wraps).
+    places : dict of int64 arrays (n, 2)
+        Where blocks may be read, 1/256 px, by the parity of their row and column.
+    around : (rows, columns)
+        Blocks around a wrapped canvas along each axis, 0 where it does not wrap.
+    lengths : (rows, columns)
+        Size of the canvas, px.
+    half : float
+        Half the width of the zone in which gaps are cut, px.
+    slack : int
+        How far a gap's block may leave the lattice, px.
+    seed : int
+        What the draws follow from.
+    nearest : int array (2, H, W) or None
+        For every pixel the nearest usable one; None where all are usable.
+    """
+
+    picture: NDArray[np.int16]
+    usable: NDArray[np.bool_]
+    source: BlockGrid
+    canvas: BlockGrid
+    places: dict[tuple[int, int], NDArray[np.int64]]
+    around: tuple[int, int]
+    lengths: tuple[int, int]
+    half: float
+    slack: int
+    seed: int
+    nearest: NDArray[np.intp] | None
+
+    @classmethod
+    def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
+        """Choose blocks, phase and places for an exemplar; MethodError where it holds too little."""
+        picture = features([exemplar], method.channel_weights).pictures[0]
+        usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
+        cell = cell_of(method.lattice, picture.shape[:2])
+        grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
+        laid, around = _around(grid, canvas)
+        return cls(
+            picture, usable, grid, laid, places, around, (canvas.height, canvas.width), method.border / 2,
+            method.slack, seed, _nearest(usable),
+        )  # fmt: skip
+
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
+        """The exemplar pixels (height, width, 2) of a window of the mosaic."""
+        out = np.zeros((height, width, 2), np.int32)
+        reach = math.ceil(self.half) + 1
+        corners = [
+            self.canvas.block_of(y, x)
+            for y in (y0 - reach, y0 + height + reach)
+            for x in (x0 - reach, x0 + width + reach)
+        ]
+        rows = range(min(c[0] for c in corners) - 1, max(c[0] for c in corners) + 2)
+        columns = range(min(c[1] for c in corners) - 1, max(c[1] for c in corners) + 2)
+        fields = [(i, j) for i in rows for j in columns if self._touches(i, j, y0, x0, height, width)]
+        run = run or Run()
+        done = 0
+        with run.pool() as each:
+            for parity in (0, 1):  # gaps are cut into the random blocks; no two gaps meet
+                part = [f for f in fields if (f[0] + f[1]) % 2 == parity]
+                for begin in range(0, len(part), 64):
+                    run.tick(done, len(fields))
+                    some = part[begin : begin + 64]
+                    made: list[tuple[Array, ...]] = [()] * len(some)
+
+                    def make(k: int, some: Any = some, made: Any = made) -> None:
+                        made[k] = self._block(*some[k])
+
+                    each(make, range(len(some)))
+                    for block in made:  # in turn: what is written never depends on which thread was first
+                        self._write(block, out, y0, x0)
+                    done += len(some)
+        run.tick(done, len(fields))
+        return out
+
+    def _block(self, i: int, j: int) -> tuple[Array, ...]:
+        """Canvas rows and columns of the pixels that a block decides, and the exemplar's it shows there."""
+        at, shape = self._box(i, j)
+        sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
+        blocks.ring(self._frame(i, j, at), np.zeros(2, np.int64), self.half, sides, core)
+        if (i + j) % 2 == 0:
+            ty, tx = self._shift(i, j, self._random(i, j))
+            y, x = np.nonzero(core)
+            return y + at[0], x + at[1], y + at[0] + ty, x + at[1] + tx
+        own, sy, sx = self._gap(i, j, at, sides, core)
+        y, x = np.nonzero(own)
+        return y + at[0], x + at[1], sy, sx
+
+    def _write(self, block: tuple[Array, ...], out: Array, y0: int, x0: int) -> None:
+        """Write what of a block lies in a window."""
+        y, x = block[0] - y0, block[1] - x0
+        inside = (y >= 0) & (y < out.shape[0]) & (x >= 0) & (x < out.shape[1])
+        height, width = self.usable.shape
+        sy, sx = np.clip(block[2][inside], 0, height - 1), np.clip(block[3][inside], 0, width - 1)
+        if self.nearest is not None:
+            sy, sx = self.nearest[0][sy, sx], self.nearest[1][sy, sx]
+        out[y[inside], x[inside], 0], out[y[inside], x[inside], 1] = sy, sx
+
+    def _gap(self, i: int, j: int, at: tuple[int, int], sides: Array, core: Array) -> tuple[Array, Array, Array]:
+        near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
+        drawn = [self._random(a, b) for a, b in near]
+        t = np.array([self._shift(a, b, k) for (a, b), k in zip(near, drawn, strict=True)], np.int64) + at
+        y, x = np.nonzero(sides >= 0)
+        zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
+        shifts = self._shifts(i, j) + at
+        found = np.empty((KEPT, 3), np.int64)
+        count = blocks.rank(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
+        ty, tx = self._choose(i, j, found[:count], t) if count else (int(shifts[0, 0]), int(shifts[0, 1]))
+        owner = np.empty(core.shape, np.uint8)
+        sy, sx = np.empty(core.shape, np.int64), np.empty(core.shape, np.int64)
+        blocks.fill_gap(self.picture, self.usable, sides, core, t, ty, tx, owner, sy, sx)
+        own = owner.astype(bool)
+        return own, sy[own], sx[own]
+
+    def _choose(self, i: int, j: int, found: Array, t: Array) -> tuple[int, int]:
+        """Draw among the good shifts, rather one that no neighbour shows."""
+        limit = found[0, 0] + CHOICE * (found[len(found) // 2, 0] - found[0, 0])
+        good = found[found[:, 0] <= limit]
+        fresh = [row for row in good if min(abs(row[1] - n[0]) + abs(row[2] - n[1]) for n in t) > 2 * self.slack]
+        good = fresh or list(good)
+        row = good[below(len(good), draw(self.seed, STAGE, 1, *self._name(i, j)))]
+        return int(row[1]), int(row[2])
+
+    def _random(self, i: int, j: int) -> int:
+        """The place that a random block is read from: every place once in each square of blocks, shuffled."""
+        i, j = self._name(i, j)
+        places = self._places(i, j)
+        side = 2 * math.ceil(math.sqrt(len(places) / 2))
+        square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
+        order = list(range(len(places)))
+        for k in range(len(order) - 1, len(order) - 2 - cell % len(order), -1):  # only as far as needed
+            other = below(k + 1, draw(self.seed, STAGE, 2 + k, *square))
+            order[k], order[other] = order[other], order[k]
+        return order[len(order) - 1 - cell % len(order)]
+
+    def _shift(self, i: int, j: int, place: int) -> tuple[int, int]:
+        """What to add to canvas px of block (i, j) to read the block at a place."""
+        y, x = self._origin(i, j)
+        py, px = self._places(i, j)[place]
+        return (int(py) - y + UNIT // 2) // UNIT, (int(px) - x + UNIT // 2) // UNIT
+
+    def _shifts(self, i: int, j: int) -> NDArray[np.int64]:
+        y, x = self._origin(i, j)
+        return (self._places(i, j) - (y, x) + UNIT // 2) // UNIT
+
+    def _places(self, i: int, j: int) -> NDArray[np.int64]:
+        return self.places[i % 2, j % 2]
+
+    def _origin(self, i: int, j: int) -> tuple[int, int]:
+        """First corner of a block, 1/256 px; around a wrapped canvas the last one ends where the first begins."""
+        y, x = self.canvas.origin(i, j)
+        if self.around[0]:
+            y += i * self.lengths[0] * UNIT // self.around[0] - i * self.canvas.rows[0]
+        if self.around[1]:
+            x += j * self.lengths[1] * UNIT // self.around[1] - j * self.canvas.columns[1]
+        return y, x
+
+    def _name(self, i: int, j: int) -> tuple[int, int]:
+        """Number of a block; around a wrapped canvas the numbers return."""
+        rows, columns = self.around
+        return (i % rows if rows else i), (j % columns if columns else j)
+
+    def _box(self, i: int, j: int) -> tuple[tuple[int, int], tuple[int, int]]:
+        """First pixel and shape of the window around a block, its seam zone included."""
+        y, x = self._origin(i, j)
+        reach = math.ceil(self.half) + 1
+        before, shape = self.canvas.before(), self.canvas.extent()
+        at = (y // UNIT + before[0] - reach, x // UNIT + before[1] - reach)
+        return at, (shape[0] + 2 * reach + 1, shape[1] + 2 * reach + 1)
+
+    def _frame(self, i: int, j: int, at: tuple[int, int]) -> NDArray[np.int64]:
+        y, x = self._origin(i, j)
+        return np.array((*self.canvas.rows, *self.canvas.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
+
+    def _touches(self, i: int, j: int, y0: int, x0: int, height: int, width: int) -> bool:
+        at, shape = self._box(i, j)
+        return at[0] < y0 + height and at[1] < x0 + width and at[0] + shape[0] > y0 and at[1] + shape[1] > x0
+
+
+def _nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
+    if usable.all():
+        return None
+    return np.asarray(distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)
+
+
+def _grid(
+    method: Settings, picture: Array, usable: Array, cell: tuple[Vector, Vector | None], element: float
+) -> tuple[BlockGrid, dict[tuple[int, int], NDArray[np.int64]]]:
+    """Choose the blocks; smaller ones where the exemplar holds too few places for large ones."""
+    room = picture.shape[:2]
+    wide = min(max(1.5 * element, 48.0), min(room) / 2.5)
+    target = float(method.block) if method.block is not None else None
+    for wanted in (target, 1.0):
+        rows, columns = block_vectors(*cell, wanted, wide, (int(room[0]), int(room[1])))
+        if rows[0] * columns[1] - rows[1] * columns[0] < 0:
+            columns = (-columns[0], -columns[1])
+        grid = BlockGrid(rows, columns, (0, 0), cell)
+        fixed = cell[1] is not None
+        down = abs(cell[0][0]) >= abs(cell[0][1])
+        y = best_phase(picture, grid, method.border, 0) if fixed or down else 0
+        x = best_phase(picture, grid, method.border, 1) if fixed or not down else 0
+        grid = BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
+        places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
+        if min(len(p) for p in places.values()) >= 2:
+            return grid, places
+    raise MethodError(
+        "the exemplar holds fewer than two places for a block of one period; give a larger exemplar, or use "
+        "method repeat."
+    )
+
+
+def _around(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, tuple[int, int]]:
+    """Strain the grid so that it closes around a wrapped canvas: an even number of blocks each way."""
+    around, sides = [], []
+    for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
+        side = (grid.rows, grid.columns)[axis]
+        if not wrap:
+            around.append(0)
+            sides.append(side)
+            continue
+        period = side[axis]
+        count = 2 * max(1, round(length * UNIT / (2 * period)))
+        strain = length * UNIT / (count * period) - 1
+        if abs(strain) > STRAIN:
+            good = [round(n * period / UNIT) for n in (count - 2, count, count + 2) if n > 0]
+            raise ParameterError(
+                f"wrap: {'height' if axis == 0 else 'width'}={length} px is no even number of blocks "
+                f"(strain {100 * strain:.1f} %, at most 2 %); choose {' or '.join(map(str, good))} px."
+            )
+        straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
+        sides.append((straight, 0) if axis == 0 else (0, straight))
+        around.append(count)
+    return BlockGrid(sides[0], sides[1], grid.phase, grid.cell), (around[0], around[1])

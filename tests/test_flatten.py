@@ -1,0 +1,79 @@
+"""Flattening: light is found and taken off, the mean stays, and nothing is lost."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from intarsia.analysis.flatten import flatten
+from intarsia.errors import ParameterError
+
+
+def lit(size=(96, 120), seed=1):
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[: size[0], : size[1]] / max(size)
+    light = np.exp(0.7 * x - 0.4 * y - 0.8 * (x - 0.4) ** 2)
+    return rng.uniform(0.3, 0.6, (*size, 3)), light
+
+
+def test_light_is_found_and_taken_off():
+    surface, light = lit()
+    found = flatten(surface * light[..., None])
+    assert np.corrcoef(found.gain.ravel(), light.ravel())[0, 1] > 0.99
+    ratio = found.pixels / surface
+    assert ratio.std() / ratio.mean() < 0.05
+    assert found.strength > 0.3
+    assert found.worthwhile
+    assert found.gain.mean() == pytest.approx(1, abs=1e-5)
+
+
+def test_even_textures_stay_about_as_they_are():
+    surface, _ = lit()
+    found = flatten(surface)
+    assert found.strength < 0.05
+    assert not found.worthwhile
+    assert np.abs(found.gain - 1).max() < 0.1
+
+
+@given(st.sampled_from(["uint8", "uint16", "uint32", "float16", "float32"]), st.integers(1, 4), st.integers(0, 999))
+def test_nothing_is_lost(dtype, order, seed):
+    surface, light = lit((17, 23), seed)
+    scale = np.iinfo(dtype).max if np.issubdtype(dtype, np.integer) else 1
+    given = (np.clip(surface * light[..., None], 0, 1) * scale).astype(dtype)
+    given[3, 4] = 0
+    before = given.copy()
+    found = flatten(given, order=order)
+    assert np.array_equal(found.restored(dtype), given)
+    assert np.array_equal(given, before)
+    wide = flatten(given.astype(np.float64))
+    assert np.allclose(wide.restored(), given.astype(np.float64), rtol=1e-15, atol=0)
+
+
+def test_a_mask_hides_pixels():
+    surface, light = lit()
+    picture = surface * light[..., None]
+    usable = np.ones(light.shape, bool)
+    usable[10:60, 20:80] = False
+    picture[~usable] = 50.0
+    found = flatten(picture, usable)
+    assert np.corrcoef(found.gain.ravel(), light.ravel())[0, 1] > 0.98
+    picture[~usable] = 0.0
+    assert np.array_equal(flatten(picture, usable).gain, found.gain)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (7, 1, 3), (2, 2, 4)])
+def test_tiny_black_and_constant_pictures(shape):
+    for value in (0, 90):
+        found = flatten(np.full(shape, value, np.uint8))
+        assert found.strength == 0
+        assert (found.gain == 1).all()
+    flatten(np.random.default_rng(0).uniform(0, 1, shape), order=4)
+    assert flatten(np.ones((5, 5)), np.zeros((5, 5), bool)).strength == 0
+
+
+def test_what_does_not_fit_is_refused():
+    for wrong in ({"order": 0}, {"order": 5}, {"usable": np.ones((2, 3), bool)}):
+        with pytest.raises(ParameterError):
+            flatten(np.ones((8, 8)), **wrong)
+    with pytest.raises(ParameterError):
+        flatten(np.ones(8))

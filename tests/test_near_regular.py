@@ -1,0 +1,177 @@
+"""Near-regular textures: rows are kept, windows are crops, and what has no lattice is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.analysis import Mosaic, check_lattice, lattice_of
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.testing import texture
+from intarsia.testing.cases import noise
+
+
+def tiling(height: int, width: int, rows: float, columns: float, shear: float = 0.0) -> np.ndarray:
+    """Tiles of different grey with dark joints; every second vector leans by `shear` px."""
+    y, x = np.mgrid[:height, :width].astype(float)
+    i = np.floor(y / rows).astype(int)
+    u = x - i * shear
+    j = np.floor(u / columns).astype(int)
+    joint = (y % rows < 3) | (u % columns < 3)
+    grey = 120 + (noise(64, 256, 5)[i % 64, j % 256] % np.uint64(100)).astype(int)
+    grain = (noise(height, width, 7) % np.uint64(9)).astype(int)
+    return np.where(joint, 20, grey + grain).astype(np.uint8)
+
+
+def joints(pixels: np.ndarray) -> np.ndarray:
+    return pixels < 60
+
+
+LATTICES = [
+    (20.0, 24.0, 0.0),
+    (17.5, 22.25, 0.0),
+    (16.0, 30.0, 15.0),  # running bond
+]
+
+
+@pytest.mark.parametrize(("rows", "columns", "shear"), LATTICES)
+def test_the_output_repeats_by_the_lattice_of_the_exemplar(rows: float, columns: float, shear: float) -> None:
+    """Its joints lie on the lattice within 1 px: near the joints of a tiling of the same phase."""
+    e = tiling(160, 180, rows, columns, shear)
+    made = ia.synthesize(e, (300, 320), ia.NearRegular(lattice=((columns, 0), (shear, rows))), seed=4)
+    shown = joints(made.render().pixels.reshape(300, 320))
+    truth = joints(tiling(300, 320, rows, columns, shear))
+    grown = truth.copy()
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            grown |= np.roll(truth, (dy, dx), (0, 1))
+    assert (shown & ~grown).mean() < 0.005
+    assert 0.85 < shown.mean() / truth.mean() < 1.15
+
+
+def test_elements_differ_in_order_from_the_exemplar() -> None:
+    """It is no repetition of one tile: more than half of the exemplar is shown, and periods differ."""
+    e = tiling(200, 240, 20, 24)
+    made = ia.synthesize(e, (400, 480), ia.NearRegular(lattice=((24, 0), (0, 20))), seed=1)
+    shown = np.zeros((200, 240), bool)
+    shown[made.map.yx[:, :, 0], made.map.yx[:, :, 1]] = True
+    assert shown.mean() > 0.5
+
+
+def test_the_lattice_is_found_and_replayed() -> None:
+    e = Exemplar.of(tiling(160, 180, 20, 24))
+    found = lattice_of(e, "near-regular")
+    assert len(found) == 2
+    settled = ia.NearRegular().settled([e], Canvas(50, 50))
+    assert settled.lattice == found
+    for x, y in found:
+        assert abs(x / 24 - round(x / 24)) < 0.05
+        assert abs(y / 20 - round(y / 20)) < 0.06
+    one = ia.synthesize(e, 120, ia.NearRegular(), seed=2)
+    two = ia.synthesize(e, 120, ia.NearRegular(lattice=found), seed=2)
+    assert one.map.digest == two.map.digest
+    assert one.recipe_text == two.recipe_text
+
+
+def test_threads_change_nothing() -> None:
+    method = ia.NearRegular(lattice=((22.25, 0), (0, 17.5)))
+    e = tiling(120, 140, 17.5, 22.25)
+    maps = [ia.synthesize(e, 300, method, seed=9, run=ia.Run(n)).map.digest for n in (1, 3, 8)]
+    assert len(set(maps)) == 1
+
+
+@pytest.mark.parametrize("lattice", [((22.25, 0), (0, 17.5)), ((30, 0), (15, 16)), ((21, 5), (-4, 18)), ((3, 18),)])
+@pytest.mark.parametrize("corner", [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)])
+def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
+    method, (y, x) = ia.NearRegular(lattice=lattice), corner
+    e = Exemplar.of(tiling(120, 140, 17.5, 22.25))
+    mosaic = Mosaic.of(method, e, Canvas(10, 10), 5)
+    whole = mosaic.window(y, x, 150, 170)
+    assert whole.any(axis=2).mean() > 0.99
+    for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
+        part = mosaic.window(y + top, x + left, height, width)
+        np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
+
+
+def test_a_wrapped_canvas_continues_in_itself() -> None:
+    """The window of the mosaic one canvas further on shows the same."""
+    canvas = Canvas(203, 290, ia.Wrap.BOTH)
+    e = Exemplar.of(tiling(120, 140, 17, 24))
+    mosaic = Mosaic.of(ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
+    here = mosaic.window(0, 0, 203, 290)
+    np.testing.assert_array_equal(mosaic.window(203, -290, 203, 290), here)
+    np.testing.assert_array_equal(mosaic.window(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
+
+
+def test_sizes_that_strain_the_lattice_are_refused() -> None:
+    e = tiling(120, 140, 17, 24)
+    method = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17)
+    with pytest.raises(ia.ParameterError, match=r"^wrap: height=187 px is no even .* choose 170 or 204"):
+        ia.synthesize(e, (187, 288), method, wrap="both")
+
+
+def test_masked_pixels_are_never_shown() -> None:
+    usable = np.ones((120, 140), bool)
+    usable[:30, :40] = False
+    usable[70:75, 100:] = False
+    e = Exemplar.of(tiling(120, 140, 17, 24), usable=usable)
+    made = ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), seed=1)
+    assert usable[made.map.yx[:, :, 0], made.map.yx[:, :, 1]].all()
+
+
+def test_one_vector_is_enough() -> None:
+    """Courses without a period along them keep their pitch."""
+    y, _ = np.mgrid[:120, :140]
+    grain = (noise(120, 140, 3) % np.uint64(60)).astype(int)
+    e = np.where(y % 15 < 3, 10, 120 + grain).astype(np.uint8)
+    made = ia.synthesize(e, 200, ia.NearRegular(lattice=((0, 15),)), seed=2).render().pixels.reshape(200, 200)
+    dark = (made < 60).mean(axis=1)
+    assert set(np.flatnonzero(dark > 0.6) % 15) <= {14, 0, 1, 2, 3}
+    assert (dark > 0.6).sum() >= 30
+
+
+@pytest.mark.parametrize(
+    ("lattice", "message"),
+    [
+        (((20, 0), (40, 0.5)), "the two lattice vectors are parallel"),
+        (((200, 0), (0, 10)), "a lattice vector must be 2 px long at least"),
+        (((1, 0), (0, 10)), "a lattice vector must be 2 px long at least"),
+    ],
+)
+def test_vectors_that_span_no_lattice_are_refused(lattice: tuple, message: str) -> None:
+    e = Exemplar.of(texture(60, 70))
+    with pytest.raises(ia.ParameterError, match=message):
+        check_lattice(lattice, e)
+    with pytest.raises(ia.ParameterError, match=message):
+        ia.synthesize(e, 40, ia.NearRegular(lattice=lattice))
+
+
+@pytest.mark.parametrize(
+    "lattice", [((math.nan, 1),), ((math.inf, 1), (0, 5)), ((0, 0),), (), ((1, 2, 3),), 5, "ab", ((9, 0),) * 3]
+)
+def test_vectors_that_are_none_are_refused(lattice: object) -> None:
+    with pytest.raises(ia.ParameterError, match=r"^lattice="):
+        ia.NearRegular(lattice=lattice)
+
+
+def test_an_exemplar_without_a_lattice_is_refused() -> None:
+    with pytest.raises(ia.MethodError) as caught:
+        ia.synthesize(texture(90, 80, 3), 100, "near-regular")
+    assert str(caught.value).startswith("near-regular finds no lattice in the exemplar (confidence 0.")
+    assert "use method image-quilting" in str(caught.value)
+    assert caught.value.exit_code == 1
+
+
+@pytest.mark.parametrize("side", [1, 2, 5, 15, 16])
+def test_tiny_exemplars_are_refused(side: int) -> None:
+    with pytest.raises(ia.MethodError, match="finds no lattice"):
+        ia.synthesize(texture(side, side), 20, "near-regular")
+
+
+def test_too_few_places_are_refused() -> None:
+    with pytest.raises(ia.MethodError, match="fewer than two places for a block of one period"):
+        ia.synthesize(texture(20, 20), 30, ia.NearRegular(lattice=((18, 0), (0, 18))))
