@@ -135,3 +135,10 @@ def test_what_is_written_is_read_again(count: int, share: float, rows: int, colu
 def test_an_extent_is_a_pair() -> None:
     assert extent(3) == (3, 3)
     assert extent((3, 4)) == (3, 4)
+
+
+def test_vectors_are_read_as_pairs() -> None:
+    p = Parameter("lattice", "vectors", AUTO, -99, 99, "px", (), "by which steps")
+    assert parse(p, "20.5,0 -3,9") == ((20.5, 0.0), (-3.0, 9.0))
+    with pytest.raises(ParameterError, match=r"^lattice=a,b is not allowed; give one or two vectors x,y in px"):
+        parse(p, "a,b")

@@ -84,7 +84,10 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     if job.get("several"):
         exemplars.append(Exemplar.of({name: plane[::-1] for name, plane in planes.items()}))
     names = {p.name for p in parameters(method_class(job["method"]))}
-    patch = {"patch": 6} if "patch" in names else {}
+    patch: dict[str, Any] = {"patch": 6} if "patch" in names else {}
+    if "lattice" in names:
+        _find_lattice()
+        patch |= {"lattice": ((5, 0), (0, 5)), "block": 4, "border": 2}
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
     marks = Plane((columns > 11).astype(np.uint8), Kind.LABEL)
@@ -93,3 +96,15 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     for plane in planes:
         for feather in (0, 3):
             grown.render(plane, feather=feather, run=run)
+
+
+def _find_lattice() -> None:
+    """Look for a lattice where there is one."""
+    import numpy as np
+
+    from ..analysis import lattice_of
+    from ..exemplar import Exemplar
+
+    rows, columns = np.mgrid[:48, :48]
+    pixels = (rows % 8 * 20 + columns % 6 * 15 + (rows * 73 + columns * 151) % 11).astype(np.uint8)
+    lattice_of(Exemplar.of(pixels), "near-regular")
