@@ -57,15 +57,21 @@ def coarse_template(
     for y in range(rows):
         for x in range(columns):
             count = 0
-            total[:] = 0
             for i in range(factor):
                 for j in range(factor):
                     count += known[y * factor + i, x * factor + j]
+            mask[y, x] = count >= need
+            if count < need:
+                for k in range(axis):
+                    template[k, y, x] = 0
+                continue
+            total[:] = 0
+            for i in range(factor):
+                for j in range(factor):
                     for c in range(channels):
                         total[c] += feats[y * factor + i, x * factor + j, c]  # 0 where not known
-            mask[y, x] = count >= need
             for k in range(axis):
-                q = quantised(total, count, mean, axes[k], clip) if count >= need else 0
+                q = quantised(total, count, mean, axes[k], clip)
                 template[k, y, x] = q
                 energy += q * q
     return energy
