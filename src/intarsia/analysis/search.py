@@ -26,7 +26,7 @@ from .variants import Variants
 SHORT_LIST = 16
 AXES = 2
 STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
-BATCH_BYTES = 4 << 20  # spectra of one batch
+BATCH_BYTES = 6 << 20  # spectra of one batch
 FINEST_SIDE = 600  # reduced exemplars are at most about this large
 Array = NDArray[Any]
 

@@ -86,10 +86,11 @@ def mark(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, sta
     height, width = variant.shape
     h, w = known.shape
     for i in range(h):
+        row = place(y0 + i, height, wrap[0])
         for j in range(w):
             if known[i, j] == 0:
                 state[i, j] = NEW
-            elif locked[place(y0 + i, height, wrap[0]), place(x0 + j, width, wrap[1])]:
+            elif locked[row, place(x0 + j, width, wrap[1])]:
                 state[i, j] = OLD
             else:
                 state[i, j] = FREE
@@ -141,8 +142,10 @@ def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, wrap: Any, v: int
         if y < 0:
             continue
         for j in range(take.shape[1]):
+            if not take[i, j]:
+                continue
             x = place(x0 + j, width, wrap[1])
-            if take[i, j] and x >= 0:
+            if x >= 0:
                 variant[y, x] = v
                 yx[y, x, 0] = row
                 yx[y, x, 1] = s + j if s + j < columns else (s + j) % columns
