@@ -15,7 +15,8 @@ import intarsia as ia
 from intarsia import params
 from intarsia.errors import IntarsiaError
 from intarsia.image import Plane
-from intarsia.methods.base import METHODS, Ability, make, method_class, settings
+from intarsia.methods.base import METHODS, Ability, make, method_class
+from intarsia.synthesis import recipe_settings
 
 A = Ability
 
@@ -109,7 +110,7 @@ def test_a_method_is_a_frozen_dataclass_of_its_parameters(slug: str) -> None:
     names = [p.name for p in params.parameters(cls)]
     assert names == [f.name for f in dataclasses.fields(cls)]
     assert ("isometries" in names) == (Ability.ISOMETRIES in cls.supports)
-    assert settings(make(slug, {})) == {p.name: p.default for p in params.parameters(cls)}
+    assert recipe_settings(make(slug, {})) == {p.name: p.default for p in params.parameters(cls)}
     assert make(slug, {}).blend == ia.Blend(0)
 
 

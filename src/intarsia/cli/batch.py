@@ -15,7 +15,7 @@ from ..image import Kind, Plane, Transfer
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..starts import Scene
-from ..synthesis import Synthesis, carry_out, synthesize
+from ..synthesis import Synthesis, carry_out, recipe_settings, synthesize
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
 from .outputs import Staging, check_all
@@ -174,20 +174,8 @@ def _about(order: Order, wish: Wish, grown: Synthesis | None) -> dict[str, Any]:
         "seed": order.seed,
         "wrap": wish.wrap,
         "method": method.slug,
-        "parameters": parameters_xy(method),
+        "parameters": recipe_settings(method),
         **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
         "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
     }
     return told if grown is None else told | {"exemplars": grown.recipe["exemplars"]}
-
-
-def parameters_xy(method: Any) -> dict[str, Any]:
-    """Return the parameters of a method as JSON has them: extents x before y, tuples as lists."""
-    from ..methods.base import settings
-    from ..params import parameters
-
-    kinds = {p.name: p.kind for p in parameters(method)}
-    return {
-        name: (list(reversed(value)) if kinds[name] == "extent" else list(value)) if isinstance(value, tuple) else value
-        for name, value in settings(method).items()
-    }

@@ -79,8 +79,3 @@ def make(slug: str, values: dict[str, Any]) -> Method:
             raise ParameterError(f"{name}: {slug} has no such parameter; it has {', '.join(known) or 'none'}.")
     method: Method = cls(**values)
     return method
-
-
-def settings(method: Method) -> dict[str, Any]:
-    """Return the parameters of a method as plain values, as recipes hold them."""
-    return {p.name: getattr(method, p.name) for p in params.parameters(method)}
