@@ -74,10 +74,10 @@ def unit_r() -> float:
     return time.process_time() - begin
 
 
-def in_r(work: Callable[[], object], inner: int) -> tuple[float, float]:
+def in_r(work: Callable[[], object], inner: int, repeats: int = REPEATS) -> tuple[float, float]:
     """Return the median CPU time of `work` in R and in seconds; `inner` calls are one repetition."""
     ratios, seconds = [], []
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         r = unit_r()
         begin = time.process_time()
         for _ in range(inner):

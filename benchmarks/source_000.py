@@ -1,13 +1,15 @@
 """Repeat the timings of Multrus 2003 (source 000): ``python benchmarks/source_000.py``.
 
 The same sizes and parameters. CPU seconds of one thread, rendering included, kernels compiled beforehand, and the
-same in R: the CPU time of 100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run. Prints the table
-of docs/sources-000.md.
+same in R: the CPU time of 100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run. Prints the tables
+of docs/sources-000.md: the source's timings, then (``speeds``: these alone) what must be fast, the least of some runs.
 """
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -63,10 +65,15 @@ TASKS = (
 )
 
 
+@cache
+def stones() -> np.ndarray:
+    """The built-in exemplar, painted once."""
+    return np.asarray(ia.read("sample:stones").base)[:, :, :3]
+
+
 def exemplar(task: Task) -> ia.Exemplar:
     """A square of a built-in exemplar, mirrored where it is too small; a corner is masked where pixels are avoided."""
-    pixels = np.asarray(ia.read("sample:stones").base)[:, :, :3]
-    pixels = np.pad(pixels, ((0, 256), (0, 256), (0, 0)), mode="symmetric")[: task.side, : task.side]
+    pixels = np.pad(stones(), ((0, 256), (0, 256), (0, 0)), mode="symmetric")[: task.side, : task.side]
     usable = np.ones(pixels.shape[:2], bool)
     if task.parameters.get("avoid"):
         usable[:40, :40] = False
@@ -82,6 +89,60 @@ def start_of(task: Task, e: ia.Exemplar) -> ia.SourceMap | None:
     which = np.full(task.size, 255, np.uint8)
     which[:, : task.side] = 0
     return ia.SourceMap(yx, which, None, (e.source,))
+
+
+def square(side: int, colour: bool = True) -> ia.Exemplar:
+    """A square of a built-in exemplar, of which nothing is known yet."""
+    pixels = stones()[:side, :side]
+    return ia.Exemplar.of(np.ascontiguousarray(pixels if colour else pixels[:, :, 1]))
+
+
+def healed() -> ia.Synthesis:
+    """A hole of 128x128 px in 256x256 px, healed."""
+    hole = np.zeros((256, 256), bool)
+    hole[64:192, 64:192] = True
+    return ia.heal(square(256), hole, run=ONE)
+
+
+def grown(side: int, size: int, method: Any, colour: bool = True) -> ia.Synthesis:
+    """Grow one square from another."""
+    return ia.synthesize(square(side, colour), size, method, run=ONE)
+
+
+EXACT = {"repetition": "none", "search": "exact"}
+SPEEDS: tuple[tuple[str, float, Any], ...] = (
+    ("patch sampling 25/5, 200 to 200 px", 2, lambda: grown(200, 200, ia.PatchSampling(**SEAM5, **EXACT))),
+    ("patch sampling 25/5, 256 to 1024 px, exact", 12, lambda: grown(256, 1024, ia.PatchSampling(**SEAM5, **EXACT))),
+    ("the same, search fast", 12, lambda: grown(256, 1024, ia.PatchSampling(**SEAM5))),
+    ("Efros-Leung, window 11, 64 to 128 px, gray", 65, lambda: grown(64, 128, ia.EfrosLeung(window=11), False)),
+    ("Efros-Leung, window 11, 64 to 128 px", 65, lambda: grown(64, 128, ia.EfrosLeung(window=11))),
+    ("Wei-Levoy 9x3, 128 to 200 px, exact", 60, lambda: grown(128, 200, ia.WeiLevoy(window=(3, 9), matching="exact"))),
+    ("Wei-Levoy 9x3, 128 to 200 px, tree", 12, lambda: grown(128, 200, ia.WeiLevoy(window=(3, 9)))),
+    ("healing a hole of 128x128 px in 256x256 px", 8, healed),
+)
+
+
+def speeds() -> None:
+    """Print what must be fast: the least of five runs, in R."""
+    print("| case | R | at most |\n|---|---|---|")
+    made = {}
+    for name, limit, work in SPEEDS:
+        made[name] = work()
+        least = min(in_r(work, 1, 1)[0] for _ in range(5 if limit < 20 else 3))
+        print(f"| {name} | {least:.2f} | {limit:g} |", flush=True)
+    exact, tree = (far(out) for name, out in made.items() if name.startswith("Wei-Levoy"))
+    print(f"\nMean distance of neighbourhoods, tree over exact: {tree / exact:.3f}")
+
+
+def far(out: ia.Synthesis) -> float:
+    """Mean squared difference of the pixels above and before each output pixel and those of where it comes from."""
+    shown, exemplar = (np.asarray(p).astype(np.int64) for p in (out.render(feather=0), out.exemplars[0].base))
+    yx, total = out.map.yx[3:-3, 5:-5].astype(np.int64), 0.0
+    inside = (yx >= (2, 4)).all(axis=2) & (yx[:, :, 1] < exemplar.shape[1] - 4)
+    for dy, dx in [(-y, x) for y in (1, 2) for x in range(-4, 5)] + [(0, -x) for x in range(1, 5)]:
+        here = shown[3 + dy : shown.shape[0] - 3 + dy, 5 + dx : shown.shape[1] - 5 + dx][inside]
+        total += float(((here - exemplar[yx[inside][:, 0] + dy, yx[inside][:, 1] + dx]) ** 2).mean())
+    return total
 
 
 def main() -> None:
@@ -110,4 +171,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if "speeds" not in sys.argv:
+        main()
+        print()
+    speeds()
