@@ -273,6 +273,12 @@ def case_pixels() -> list[Result]:
     ]
 
 
+def case_best_tile() -> list[Result]:
+    """The period of the built-in tiles is given, so that the search for it does not count."""
+    tiles, method = pixels("tiles"), ia.BestTile(lattice=((64.0, 0.0), (0.0, 64.0)))
+    return [timed("best tile, 1024x1024 from 256x256", None, lambda: ia.synthesize(tiles, 1024, method, run=ONE))]
+
+
 CASES: dict[str, Callable[[], list[Result]]] = {
     "quilting": case_quilting,
     "quilting-exact": case_quilting_exact,
@@ -283,6 +289,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "cuts": case_cuts,
     "elements": case_elements,
     "pixels": case_pixels,
+    "best-tile": case_best_tile,
     "help": case_help,
     "command": case_command,
 }

@@ -16,6 +16,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Ashikhmin": "methods.ashikhmin",
+    "BestTile": "methods.best_tile",
     "Blend": "sourcemap",
     "Box": "geometry",
     "Canvas": "canvas",
@@ -50,6 +51,7 @@ _HOMES = {
 
 __all__ = [
     "Ashikhmin",
+    "BestTile",
     "Blend",
     "Box",
     "CancelledError",
@@ -92,6 +94,7 @@ if TYPE_CHECKING:
     from .healing import extend, heal
     from .image import Kind, Plane
     from .methods.ashikhmin import Ashikhmin
+    from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular

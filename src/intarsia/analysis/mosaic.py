@@ -31,6 +31,10 @@ STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped
 Array = NDArray[Any]
 
 
+class FewPlaces(MethodError):
+    """The exemplar holds too little for a mosaic; its best tile can still be repeated."""
+
+
 class Settings(Protocol):
     """The parameters that a mosaic reads."""
 
@@ -95,7 +99,7 @@ class Mosaic:
 
     @classmethod
     def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
-        """Choose blocks, phase and places for an exemplar; MethodError where it holds too little."""
+        """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
         picture = features([exemplar], method.channel_weights).pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
         cell = cell_of(method.lattice, picture.shape[:2])
@@ -268,10 +272,7 @@ def _grid(
         places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
         if min(len(p) for p in places.values()) >= 2:
             return grid, places
-    raise MethodError(
-        "the exemplar holds fewer than two places for a block of one period; give a larger exemplar, or use "
-        "method repeat."
-    )
+    raise FewPlaces("the exemplar holds fewer than two places for a block of one period; give a larger exemplar.")
 
 
 def _around(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, tuple[int, int]]:
