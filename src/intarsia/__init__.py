@@ -43,6 +43,7 @@ _HOMES = {
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
     "extend": "healing",
+    "flattened": "analysis.light",
     "heal": "healing",
     "read": "files",
     "synthesize": "synthesis",
@@ -78,6 +79,7 @@ __all__ = [
     "WeiLevoy",
     "Wrap",
     "extend",
+    "flattened",
     "heal",
     "read",
     "synthesize",
@@ -85,6 +87,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from .analysis.light import flattened
     from .canvas import Canvas
     from .errors import CancelledError, InputError, IntarsiaError, MethodError, ParameterError
     from .exemplar import Exemplar

@@ -23,6 +23,7 @@ Mask = NDArray[np.bool_]
 LUMINANCE = (0.30, 0.59, 0.11)
 DARK = 1e-3  # of the largest luminance: darker px count as this dark
 MOST_ORDER = 4
+COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE,
 STEPS = 1 << 20  # gains are whole multiples of 1 / STEPS: logarithms differ by a bit between machines
 
 
@@ -125,7 +126,10 @@ def _surface(values: Floats, usable: Mask | None, order: int) -> tuple[Floats, f
         return np.zeros(values.shape), 0.0
     factors = np.linalg.lstsq(centred @ centred.T, centred @ target, rcond=1e-10)[0]
     left = target - factors @ centred
-    surface: Floats = np.tensordot(factors, basis, 1) - float(factors @ middle[:, 0])
+    # From here on one after the other, in whole multiples of 1 / COARSE: sums of products differ between machines.
+    surface = np.zeros(values.shape)
+    for factor, term, mean in zip(np.rint(factors * COARSE) / COARSE, basis, middle[:, 0], strict=True):
+        surface += factor * (term - np.rint(mean * COARSE) / COARSE)
     return surface, max(0.0, 1.0 - float(left @ left) / total)
 
 
