@@ -244,6 +244,17 @@ def case_command() -> list[Result]:
     ]
 
 
+def case_analyze() -> list[Result]:
+    """A lattice that is found, and one that is not, which takes longer."""
+    results = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("tiles", "stones"):
+            ia.write(f"{folder}/{name}.png", pixels(name))
+            seconds = child_cpu([sys.executable, "-m", "intarsia", "analyze", f"{folder}/{name}.png"], REPEATS)
+            results.append(Result(f"`intarsia analyze`, {name}, 256x256, the whole command, CPU", seconds, "s", None))
+    return results
+
+
 def child_peak(*command: str) -> dict[str, float]:
     """Run the command line in this process, and tell the most memory that it held."""
     from intarsia.cli import main
@@ -292,6 +303,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "best-tile": case_best_tile,
     "help": case_help,
     "command": case_command,
+    "analyze": case_analyze,
 }
 CHILDREN: dict[str, Callable[..., dict[str, float]]] = {"giant": child_giant, "peak": child_peak}
 

@@ -1,4 +1,4 @@
-"""Remake the pictures of near-regular textures and of the best tile from a built-in exemplar.
+"""Remake the pictures of near-regular textures, of the best tile and of what is found in a built-in exemplar.
 
 The pixels are the same on every machine; the bytes of the JPEG file depend on the version of Pillow.
 """
@@ -26,12 +26,27 @@ def beside(method: ia.NearRegular | ia.BestTile) -> np.ndarray:
     return np.concatenate([left, grown], axis=1)
 
 
+def analyzed() -> np.ndarray:
+    """The exemplar under its lattice, and its best tile, four times."""
+    found = ia.analyze("sample:tiles")
+    seen = np.asarray(found.overlay())
+    tile = np.tile(np.asarray(found.best_tile().planes["albedo"])[:, :, :3], (2, 2, 1))
+    above = seen.shape[0] - tile.shape[0]
+    right = np.pad(tile, ((above // 2, above - above // 2), (GAP, 0), (0, 0)), constant_values=255)
+    return np.concatenate([seen, right], axis=1)
+
+
 def main() -> None:
     """Write the pictures."""
     FOLDER.mkdir(exist_ok=True)
-    for name, method in (("near-regular", ia.NearRegular()), ("best-tile", ia.BestTile())):
+    pictures = {
+        "near-regular": beside(ia.NearRegular()),
+        "best-tile": beside(ia.BestTile()),
+        "analyzed": analyzed(),
+    }
+    for name, picture in pictures.items():
         path = FOLDER / f"{name}.jpg"
-        Image.fromarray(beside(method)).save(path, quality=86, optimize=True)
+        Image.fromarray(picture).save(path, quality=86, optimize=True)
         print(f"{path.name}: {path.stat().st_size // 1000} kB")
 
 

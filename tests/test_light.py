@@ -35,9 +35,10 @@ def brick(side: int = 256) -> ia.Plane:
 
 
 def dotted(side: int) -> ia.Plane:
-    """Lit from the left, with specks on the dark side that are nearly white all the same."""
-    pixels = light_on(brick(side), 4.0).pixels.copy()
-    pixels[::4, side // 2 :: 4] = 235
+    """Lit from the left, with a spot on the dark side that is nearly white all the same."""
+    pixels = light_on(brick(side), 8.0).pixels.copy()
+    spot = side // 7
+    pixels[spot : 2 * spot, -2 * spot : -spot] = 245
     return ia.Plane(pixels)
 
 

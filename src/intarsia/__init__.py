@@ -23,6 +23,7 @@ _HOMES = {
     "CancelledError": "errors",
     "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
+    "Findings": "inspection",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
     "InputError": "errors",
@@ -42,6 +43,7 @@ _HOMES = {
     "Synthesis": "synthesis",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
+    "analyze": "inspection",
     "extend": "healing",
     "flattened": "analysis.light",
     "heal": "healing",
@@ -59,6 +61,7 @@ __all__ = [
     "Canvas",
     "EfrosLeung",
     "Exemplar",
+    "Findings",
     "Guide",
     "ImageQuilting",
     "InputError",
@@ -78,6 +81,7 @@ __all__ = [
     "Synthesis",
     "WeiLevoy",
     "Wrap",
+    "analyze",
     "extend",
     "flattened",
     "heal",
@@ -96,6 +100,7 @@ if TYPE_CHECKING:
     from .guide import Guide
     from .healing import extend, heal
     from .image import Kind, Plane
+    from .inspection import Findings, analyze
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung

@@ -8,6 +8,8 @@ whole px; differences are added up in whole numbers; pixels under a mask are not
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,6 +104,24 @@ def best_tile(
     order = np.where(costs >= 0, costs, np.iinfo(np.int64).max)
     y, x = divmod(int(order.argmin()), width)
     return BestTile((y, x), whole, int(costs[y, x]), costs)
+
+
+def unlikeness(features: NDArray[np.int16], vectors: Sequence[Vector], usable: Mask) -> float:
+    """Say how much the periods of a texture differ: 0 they are equal, 1 they are no more alike than any two places.
+
+    The root mean square of the differences over both vectors (1/256 px, taken as whole px), over that of any two px.
+    """
+    known = features[usable].astype(np.float64)
+    spread = 2 * float(((known - known.mean(axis=0)) ** 2).sum(axis=1).mean())
+    if spread == 0:
+        return 0.0
+    found = np.empty(features.shape[:2], np.int64)
+    total, count = 0, 0
+    for vector in vectors:
+        squared_steps(features, usable, *_whole(vector), found)
+        total += int(found[found >= 0].sum())
+        count += int((found >= 0).sum())
+    return math.sqrt(total / count / spread) if count else 1.0
 
 
 def _whole(vector: Vector) -> Vector:

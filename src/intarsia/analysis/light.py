@@ -14,11 +14,11 @@ from ..colour import from_linear, to_linear
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
-from .flatten import LUMINANCE, flatten
+from .flatten import flatten
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
 TERMS = 5  # of a polynomial of order 2, but for its mean
-LEAST_SHARE = 0.5  # of the differences between parts that must be a slope,
+LEAST_SHARE = 0.3  # of the differences between parts that must be a slope,
 LEAST_FACTOR = 1.4  # and how many times brighter it must be on one side than on the other: half a stop
 EXTREMES = (2, 98)  # percent
 
@@ -50,19 +50,11 @@ def slope_of(exemplar: Exemplar, element: float) -> Slope:
     if exemplar.base.kind is not Kind.COLOUR:
         return Slope(0.0, 1.0)
     light, visible = _light(exemplar)
-    parts = min(PARTS, *light.shape[:2])
-    luminance = light @ np.array(LUMINANCE if light.shape[2] == 3 else (1.0,))
-    mean, known = np.zeros((parts, parts)), np.zeros((parts, parts), bool)
-    for i in range(parts):
-        for j in range(parts):
-            box = tuple(slice(k * n // parts, (k + 1) * n // parts) for k, n in zip((i, j), visible.shape, strict=True))
-            known[i, j] = 2 * visible[box].sum() > visible[box].size
-            mean[i, j] = luminance[box][visible[box]].mean() if known[i, j] else 0.0
-    apart = min(known.sum(), visible.sum() / max(element, 1.0) ** 2)  # elements whose brightness is drawn apart
+    apart = min(PARTS * PARTS, visible.sum() / max(element, 1.0) ** 2)  # elements, or parts, that are lit apart
     if apart <= TERMS + 1:
         return Slope(0.0, 1.0)
-    found = flatten(mean, known)
-    low, high = np.percentile(found.gain[known], EXTREMES)
+    found = flatten(light, visible, parts=PARTS)
+    low, high = np.percentile(found.gain[visible], EXTREMES)
     share = 1.0 - (1.0 - found.strength) * (apart - 1) / (apart - 1 - TERMS)
     return Slope(max(0.0, float(share)), float(high / low))
 
@@ -87,7 +79,7 @@ def flattened(exemplar: Exemplar) -> Exemplar:
     light, visible = _light(exemplar)
     if not visible.any():
         return exemplar
-    gain = flatten(light, visible).gain[..., None]
+    gain = flatten(light, visible, parts=PARTS).gain[..., None]
     even = to_linear(base).astype(np.float64)
     with np.errstate(all="ignore"):  # what is masked out may hold anything
         even[..., : base.channels - base.alpha] /= gain

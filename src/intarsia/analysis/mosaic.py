@@ -19,7 +19,7 @@ from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
 from ..kernels import blocks
 from ..run import Run
-from .blockgrid import UNIT, BlockGrid, Vector, best_phase, block_vectors, positions
+from .blockgrid import UNIT, BlockGrid, Vector, block_vectors, phased, positions
 from .cell import cell_of
 from .features import features
 from .sizes import elements
@@ -261,14 +261,7 @@ def _grid(
     target = float(method.block) if method.block is not None else None
     for wanted in (target, 1.0):
         rows, columns = block_vectors(*cell, wanted, wide, (int(room[0]), int(room[1])))
-        if rows[0] * columns[1] - rows[1] * columns[0] < 0:
-            columns = (-columns[0], -columns[1])
-        grid = BlockGrid(rows, columns, (0, 0), cell)
-        fixed = cell[1] is not None
-        down = abs(cell[0][0]) >= abs(cell[0][1])
-        y = best_phase(picture, grid, method.border, 0) if fixed or down else 0
-        x = best_phase(picture, grid, method.border, 1) if fixed or not down else 0
-        grid = BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
+        grid = phased(picture, rows, columns, cell, method.border)
         places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
         if min(len(p) for p in places.values()) >= 2:
             return grid, places
