@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-from math import floor
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from naive_tiles import naive_shown
 
 import intarsia as ia
 from intarsia.analysis import Tiling
@@ -23,16 +21,6 @@ REAL = (((24.3, 0.1), (-0.2, 19.7)), ((21.5, 5.25), (-4.1, 18.6)), ((30.2, 0.3),
 
 def units(lattice: tuple) -> tuple:
     return tuple((round(256 * y), round(256 * x)) for x, y in lattice)
-
-
-def naive_shown(layout: Layout, y: int, x: int) -> tuple[int, int]:
-    """The px of a tile at a place of the plane, in fractions: whole periods off, the rest rounded (eq. 3.29)."""
-    down, across = layout.rates
-    dy, dx = y - layout.anchor[0], x - layout.anchor[1]
-    shares = [dy * down[k] + dx * across[k] for k in (0, 1)]
-    shares = [s - floor(s) for s in shares]
-    along = [sum(s * v[k] for s, v in zip(shares, layout.vectors, strict=True)) for k in (0, 1)]
-    return tuple(layout.anchor[k] + floor(along[k] / 256 + Fraction(1, 2)) for k in (0, 1))
 
 
 @settings(max_examples=40, deadline=None)
