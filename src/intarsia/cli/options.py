@@ -76,6 +76,10 @@ INPUT_OPTIONS = (
         "scale", "--scale", type=Scale(), default=1,
         help="Reduce the exemplar to 1/2, 1/3, ... first (after --crop): blocks are averaged in linear light.",
     ),
+    opt(
+        "flatten", "--flatten", is_flag=True,
+        help="Even out a slope or vignette of light in the exemplar first; `intarsia analyze` tells where that helps.",
+    ),
     opt("as_set", "--set", is_flag=True, help="All files are planes of one exemplar, whatever their names."),
     opt(
         "several", "--several", is_flag=True,

@@ -30,7 +30,8 @@ def command(picture: str, inputs: Inputs, targets: Targets, report: Report, thre
     """Make a picture again from the recipe in FILE (or in FILE.recipe.json), pixel for pixel.
 
     The exemplars are checked against the recipe. Give --map and --mask again where they were used; --crop, --scale,
-    --alpha, --avoid, --toroidal and --depth are in the recipe. Built-in exemplars (sample:...) need no --exemplar.
+    --flatten, --alpha, --avoid, --toroidal and --depth are in the recipe. Built-in exemplars (sample:...) need no
+    --exemplar.
     """
     check_stdout(targets, report)
     from .. import files
@@ -98,6 +99,7 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, name: str) -> Inputs:
             avoid=given.avoid or (Colour()(said["avoid"]) if "avoid" in said else None),
             toroidal=given.toroidal or bool(said.get("toroidal", False)),
             crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
+            flatten=given.flatten or bool(said.get("flatten", False)),
             scale=given.scale if given.scale != 1 else Scale()(said.get("scale", 1)),
         )
     except (click.UsageError, TypeError, AttributeError):

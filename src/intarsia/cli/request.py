@@ -26,11 +26,16 @@ class Inputs:
     crop: tuple[int, int, int, int] | None = None
     scale: int = 1
     how: str = "auto"
+    flatten: bool = False
     donors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.toroidal and self.crop is not None:
             raise ParameterError("--toroidal does not go with --crop: a part no longer continues in itself; drop one.")
+        if self.toroidal and self.flatten:
+            raise ParameterError(
+                "--flatten does not go with --toroidal: light that continues across the borders has no slope; drop one."
+            )
         named = [*self.files, *(path for _, path in self.maps), *self.masks, *self.donors]
         if named.count("-") > 1:
             raise ParameterError("the standard input (-) can be read once; name files for the others.")
@@ -48,6 +53,8 @@ class Inputs:
             said["crop"] = list(self.crop)
         if self.scale != 1:
             said["scale"] = f"1/{self.scale}"
+        if self.flatten:
+            said["flatten"] = True
         return said
 
 
