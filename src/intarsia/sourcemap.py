@@ -44,7 +44,7 @@ class Blend:
     mixing: Mixing = Mixing.MEAN
 
     def __post_init__(self) -> None:
-        if isinstance(self.feather, bool) or not 0 <= self.feather <= 1024:
+        if isinstance(self.feather, bool) or not 0 <= self.feather <= 1024 or self.feather != int(self.feather):
             raise ParameterError(f"feather={self.feather} is not allowed; give 0 to 1024 px.")
         object.__setattr__(self, "feather", int(self.feather))
         object.__setattr__(self, "mixing", Mixing(self.mixing))
