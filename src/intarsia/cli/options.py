@@ -13,11 +13,11 @@ from ..errors import ParameterError
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets
-from .values import Colour, NamedFile, Place, Rectangle, Scale
+from .values import Colour, FileName, NamedFile, Place, Rectangle, Scale
 
 Command = Callable[..., Any]
 
-FILE = click.Path(allow_dash=True)
+FILE = FileName()
 ALPHA = click.Choice(["auto", "channel", "mask"])
 DEPTHS = ("8", "16", "half", "float")
 

@@ -58,7 +58,13 @@ class Picture:
         with tempfile.TemporaryDirectory(prefix="intarsia-") as folder:
             target = os.path.join(folder, "picture" + _SUFFIX.get(self.format, "." + self.format))
             if held is not None:
-                Path(target).write_bytes(held)
+                try:
+                    Path(target).write_bytes(held)
+                except OSError as e:
+                    reason = (e.strerror or str(e)).lower()
+                    raise ResourceError(
+                        f"there is no room for a copy of {self.name} in {folder} ({reason}); free some, or set TMPDIR."
+                    ) from None
             else:
                 assert self.path is not None
                 _lend(os.path.abspath(self.path), target)
