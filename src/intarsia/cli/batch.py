@@ -41,6 +41,7 @@ class Batch:
     @classmethod
     def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report) -> Batch:
         """Read and check everything that can be checked; nothing is written yet."""
+        inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         lots = [[found] for found in sets] if "{stem}" in targets.out else [sets]
         check_begin(wish, lots, sets)

@@ -12,7 +12,7 @@ from ..errors import InputError, ParameterError
 from ..methods.base import make, method_class
 from ..params import parameters
 from .grow import check_stdout
-from .options import FILE, common, grown_target_options, input_options, opt, report_options
+from .options import ALPHA, DEPTHS, FILE, common, grown_target_options, input_options, opt, report_options
 from .report import Report
 from .request import Begin, Inputs, Targets, Wish
 from .values import Colour, Rectangle, Scale
@@ -48,7 +48,9 @@ def command(picture: str, inputs: Inputs, targets: Targets, report: Report, thre
         )
     inputs = inputs_of(recipe, inputs, picture)
     if targets.depth is None and "depth" in recipe:
-        targets = replace(targets, depth=str(recipe["depth"]))
+        if recipe["depth"] not in DEPTHS:
+            raise InputError(f"the depth in the recipe of {picture} is damaged; grow it again.")
+        targets = replace(targets, depth=recipe["depth"])
     batch = Batch.plan(inputs, targets, wish, (seed,), report)
     check_exemplars(recipe["exemplars"], batch.shelf.get(0))
     batch.carry_out(threads)
@@ -56,6 +58,10 @@ def command(picture: str, inputs: Inputs, targets: Targets, report: Report, thre
 
 def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     """Read method, size, wrap, blend and seed of a recipe."""
+    from ..canvas import Canvas
+    from ..draws import check_seed
+    from ..sourcemap import Blend
+
     if "start" in recipe and "extend" not in recipe:
         raise InputError(f"{name} continued another picture, which its recipe does not hold; grow it again.")
     if "guide" in recipe:
@@ -74,8 +80,11 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
         method = make(recipe["method"], given)
         begin = Begin(_margins(recipe["extend"])) if "extend" in recipe else None
         size = (width, height) if begin is None else None
-        wish = Wish(method, size, recipe["wrap"], _whole(blend["feather"]), blend["mixing"], begin)
-        return wish, _whole(recipe["seed"])
+        feather = Blend(_whole(blend["feather"])).feather
+        if size is not None:
+            Canvas(height, width)
+        wish = Wish(method, size, recipe["wrap"], feather, blend["mixing"], begin)
+        return wish, check_seed(_whole(recipe["seed"]))
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -95,14 +104,14 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, name: str) -> Inputs:
         return replace(
             given,
             files=sources,
-            alpha=said.get("alpha", "auto") if given.alpha == "auto" else given.alpha,
+            alpha=ALPHA.convert(said.get("alpha", "auto"), None, None) if given.alpha == "auto" else given.alpha,
             avoid=given.avoid or (Colour()(said["avoid"]) if "avoid" in said else None),
             toroidal=given.toroidal or bool(said.get("toroidal", False)),
             crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
             flatten=given.flatten or bool(said.get("flatten", False)),
-            scale=given.scale if given.scale != 1 else Scale()(said.get("scale", 1)),
+            scale=given.scale if given.scale != 1 else Scale()(str(said.get("scale", "1/1"))),
         )
-    except (click.UsageError, TypeError, AttributeError):
+    except (click.UsageError, TypeError, ValueError, AttributeError):
         raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None
 
 

@@ -36,7 +36,11 @@ class Inputs:
             raise ParameterError(
                 "--flatten does not go with --toroidal: light that continues across the borders has no slope; drop one."
             )
-        named = [*self.files, *(path for _, path in self.maps), *self.masks, *self.donors]
+        self.check_standard_input()
+
+    def check_standard_input(self, *further: str) -> None:
+        """Refuse the standard input in more than one place, `further` files of the command counted."""
+        named = [*self.files, *(path for _, path in self.maps), *self.masks, *self.donors, *further]
         if named.count("-") > 1:
             raise ParameterError("the standard input (-) can be read once; name files for the others.")
 
@@ -96,6 +100,12 @@ class Wish:
     mixing: str | None = None
     begin: Begin | None = None
     labels: Labels | None = None
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files to read beside the exemplars: masks of holes, labels and their target."""
+        holes = () if self.begin is None else self.begin.holes
+        return holes if self.labels is None else (*holes, *self.labels.sources, self.labels.target)
 
 
 @dataclass(frozen=True)
