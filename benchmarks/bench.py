@@ -244,6 +244,17 @@ def case_command() -> list[Result]:
     ]
 
 
+def case_analyze() -> list[Result]:
+    """A lattice that is found, and one that is not, which takes longer."""
+    results = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("tiles", "stones"):
+            ia.write(f"{folder}/{name}.png", pixels(name))
+            seconds = child_cpu([sys.executable, "-m", "intarsia", "analyze", f"{folder}/{name}.png"], REPEATS)
+            results.append(Result(f"`intarsia analyze`, {name}, 256x256, the whole command, CPU", seconds, "s", None))
+    return results
+
+
 def child_peak(*command: str) -> dict[str, float]:
     """Run the command line in this process, and tell the most memory that it held."""
     from intarsia.cli import main
@@ -273,6 +284,12 @@ def case_pixels() -> list[Result]:
     ]
 
 
+def case_best_tile() -> list[Result]:
+    """The period of the built-in tiles is given, so that the search for it does not count."""
+    tiles, method = pixels("tiles"), ia.BestTile(lattice=((64.0, 0.0), (0.0, 64.0)))
+    return [timed("best tile, 1024x1024 from 256x256", None, lambda: ia.synthesize(tiles, 1024, method, run=ONE))]
+
+
 CASES: dict[str, Callable[[], list[Result]]] = {
     "quilting": case_quilting,
     "quilting-exact": case_quilting_exact,
@@ -283,8 +300,10 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "cuts": case_cuts,
     "elements": case_elements,
     "pixels": case_pixels,
+    "best-tile": case_best_tile,
     "help": case_help,
     "command": case_command,
+    "analyze": case_analyze,
 }
 CHILDREN: dict[str, Callable[..., dict[str, float]]] = {"giant": child_giant, "peak": child_peak}
 

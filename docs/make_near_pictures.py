@@ -1,4 +1,4 @@
-"""Remake the picture of near-regular textures from a built-in exemplar.
+"""Remake the pictures of near-regular textures, of the best tile and of what is found in a built-in exemplar.
 
 The pixels are the same on every machine; the bytes of the JPEG file depend on the version of Pillow.
 """
@@ -16,22 +16,38 @@ FOLDER = Path(__file__).resolve().parent / "images"
 GAP = 16
 
 
-def near_regular() -> np.ndarray:
+def beside(method: ia.NearRegular | ia.BestTile) -> np.ndarray:
     """The exemplar, and what grows from it."""
     exemplar = np.asarray(ia.read("sample:tiles").base)[:, :, :3]
-    grown = np.asarray(ia.synthesize("sample:tiles", (400, 560), ia.NearRegular(), seed=3).render())[:, :, :3]
+    grown = np.asarray(ia.synthesize("sample:tiles", (400, 560), method, seed=3).render())[:, :, :3]
     above = (grown.shape[0] - exemplar.shape[0]) // 2
     below = grown.shape[0] - exemplar.shape[0] - above
     left = np.pad(exemplar, ((above, below), (0, GAP), (0, 0)), constant_values=255)
     return np.concatenate([left, grown], axis=1)
 
 
+def analyzed() -> np.ndarray:
+    """The exemplar under its lattice, and its best tile, four times."""
+    found = ia.analyze("sample:tiles")
+    seen = np.asarray(found.overlay())
+    tile = np.tile(np.asarray(found.best_tile().planes["albedo"])[:, :, :3], (2, 2, 1))
+    above = seen.shape[0] - tile.shape[0]
+    right = np.pad(tile, ((above // 2, above - above // 2), (GAP, 0), (0, 0)), constant_values=255)
+    return np.concatenate([seen, right], axis=1)
+
+
 def main() -> None:
-    """Write the picture."""
+    """Write the pictures."""
     FOLDER.mkdir(exist_ok=True)
-    path = FOLDER / "near-regular.jpg"
-    Image.fromarray(near_regular()).save(path, quality=86, optimize=True)
-    print(f"{path.name}: {path.stat().st_size // 1000} kB")
+    pictures = {
+        "near-regular": beside(ia.NearRegular()),
+        "best-tile": beside(ia.BestTile()),
+        "analyzed": analyzed(),
+    }
+    for name, picture in pictures.items():
+        path = FOLDER / f"{name}.jpg"
+        Image.fromarray(picture).save(path, quality=86, optimize=True)
+        print(f"{path.name}: {path.stat().st_size // 1000} kB")
 
 
 if __name__ == "__main__":

@@ -95,10 +95,12 @@ class TestListings:
 import os, sys
 from click.testing import CliRunner
 from intarsia.cli.app import cli
-calls = [["--help"], ["grow", "--help"], ["render", "-h"], ["replay", "-h"], ["warm-up", "-h"], ["methods"],
-         ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
+calls = [["--help"], ["grow", "--help"], ["render", "-h"], ["replay", "-h"], ["analyze", "-h"], ["warm-up", "-h"],
+         ["methods"], ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
          ["grow", "a", "-o", "b", "--size", "x"], ["grow", "a.png", "-o", "b.png", "--patch", "0"],
-         ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"]]
+         ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"],
+         ["analyze"], ["analyze", "a.png", "--overlay", "nonsense=b.png"], ["analyze", "a.png", "--overlay", ""],
+         ["analyze", "a.png", "--overlay", "-", "--best-tile", "-"]]
 for call in calls:
     assert CliRunner().invoke(cli, call).exit_code in (0, 2), call
 os.environ.update(_INTARSIA_COMPLETE="bash_complete", COMP_WORDS="intarsia grow --me", COMP_CWORD="2")

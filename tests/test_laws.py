@@ -7,7 +7,7 @@ from dataclasses import replace
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.analysis import Mosaic
+from intarsia.analysis import Mosaic, Tiling
 from intarsia.canvas import Canvas
 from intarsia.geometry import Box, Wrap
 from intarsia.methods.base import METHODS
@@ -81,6 +81,35 @@ class TestNearRegular(MethodContract):
         mosaic = Mosaic.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
         yx = mosaic.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
         return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+
+class TestBestTile(MethodContract):
+    """Wrapped sizes are whole numbers of periods, here of 9 x 6 px."""
+
+    method = ia.BestTile(lattice=((9, 0), (0, 6)), band=4)
+    examples = 8
+    least = 24
+
+    def cases(self) -> SearchStrategy[Case]:
+        def even(case: Case) -> Case:
+            height, width = case.size
+            height = -(-height // 6) * 6 if case.wrap.y else height
+            width = -(-width // 9) * 9 if case.wrap.x else width
+            return replace(case, size=(height, width))
+
+        return super().cases().map(even)
+
+    def map_of_window(self, case: Case, box: Box) -> SourceMap:
+        exemplar = case.exemplars[0]
+        layout = Tiling.of(self.method, self.method.band, exemplar).layout(Canvas(*case.size, case.wrap))
+        yx = layout.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
+        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+
+class TestBestTileOfRealVectors(TestBestTile):
+    """Vectors of fractions of a px, which a wrap strains."""
+
+    method = ia.BestTile(lattice=((9.1, 0.05), (-0.07, 5.93)), band=3)
 
 
 class TestRandomTiling(MethodContract):

@@ -11,6 +11,7 @@ import intarsia as ia
 from intarsia.analysis import Mosaic, check_lattice, lattice_of
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
+from intarsia.methods.near_regular import FEW
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 
@@ -172,6 +173,20 @@ def test_tiny_exemplars_are_refused(side: int) -> None:
         ia.synthesize(texture(side, side), 20, "near-regular")
 
 
-def test_too_few_places_are_refused() -> None:
-    with pytest.raises(ia.MethodError, match="fewer than two places for a block of one period"):
-        ia.synthesize(texture(20, 20), 30, ia.NearRegular(lattice=((18, 0), (0, 18))))
+def test_too_few_places_give_the_best_tile_and_say_so() -> None:
+    """S1-39: what holds one period repeats it, and the run tells why."""
+    e, run = tiling(30, 40, 20, 24), ia.Run(1)
+    made = ia.synthesize(e, (90, 100), ia.NearRegular(lattice=((24, 0), (0, 20))), run=run)
+    yx = made.map.yx
+    np.testing.assert_array_equal(yx[20:], yx[:-20])
+    np.testing.assert_array_equal(yx[:, 24:], yx[:, :-24])
+    assert len(np.unique(yx.reshape(-1, 2), axis=0)) == 20 * 24
+    assert run.notes == [FEW]
+    enough = ia.Run(1)
+    ia.synthesize(tiling(160, 180, 20, 24), 90, ia.NearRegular(lattice=((24, 0), (0, 20))), run=enough)
+    assert enough.notes == []
+
+
+def test_less_than_one_period_is_refused() -> None:
+    with pytest.raises(ia.MethodError, match=r"no tile of one period \(20.0,0.0 px and 0.0,20.0 px\) and its border"):
+        ia.synthesize(texture(20, 20), 30, ia.NearRegular(lattice=((20, 0), (0, 20))))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from torture import TORTURE
 
 from intarsia.analysis import Candidates, PatchSearch, Prices, Variants, features, isometry_ids, variants
-from intarsia.analysis.search import principal_axes
+from intarsia.analysis.axes import principal_axes
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.sourcemap import HOLE

@@ -16,12 +16,14 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Ashikhmin": "methods.ashikhmin",
+    "BestTile": "methods.best_tile",
     "Blend": "sourcemap",
     "Box": "geometry",
     "Canvas": "canvas",
     "CancelledError": "errors",
     "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
+    "Findings": "inspection",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
     "InputError": "errors",
@@ -41,7 +43,9 @@ _HOMES = {
     "Synthesis": "synthesis",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
+    "analyze": "inspection",
     "extend": "healing",
+    "flattened": "analysis.light",
     "heal": "healing",
     "read": "files",
     "synthesize": "synthesis",
@@ -50,12 +54,14 @@ _HOMES = {
 
 __all__ = [
     "Ashikhmin",
+    "BestTile",
     "Blend",
     "Box",
     "CancelledError",
     "Canvas",
     "EfrosLeung",
     "Exemplar",
+    "Findings",
     "Guide",
     "ImageQuilting",
     "InputError",
@@ -75,7 +81,9 @@ __all__ = [
     "Synthesis",
     "WeiLevoy",
     "Wrap",
+    "analyze",
     "extend",
+    "flattened",
     "heal",
     "read",
     "synthesize",
@@ -83,6 +91,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from .analysis.light import flattened
     from .canvas import Canvas
     from .errors import CancelledError, InputError, IntarsiaError, MethodError, ParameterError
     from .exemplar import Exemplar
@@ -91,7 +100,9 @@ if TYPE_CHECKING:
     from .guide import Guide
     from .healing import extend, heal
     from .image import Kind, Plane
+    from .inspection import Findings, analyze
     from .methods.ashikhmin import Ashikhmin
+    from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular

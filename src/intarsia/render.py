@@ -24,7 +24,7 @@ from .geometry import Box
 from .ground import enlarged, lay_out, usable_pixels
 from .image import Array, Kind, Plane
 from .kernels.cutout import cut_window
-from .kernels.mix import gather
+from .kernels.mix import copy_cell, gather
 from .kernels.votes import HOLE, Ground, make_plan
 from .mixing import Floats, Integers, Labels, Mixer, Normals, Spread
 from .normals import NormalCoding
@@ -159,6 +159,10 @@ class _Job:
     def draw(self, y: int, x: int, height: int, width: int) -> Array:
         """Return the codes (h, w, C) of a cell whose first pixel is (y, x)."""
         f = self.feather
+        if f == 0 and self.scale == 1 and self.coding is None:
+            codes = self._copied(y, x, height, width)
+            if codes is not None:
+                return codes
         size = (height + f, width + f)
         part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
         origin = (y - f // 2, x - f // 2)
@@ -177,6 +181,15 @@ class _Job:
         if lost.any():
             codes[lost] = self._own(part[0][core], part[1][core], part[2][core])[lost]
         return codes
+
+    def _copied(self, y: int, x: int, height: int, width: int) -> Array | None:
+        """The codes of a cell of exact copies, straight from the map; None where that does not do."""
+        here = slice(y, y + height), slice(x, x + width)
+        codes = np.empty((height, width, self.samples.shape[1]), self.samples.dtype)
+        bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
+        yx, which, _ = self.full
+        done = copy_cell(yx[here], which[here], self.ground.table, self.samples.view(bits), codes.view(bits))
+        return codes if done else None
 
     def _own(self, yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]) -> Array:
         codes = np.zeros((*which.shape, self.samples.shape[1]), self.samples.dtype)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
@@ -19,6 +20,12 @@ from .geometry import Box, Wrap
 
 HOLE = 255
 """Value of ``which`` where no exemplar pixel has been chosen yet."""
+
+
+LARGEST, LONGEST = (8 << 31) + 4096, 1 << 24
+"""Most bytes that an array of a saved map may unpack to, and what it says of itself."""
+
+_TYPES = {"yx": np.int32, "which": np.uint8, "pose": np.uint8}
 
 
 class Mixing(StrEnum):
@@ -37,7 +44,7 @@ class Blend:
     mixing: Mixing = Mixing.MEAN
 
     def __post_init__(self) -> None:
-        if isinstance(self.feather, bool) or not 0 <= self.feather <= 1024:
+        if isinstance(self.feather, bool) or not 0 <= self.feather <= 1024 or self.feather != int(self.feather):
             raise ParameterError(f"feather={self.feather} is not allowed; give 0 to 1024 px.")
         object.__setattr__(self, "feather", int(self.feather))
         object.__setattr__(self, "mixing", Mixing(self.mixing))
@@ -178,21 +185,22 @@ class SourceMap:
     @classmethod
     def load(cls, path: str | Path) -> SourceMap:
         """Read a map that :meth:`save` wrote; InputError for anything else."""
+        from .files.formats import shown
+        from .files.source import ordinary
+
+        name = shown(path)
+        ordinary(Path(path), name, "a map saved with --save-map")
         try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
-                arrays = {k: data[k] for k in ("yx", "which", "pose") if k in data}
-                about = json.loads(bytes(data["about"]))
+            arrays, about = _unpacked(path)
             return cls(
                 **arrays,
-                sources=tuple(Source(**s) for s in about["sources"]),
+                sources=tuple(_source(**s) for s in about["sources"]),
                 wrap=Wrap(about["wrap"]),
                 blend=Blend(about["feather"], Mixing(about["mixing"])),
             )
-        except FileNotFoundError:
-            raise InputError(f"{path} does not exist; give a map saved with --save-map.") from None
         except Exception as e:  # a damaged archive can fail in any way
             raise InputError(
-                f"{path} is no map of intarsia ({type(e).__name__}); give one saved with --save-map."
+                f"{name} is no map of intarsia ({type(e).__name__}); give one saved with --save-map."
             ) from None
 
     @property
@@ -228,6 +236,30 @@ def identity(sources: Sequence[Source], number: int) -> SourceMap:
     source = sources[number]
     yx = np.moveaxis(np.indices((source.height, source.width), dtype=np.int32), 0, 2)
     return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))
+
+
+def _unpacked(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read the arrays of a map, and what it says of itself; ValueError where they cannot be those of a map."""
+    with open(path, "rb") as file:
+        with zipfile.ZipFile(file) as archive:
+            for info in archive.infolist():
+                if info.file_size > (LONGEST if info.filename == "about.npy" else LARGEST):
+                    raise ValueError
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as data:
+            about = json.loads(bytes(data["about"]))
+            arrays = {k: data[k] for k in _TYPES if k in data}
+    if not arrays["yx"].size or any(array.dtype != _TYPES[k] for k, array in arrays.items()):
+        raise ValueError
+    return arrays, about
+
+
+def _source(name: str, height: int, width: int, digest: str) -> Source:
+    if not (isinstance(name, str) and isinstance(digest, str)):
+        raise TypeError
+    if not all(type(side) is int and side > 0 for side in (height, width)):
+        raise TypeError
+    return Source(name, height, width, digest)
 
 
 def _frozen(owner: SourceMap, name: str, dtype: Any, shape: tuple[int, ...] | None) -> None:

@@ -6,7 +6,7 @@ from .features import Features, features, pose_array
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
-from .mosaic import Mosaic
+from .mosaic import FewPlaces, Mosaic
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
 from .pyramid import PyramidSearch, check_pyramid
@@ -16,12 +16,14 @@ from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
 from .sizes import check_patch, default_patch
 from .symmetry import allowed_isometries, settled_isometries
+from .tiling import Tiling
 from .trees import similar_pixels, tree_of
 from .variants import Variants, isometry_ids, variants
 
 __all__ = [
     "Candidates",
     "Features",
+    "FewPlaces",
     "Growth",
     "Guidance",
     "GuidedSearch",
@@ -38,6 +40,7 @@ __all__ = [
     "Rule",
     "Scan",
     "Search",
+    "Tiling",
     "Variants",
     "Window",
     "allowed_isometries",

@@ -2,24 +2,26 @@
 
 Laid side by side it gives an endless regular pattern; where the exemplar is regular nothing shows the joints.
 
-Source: Lopez Recas 2011 (near-regular textures), section 4.1. Departures: vectors are rounded to whole px;
-differences are added up in whole numbers; pixels under a mask are not used.
+Source: Lopez Recas 2011 (near-regular textures), section 4.1. Departures: borders are compared by vectors rounded to
+whole px; differences are added up in whole numbers; pixels under a mask are not used.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MethodError, ParameterError
-from ..kernels.besttile import band_costs, squared_steps, wrap_into_tile
+from ..kernels.besttile import band_costs, squared_steps
+from .tile_layout import UNIT, Layout, read_offsets
 
 Mask = NDArray[np.bool_]
 Vector = tuple[int, int]
 
-UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 BAND = 8  # px: width of the border that is compared
 
 
@@ -45,13 +47,13 @@ class BestTile:
     costs: NDArray[np.int64]
 
     def positions(self, height: int, width: int) -> NDArray[np.int32]:
-        """Lay out the tile: the exemplar px (y, x) of every px of a picture, int32 array (height, width, 2).
+        """Lay out the tile by its whole sides: the exemplar px of every px of a picture, int32 (height, width, 2).
 
         Moved by either vector the layout is the same.
         """
-        out = np.empty((height, width, 2), np.int32)
-        wrap_into_tile(out, np.array(self.anchor), np.array(self.vectors))
-        return out
+        (p, q), (r, s) = self.vectors
+        exact = (UNIT * p, UNIT * q), (UNIT * r, UNIT * s)
+        return Layout.of(self.anchor, exact).window(0, 0, height, width)
 
 
 def best_tile(
@@ -93,7 +95,7 @@ def best_tile(
             band_costs(difference, side[0], side[1], band, costs)
         else:
             band_costs(difference.T, side[1], side[0], band, costs.T)
-    _drop_outside(costs, mask, whole)
+    _drop_outside(costs, mask, vectors)
     if not (costs >= 0).any():
         raise MethodError(
             f"no tile of {abs(p * s - q * r)} px with a border of {band} px fits into the exemplar "
@@ -104,6 +106,24 @@ def best_tile(
     return BestTile((y, x), whole, int(costs[y, x]), costs)
 
 
+def unlikeness(features: NDArray[np.int16], vectors: Sequence[Vector], usable: Mask) -> float:
+    """Say how much the periods of a texture differ: 0 they are equal, 1 they are no more alike than any two places.
+
+    The root mean square of the differences over both vectors (1/256 px, taken as whole px), over that of any two px.
+    """
+    known = features[usable].astype(np.float64)
+    spread = 2 * float(((known - known.mean(axis=0)) ** 2).sum(axis=1).mean())
+    if spread == 0:
+        return 0.0
+    found = np.empty(features.shape[:2], np.int64)
+    total, count = 0, 0
+    for vector in vectors:
+        squared_steps(features, usable, *_whole(vector), found)
+        total += int(found[found >= 0].sum())
+        count += int((found >= 0).sum())
+    return math.sqrt(total / count / spread) if count else 1.0
+
+
 def _whole(vector: Vector) -> Vector:
     """Round 1/256 px to px, halves up."""
     return (vector[0] + UNIT // 2) // UNIT, (vector[1] + UNIT // 2) // UNIT
@@ -112,15 +132,12 @@ def _whole(vector: Vector) -> Vector:
 def _drop_outside(costs: NDArray[np.int64], mask: Mask, vectors: tuple[Vector, Vector]) -> None:
     """Give cost -1 to anchors whose tile leaves the exemplar, or holds a px that cannot be used."""
     height, width = costs.shape
-    corners = np.array([(0, 0), vectors[0], vectors[1], np.add(*vectors)])
-    (top, left), (bottom, right) = -np.minimum(corners.min(axis=0), 0), corners.max(axis=0)
-    costs[:top], costs[:, :left] = -1, -1
-    costs[max(height - bottom, 0) :], costs[:, max(width - right, 0) :] = -1, -1
+    read, (above, before) = read_offsets(vectors)
+    below, after = read.shape[0] - 1 - above, read.shape[1] - 1 - before
+    costs[:above], costs[:, :before] = -1, -1
+    costs[max(height - below, 0) :], costs[:, max(width - after, 0) :] = -1, -1
     if not mask.all():
         from scipy.signal import fftconvolve
 
-        tile = np.empty((bottom + top + 1, right + left + 1, 2), np.int32)
-        wrap_into_tile(tile, np.array((top, left)), np.array(vectors))
-        inside = (tile == np.moveaxis(np.indices(tile.shape[:2]), 0, 2)).all(axis=2)
-        held = np.rint(fftconvolve((~mask).astype(np.float64), inside[::-1, ::-1].astype(np.float64)))
-        costs[held[inside.shape[0] - 1 - top :, inside.shape[1] - 1 - left :][:height, :width] > 0] = -1
+        held = np.rint(fftconvolve((~mask).astype(np.float64), read[::-1, ::-1].astype(np.float64)))
+        costs[held[below:, after:][:height, :width] > 0] = -1

@@ -130,6 +130,29 @@ def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: 
     return int(np.argmin(np.rint(mean)))
 
 
+def phased(
+    picture: NDArray[np.int16], rows: Vector, columns: Vector, cell: tuple[Vector, Vector | None], border: int
+) -> BlockGrid:
+    """The grid of blocks whose edges lie where cuts are cheapest, on all axes along which it has a period."""
+    if rows[0] * columns[1] - rows[1] * columns[0] < 0:
+        columns = (-columns[0], -columns[1])
+    grid = BlockGrid(rows, columns, (0, 0), cell)
+    fixed = cell[1] is not None
+    down = abs(cell[0][0]) >= abs(cell[0][1])
+    y = best_phase(picture, grid, border, 0) if fixed or down else 0
+    x = best_phase(picture, grid, border, 1) if fixed or not down else 0
+    return BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
+
+
+def phase_of(
+    picture: NDArray[np.int16], cell: tuple[Vector, Vector | None], wide: float, border: int = 14
+) -> tuple[float, float]:
+    """Where the grid of the smallest blocks begins, (y, x) px; `wide` as for :func:`block_vectors`."""
+    room = int(picture.shape[0]), int(picture.shape[1])
+    y, x = phased(picture, *block_vectors(*cell, 1.0, wide, room), cell, border).phase
+    return y / UNIT, x / UNIT
+
+
 def positions(
     grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int] = (0, 0), step: int = 1
 ) -> NDArray[np.int64]:

@@ -53,7 +53,7 @@ def smaller(laying: Laying) -> Laying | None:
     if not side or side >= least:
         return None
     patch = tuple(max(1, round(p * side / least)) for p in laying.patch)
-    overlap = tuple(max(min(o, 1), o * side // least) for o in laying.overlap)
+    overlap = tuple(min(max(min(o, 1), o * side // least), p - 1) for o, p in zip(laying.overlap, patch, strict=True))
     return replace(
         laying, patch=(patch[0], patch[1]), overlap=(overlap[0], overlap[1]), boundary=0, rim=max(overlap)
     )

@@ -23,6 +23,7 @@ Mask = NDArray[np.bool_]
 LUMINANCE = (0.30, 0.59, 0.11)
 DARK = 1e-3  # of the largest luminance: darker px count as this dark
 MOST_ORDER = 4
+COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE,
 STEPS = 1 << 20  # gains are whole multiples of 1 / STEPS: logarithms differ by a bit between machines
 
 
@@ -61,7 +62,7 @@ class Flattened:
         return (np.rint(lit) if np.issubdtype(dtype, np.integer) else lit).astype(dtype)
 
 
-def flatten(pixels: NDArray[Any], usable: Mask | None = None, order: int = 2) -> Flattened:
+def flatten(pixels: NDArray[Any], usable: Mask | None = None, order: int = 2, parts: int | None = None) -> Flattened:
     """Divide slow changes of light out of an exemplar.
 
     Parameters
@@ -73,6 +74,10 @@ def flatten(pixels: NDArray[Any], usable: Mask | None = None, order: int = 2) ->
         False where pixels do not count; the gain is known there as well.
     order : int
         Of the polynomial, 1 to 4: 1 is a slope, 2 a slope and a vignette.
+    parts : int, optional
+        Fit to the mean luminance of so many parts along each side, at most one a px, in place of every px: the dark
+        px of joints and shadows, which light hardly changes in most photographs, then do not hold the surface back.
+        `strength` is that of the parts.
 
     Raises
     ------
@@ -92,8 +97,7 @@ def flatten(pixels: NDArray[Any], usable: Mask | None = None, order: int = 2) ->
     top = float(luminance.max())
     if top <= 0:
         return Flattened(values, np.ones(values.shape[:2]), 0.0)
-    logarithm = np.log(np.maximum(luminance, DARK * top))
-    surface, strength = _surface(logarithm, usable, order)
+    surface, strength = _surface(luminance, usable, order, parts)
     gain = np.exp(surface)
     gain /= gain.mean() if usable is None else gain[usable].mean()
     gain = np.maximum(np.rint(gain * STEPS), 1.0) / STEPS
@@ -107,26 +111,49 @@ def _luminance(values: Floats) -> Floats:
     return result
 
 
-def _surface(values: Floats, usable: Mask | None, order: int) -> tuple[Floats, float]:
-    """Fit a polynomial of x and y of total degree `order`: the surface around its mean, and R^2.
+def _surface(luminance: Floats, usable: Mask | None, order: int, parts: int | None) -> tuple[Floats, float]:
+    """Fit a polynomial of x and y of total degree `order` to the logarithm: the surface around its mean, and R^2.
 
     Legendre polynomials keep the normal equations well behaved on sides of any length.
     """
-    height, width = values.shape
+    height, width = luminance.shape
     rows, columns = (np.polynomial.legendre.legvander(_ends(n), order) for n in (height, width))
     terms = [(i, j) for i in range(order + 1) for j in range(order + 1 - i) if (i, j) != (0, 0)]
     basis = np.stack([np.multiply.outer(rows[:, i], columns[:, j]) for i, j in terms])
-    chosen = basis.reshape(len(terms), -1) if usable is None else basis[:, usable]
-    wanted = values.reshape(-1) if usable is None else values[usable]
+    known = np.ones(luminance.shape, bool) if usable is None else usable
+    if parts is None:
+        chosen, wanted = basis[:, known], luminance[known]
+    else:
+        chosen, wanted = _averaged(np.concatenate([basis, luminance[None]]), known, parts)
+    if not len(wanted):
+        return np.zeros(luminance.shape), 0.0
+    wanted = np.log(np.maximum(wanted, DARK * luminance.max()))
     middle = chosen.mean(axis=1, keepdims=True)
     centred, target = chosen - middle, wanted - wanted.mean()
     total = float(target @ target)
     if total <= 1e-12 * len(target):
-        return np.zeros(values.shape), 0.0
+        return np.zeros(luminance.shape), 0.0
     factors = np.linalg.lstsq(centred @ centred.T, centred @ target, rcond=1e-10)[0]
     left = target - factors @ centred
-    surface: Floats = np.tensordot(factors, basis, 1) - float(factors @ middle[:, 0])
+    # From here on one after the other, in whole multiples of 1 / COARSE: sums of products differ between machines.
+    surface = np.zeros(luminance.shape)
+    for factor, term, mean in zip(np.rint(factors * COARSE) / COARSE, basis, middle[:, 0], strict=True):
+        surface += factor * (term - np.rint(mean * COARSE) / COARSE)
     return surface, max(0.0, 1.0 - float(left @ left) / total)
+
+
+def _averaged(layers: Floats, known: Mask, parts: int) -> tuple[Floats, Floats]:
+    """Means over parts of which most is known: of all layers but the last (n, parts), and of the last."""
+    height, width = known.shape
+    down, across = min(parts, height), min(parts, width)
+    means = []
+    for i in range(down):
+        for j in range(across):
+            box = np.s_[i * height // down : (i + 1) * height // down, j * width // across : (j + 1) * width // across]
+            if 2 * np.count_nonzero(known[box]) > known[box].size:
+                means.append(layers[:, *box][:, known[box]].mean(axis=1))
+    found = np.array(means).reshape(len(means), len(layers)).T
+    return found[:-1], found[-1]
 
 
 def _ends(n: int) -> Floats:

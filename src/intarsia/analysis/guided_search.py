@@ -13,7 +13,7 @@ from ..image import Kind
 from ..kernels import guided
 from .features import RANGE, channel_shares
 from .guidance import ONE, Guidance
-from .search import Candidates, PatchSearch, Prices
+from .search import STEPS, Candidates, PatchSearch, Prices
 
 Array = NDArray[Any]
 MOST = float(1 << 30)  # costs of the short-list stay below
@@ -24,10 +24,10 @@ class GuideSearch(PatchSearch):
 
     tails = 1.0
 
-    def _reduction(self) -> tuple[Array, Array, float]:
-        channels, scale = self.variants.channels, 2.0 * self.clip / ONE
+    def _reduction(self) -> tuple[Array, Array, float, int]:
+        channels, scale = self.variants.channels, 2.0 * STEPS / ONE
         axes = np.rint(np.eye(channels) * scale * (1 << 24)).astype(np.int64)
-        return np.full(channels, ONE // 2, np.int64), axes, scale
+        return np.full(channels, ONE // 2, np.int64), axes, scale, STEPS
 
 
 class GuidedSearch:

@@ -19,7 +19,7 @@ from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
 from ..kernels import blocks
 from ..run import Run
-from .blockgrid import UNIT, BlockGrid, Vector, best_phase, block_vectors, positions
+from .blockgrid import UNIT, BlockGrid, Vector, block_vectors, phased, positions
 from .cell import cell_of
 from .features import features
 from .sizes import elements
@@ -29,6 +29,10 @@ KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
 Array = NDArray[Any]
+
+
+class FewPlaces(MethodError):
+    """The exemplar holds too little for a mosaic; its best tile can still be repeated."""
 
 
 class Settings(Protocol):
@@ -95,7 +99,7 @@ class Mosaic:
 
     @classmethod
     def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
-        """Choose blocks, phase and places for an exemplar; MethodError where it holds too little."""
+        """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
         picture = features([exemplar], method.channel_weights).pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
         cell = cell_of(method.lattice, picture.shape[:2])
@@ -257,21 +261,11 @@ def _grid(
     target = float(method.block) if method.block is not None else None
     for wanted in (target, 1.0):
         rows, columns = block_vectors(*cell, wanted, wide, (int(room[0]), int(room[1])))
-        if rows[0] * columns[1] - rows[1] * columns[0] < 0:
-            columns = (-columns[0], -columns[1])
-        grid = BlockGrid(rows, columns, (0, 0), cell)
-        fixed = cell[1] is not None
-        down = abs(cell[0][0]) >= abs(cell[0][1])
-        y = best_phase(picture, grid, method.border, 0) if fixed or down else 0
-        x = best_phase(picture, grid, method.border, 1) if fixed or not down else 0
-        grid = BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
+        grid = phased(picture, rows, columns, cell, method.border)
         places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
         if min(len(p) for p in places.values()) >= 2:
             return grid, places
-    raise MethodError(
-        "the exemplar holds fewer than two places for a block of one period; give a larger exemplar, or use "
-        "method repeat."
-    )
+    raise FewPlaces("the exemplar holds fewer than two places for a block of one period; give a larger exemplar.")
 
 
 def _around(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, tuple[int, int]]:

@@ -20,12 +20,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from ..kernels import match, nearest, reduce, windows
+from .axes import principal_axes
 from .masks import Masks
 from .variants import Variants
 
 SHORT_LIST = 16
 AXES = 2
+ENOUGH, ENOUGH_EXACT = 0.97, 0.8  # share of the variance that one axis must hold to do alone
 STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
+ROUNDING = 1e-7  # a correlation in single precision is wrong by at most this share of the norms (measured: 9.3e-8)
 BATCH_BYTES = 6 << 20  # spectra of one batch
 FINEST_SIDE = 600  # reduced exemplars are at most about this large
 Array = NDArray[Any]
@@ -117,10 +120,10 @@ class PatchSearch:
         factor: int = 0,
     ) -> None:  # fmt: skip
         self.variants, self.patch, self.listed = variants, patch, listed
-        self.exact, self.clip = exact, FINE_STEPS if exact else STEPS
+        self.exact = exact
         self.factor = factor or (1 if exact else _factor(variants, patch, overlap))
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
-        self.mean, self.axes, self.scale = self._reduction()
+        self.mean, self.axes, self.scale, self.clip = self._reduction()
         self._padded = local()
         self._load()
         self._masks = Masks(self.coarse, self.square_spectra, [v.shape for v in self.valid])
@@ -132,11 +135,12 @@ class PatchSearch:
         narrow.valid = [v if v.any() else np.zeros((0, 0), bool) for v in narrow.valid]  # these are not even looked at
         return narrow
 
-    def _reduction(self) -> tuple[Array, Array, float]:
-        """Mean, the axes along which the reduced pictures vary most, and the scale of these pictures.
+    def _reduction(self) -> tuple[Array, Array, float, int]:
+        """Mean, the axes along which the reduced pictures vary most, the scale of these pictures, and their range.
 
-        Two axes hold nearly all that colours say about likeness; what they miss the exact distance finds. The
-        scale makes the standard deviation about a third of the range.
+        Two axes hold nearly all that colours say about likeness, in most photographs one does (measured: its best
+        patches are 0.1 % worse); what they miss the exact distance finds. The scale makes the standard deviation
+        about a third of the range.
         """
         c = self.variants.channels
         total, products, n = np.zeros(c, np.int64), np.zeros((c, c), np.int64), 0
@@ -147,9 +151,15 @@ class PatchSearch:
             n += len(picture)
         mean = total // n
         covariance = products / n - np.outer(total / n, total / n)
-        kept, axes = principal_axes(covariance, min(c, AXES))
-        scale = min(self.clip / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
-        return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64), scale
+        kept, axes = principal_axes(covariance, 1)
+        if kept < (ENOUGH_EXACT if self.exact else ENOUGH) * float(np.trace(covariance)):
+            kept, axes = principal_axes(covariance, min(c, AXES))
+        clip = STEPS
+        if self.exact:  # as fine as single precision allows
+            size = math.sqrt(n * math.prod(self.cells)) * len(axes) / self.factor
+            clip = min(max(int(self.tails * math.sqrt(0.4 / (ROUNDING * 1.2 * size))), STEPS), FINE_STEPS)
+        scale = min(clip / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
+        return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64), scale, clip
 
     def _load(self) -> None:
         f, (h, w) = self.factor, self.cells
@@ -164,10 +174,9 @@ class PatchSearch:
             total = max(total, float(energy.sum()))
             self.square_spectra.append(scipy.fft.rfft2(energy, shape))
         self._limit(self.variants.valid)
-        # Correlations are whole numbers. In single precision they come out wrong by at most about 2.5e-8 of the
-        # pictures' norms (measured: 2.4e-8); where that is not safely below 1/2, double precision is used.
+        # Correlations are whole numbers. Where single precision could miss one by half, double precision is used.
         window = 1.2 * math.sqrt(h * w * len(self.axes)) * self.clip / self.tails
-        single = 2.5e-8 * window * math.sqrt(total) < 0.3
+        single = ROUNDING * window * math.sqrt(total) < 0.45
         self.real = np.float32 if single else np.float64
         self.spectra = [s.astype(np.complex64 if single else np.complex128) for s in self.spectra]
 
@@ -242,20 +251,27 @@ class PatchSearch:
         return max(round(coarse * (self.factor**2 / self.scale**2)), 0)
 
     def _spectra(self, templates: Array, shape: tuple[int, int]) -> Array:
-        """Transform the templates, padded to `shape`; their rows first, which are few."""
+        """Transform the templates, padded to `shape`: (n, K, p, rows / p, columns), frequency p k + r at [r, k].
+
+        Their rows come first, which are few. Down the columns most is padding: p short transforms of the rows,
+        each turned by what its frequencies differ, do the work of a long one (decimation in frequency).
+        """
         rows = scipy.fft.rfft(templates, shape[1], axis=3)
+        parts = next(p for p in (4, 2, 1) if shape[0] % p == 0 and shape[0] // p >= rows.shape[2])
+        size = (*rows.shape[:2], parts, shape[0] // parts, rows.shape[3])
         padded = getattr(self._padded, str(shape), None)  # of this thread; below the templates it stays 0
         if padded is None or len(padded) < len(rows):
-            padded = np.zeros((len(rows), rows.shape[1], shape[0], rows.shape[3]), rows.dtype)
+            padded = np.zeros(size, rows.dtype)
             setattr(self._padded, str(shape), padded)
-        padded[: len(rows), :, : rows.shape[2]] = rows
-        return np.asarray(scipy.fft.fft(padded[: len(rows)], axis=2))
+        turns = np.exp(-2j * np.pi / shape[0] * np.outer(np.arange(parts), np.arange(rows.shape[2])))
+        match.turn(rows, turns.astype(rows.dtype), padded)
+        return np.asarray(scipy.fft.fft(padded[: len(rows)], axis=3))
 
     def correlations(self, v: int, reduced: Reduced) -> Array:
         """Correlate windows with variant `v`: (n, rows, columns) for every coarse position."""
         shape, rows = self.coarse[v], self.valid[v].shape[0]
         spectra = reduced.spectra[shape]
-        product = np.empty((len(spectra), *spectra.shape[2:]), spectra.dtype)
+        product = np.empty((len(spectra), shape[0], spectra.shape[4]), spectra.dtype)
         match.correlate(self.spectra[v], spectra, product)
         inner = scipy.fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
         return np.asarray(scipy.fft.irfft(inner, shape[1], axis=2))
@@ -275,18 +291,6 @@ def measured(variants: Variants, found: Candidates, rows: Array) -> Candidates:
     out = np.empty((SHORT_LIST, 4), np.int64)
     count = nearest.best_of(found.feats, found.known, variants.flat, variants.table, rows, out)
     return replace(found, rows=out[:count])
-
-
-def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:
-    """Return the variance along the `count` strongest axes, and the axes (count, C), the same on every machine.
-
-    A ramp on the diagonal parts equal eigenvalues, and the largest entry of every axis is positive (DESIGN 4).
-    """
-    ramp = 1e-5 * max(float(np.trace(covariance)) / len(covariance), 1e-9)
-    values, vectors = np.linalg.eigh(covariance + np.diag(ramp * np.arange(len(covariance))))
-    axes = vectors[:, ::-1].T[:count]
-    signs = np.sign(axes[np.arange(count), np.abs(axes).argmax(axis=1)])
-    return float(values[::-1][:count].sum()), axes * signs[:, None]
 
 
 def _factor(variants: Variants, patch: tuple[int, int], overlap: int) -> int:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..kernels import trees
 from ..kernels.neighbourhoods import Ground
 from ..kernels.trees import LEAF, Tree
-from .search import principal_axes
+from .axes import principal_axes
 
 DIMS = 12  # axes kept of a neighbourhood
 SAMPLE = 4096  # neighbourhoods that the axes are measured on

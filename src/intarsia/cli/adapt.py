@@ -1,4 +1,4 @@
-"""What ``--avoid``, ``--crop`` and ``--scale`` make of an exemplar, for all of its planes alike."""
+"""What ``--avoid``, ``--crop``, ``--scale`` and ``--flatten`` make of an exemplar, for all of its planes alike."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..analysis.light import clipped, flattened
 from ..colour import Curve
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
@@ -17,15 +18,19 @@ from .request import Inputs
 
 Warn = Callable[[str], None]
 
+MUCH = 0.01  # of the pixels
+
 
 def adapted(exemplar: Exemplar, inputs: Inputs, warn: Warn) -> Exemplar:
-    """Return the exemplar as it is to be used: without the avoided colour, cropped, then reduced."""
+    """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, then evenly lit."""
     if inputs.avoid is not None:
         exemplar = avoiding(exemplar, inputs.avoid, warn)
     if inputs.crop is not None:
         exemplar = cropped(exemplar, inputs.crop)
     if inputs.scale != 1:
         exemplar = reduced(exemplar, inputs.scale, inputs.toroidal)
+    if inputs.flatten:
+        exemplar = even(exemplar, warn)
     if inputs.toroidal:
         exemplar = Exemplar(exemplar.planes, exemplar.usable, True, exemplar.name)
     return exemplar
@@ -87,6 +92,18 @@ def reduced(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
     if exemplar.usable is not None:
         usable = np.asarray(exemplar.usable.reshape(height // n, n, width // n, n).all(axis=(1, 3)))
     return Exemplar(planes, usable, False, exemplar.name)
+
+
+def even(exemplar: Exemplar, warn: Warn) -> Exemplar:
+    """Take the slope of light off; warn where much of the picture becomes white by it."""
+    made = flattened(exemplar)
+    share = clipped(exemplar.base, made.base)
+    if share > MUCH:
+        warn(
+            f"--flatten: {100 * share:.0f} % of {exemplar.name} became brighter than white and was cut off there; "
+            "an exemplar of floats (.exr) keeps it."
+        )
+    return made
 
 
 def _told(exemplar: Exemplar) -> str:

@@ -45,6 +45,7 @@ class Batch:
         check: Callable[[Scene], None] | None = None,
     ) -> Batch:  # fmt: skip
         """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
+        inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         lots = [[found] for found in sets] if "{stem}" in targets.out else [sets]
         check_begin(wish, lots, sets)

@@ -15,6 +15,8 @@ import click
 
 from ..errors import IntarsiaError
 
+LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
+
 CANCEL = Event()
 """Set by Ctrl-C and SIGTERM; every Run of the command line watches it."""
 
@@ -71,8 +73,8 @@ def judge(e: BaseException) -> tuple[int, str]:
 
 
 def one_line(message: object) -> str:
-    """Return a message without line breaks."""
-    return " ".join(str(message).split())
+    """Return a message without line breaks, and without words that nobody would read to their end."""
+    return " ".join(w if len(w) <= LONGEST else w[:100] + "..." + w[-80:] for w in str(message).split())
 
 
 def tell(line: str) -> None:

@@ -42,7 +42,9 @@ def _begin(**sides: int | None) -> Begin:
 @gathered(*(o for o in OWN if o.field != "size"), *PARAMETERS, into="wish", make=wish_of)
 @click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
 @grown_target_options
-@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, without=("several",))
+@input_options(
+    opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, without=("several", "flatten")
+)
 @click.option("--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing.")
 @common
 @report_options

@@ -67,7 +67,7 @@ def _method() -> list[Any]:
 @grown_target_options
 @input_options(
     opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, USABLE,
-    without=("several", "masks", "crop", "scale"),
+    without=("several", "masks", "crop", "scale", "flatten"),
 )  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing.")
 @common

@@ -13,11 +13,13 @@ from ..errors import ParameterError
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets
-from .values import Colour, NamedFile, Place, Rectangle, Scale
+from .values import Colour, FileName, NamedFile, Place, Rectangle, Scale
 
 Command = Callable[..., Any]
 
-FILE = click.Path(allow_dash=True)
+FILE = FileName()
+ALPHA = click.Choice(["auto", "channel", "mask"])
+DEPTHS = ("8", "16", "half", "float")
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ INPUT_OPTIONS = (
     ),
     opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
     opt(
-        "alpha", "--alpha", type=click.Choice(["auto", "channel", "mask"]), default="auto", show_default=True,
+        "alpha", "--alpha", type=ALPHA, default="auto", show_default=True,
         help="Opacity is a channel to grow, or a mask of the pixels that may be used.",
     ),
     opt("toroidal", "--toroidal", is_flag=True, help="The exemplar continues across its borders."),
@@ -75,6 +77,10 @@ INPUT_OPTIONS = (
     opt(
         "scale", "--scale", type=Scale(), default=1,
         help="Reduce the exemplar to 1/2, 1/3, ... first (after --crop): blocks are averaged in linear light.",
+    ),
+    opt(
+        "flatten", "--flatten", is_flag=True,
+        help="Even out a slope or vignette of light in the exemplar first; `intarsia analyze` tells where that helps.",
     ),
     opt("as_set", "--set", is_flag=True, help="All files are planes of one exemplar, whatever their names."),
     opt(
@@ -94,7 +100,7 @@ TARGET_OPTIONS = (
         help="The picture to write; further planes lie beside it as OUT_NAME. - is the standard output (PNG).",
     ),
     opt(
-        "depth", "--depth", type=click.Choice(["8", "16", "half", "float"]),
+        "depth", "--depth", type=click.Choice(DEPTHS),
         help="Bits of the output; by default those of the exemplar, exactly.",
     ),
     opt("force", "--force", is_flag=True, help="Replace files that exist."),

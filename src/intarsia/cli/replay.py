@@ -13,7 +13,18 @@ from ..methods.base import make, method_class
 from ..params import parameters
 from .grow import check_stdout
 from .heal import USABLE
-from .options import DONORS, FILE, common, gathered, grown_target_options, input_options, opt, report_options
+from .options import (
+    ALPHA,
+    DEPTHS,
+    DONORS,
+    FILE,
+    common,
+    gathered,
+    grown_target_options,
+    input_options,
+    opt,
+    report_options,
+)
 from .report import Report
 from .request import Begin, Inputs, Labels, Targets, Wish
 from .values import Colour, Rectangle, Scale
@@ -65,9 +76,9 @@ def command(
     intarsia replay clean.png -o again.png --exemplar wall.png --mask graffiti.png
     intarsia replay island.png -o again.png --exemplar coast.png --labels coast_labels.png --target map.png
 
-    Give the files again that were used, --map, --mask, --from, --labels and --target too: they are checked against the
-    recipe. Everything else is in it, such as --crop, --avoid and --depth, and a hole that was the picture's own alpha.
-    Built-in exemplars (sample:...) need no --exemplar.
+    Give the files again that were used, --map, --mask, --from, --labels and --target too: they are checked against
+    the recipe. Everything else is in it, such as --crop, --flatten, --avoid and --depth, and a hole that was the
+    picture's own alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
     check_stdout(targets, report)
     from .. import files
@@ -86,13 +97,19 @@ def command(
     wish = with_files(wish, recipe, inputs, beside, picture)
     inputs = inputs_of(recipe, inputs, beside, picture)
     if targets.depth is None and "depth" in recipe:
-        targets = replace(targets, depth=str(recipe["depth"]))
+        if recipe["depth"] not in DEPTHS:
+            raise InputError(f"the depth in the recipe of {picture} is damaged; grow it again.")
+        targets = replace(targets, depth=recipe["depth"])
     batch = Batch.plan(inputs, targets, wish, (seed,), report, lambda scene: check_scene(recipe, scene, wish))
     batch.carry_out(threads)
 
 
 def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     """Read method, size, wrap, blend, seed, and what the canvas began with."""
+    from ..canvas import Canvas
+    from ..draws import check_seed
+    from ..sourcemap import Blend
+
     try:
         kinds = {p.name: p.kind for p in parameters(method_class(recipe["method"]))}
         given = {k: _value(kinds.get(k, ""), v) for k, v in recipe["parameters"].items()}
@@ -106,8 +123,11 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
             str(entry["sha256"])
         method, begin = make(recipe["method"], given), _begin(recipe)
         size = (width, height) if begin is None else None
-        wish = Wish(method, size, recipe["wrap"], _whole(blend["feather"]), blend["mixing"], begin)
-        return wish, _whole(recipe["seed"])
+        feather = Blend(_whole(blend["feather"])).feather
+        if size is not None:
+            Canvas(height, width)
+        wish = Wish(method, size, recipe["wrap"], feather, blend["mixing"], begin)
+        return wish, check_seed(_whole(recipe["seed"]))
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -159,13 +179,14 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) 
             given,
             files=sources,
             masks=beside.usable + (() if "heal" in recipe else given.masks),
-            alpha=said.get("alpha", "auto") if given.alpha == "auto" else given.alpha,
+            alpha=ALPHA.convert(said.get("alpha", "auto"), None, None) if given.alpha == "auto" else given.alpha,
             avoid=given.avoid or (Colour()(said["avoid"]) if "avoid" in said else None),
             toroidal=given.toroidal or bool(said.get("toroidal", False)),
             crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
-            scale=given.scale if given.scale != 1 else Scale()(said.get("scale", 1)),
+            flatten=given.flatten or bool(said.get("flatten", False)),
+            scale=given.scale if given.scale != 1 else Scale()(str(said.get("scale", "1/1"))),
         )
-    except (click.UsageError, TypeError, AttributeError):
+    except (click.UsageError, TypeError, ValueError, AttributeError):
         raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None
 
 

@@ -26,12 +26,21 @@ class Inputs:
     crop: tuple[int, int, int, int] | None = None
     scale: int = 1
     how: str = "auto"
+    flatten: bool = False
     donors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.toroidal and self.crop is not None:
             raise ParameterError("--toroidal does not go with --crop: a part no longer continues in itself; drop one.")
-        named = [*self.files, *(path for _, path in self.maps), *self.masks, *self.donors]
+        if self.toroidal and self.flatten:
+            raise ParameterError(
+                "--flatten does not go with --toroidal: light that continues across the borders has no slope; drop one."
+            )
+        self.check_standard_input()
+
+    def check_standard_input(self, *further: str) -> None:
+        """Refuse the standard input in more than one place, `further` files of the command counted."""
+        named = [*self.files, *(path for _, path in self.maps), *self.masks, *self.donors, *further]
         if named.count("-") > 1:
             raise ParameterError("the standard input (-) can be read once; name files for the others.")
 
@@ -48,6 +57,8 @@ class Inputs:
             said["crop"] = list(self.crop)
         if self.scale != 1:
             said["scale"] = f"1/{self.scale}"
+        if self.flatten:
+            said["flatten"] = True
         return said
 
 
@@ -91,6 +102,12 @@ class Wish:
     begin: Begin | None = None
     labels: Labels | None = None
     start: tuple[str, int | None] | None = None
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files to read beside the exemplars: masks of holes, labels and their target."""
+        holes = () if self.begin is None else self.begin.holes
+        return holes if self.labels is None else (*holes, *self.labels.sources, self.labels.target)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..draws import SEED_LIMIT
+from ..errors import InputError
 
 if TYPE_CHECKING:
     ParamType = click.ParamType[Any]
@@ -17,6 +18,15 @@ else:  # older versions of click do not take the bracket
 
 MAX_PIXELS = 1 << 31
 MAX_SEEDS = 10_000
+
+
+class FileName(click.Path):
+    """The name of a file, or - ; whoever opens it says what is wrong with it."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if "\0" in str(value):
+            raise InputError(f"{str(value)!r} is no name of a file; choose another.")
+        return str(value)
 
 
 class Size(ParamType):

@@ -87,7 +87,7 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     patch: dict[str, Any] = {"patch": 6} if "patch" in names else {}
     if "lattice" in names:
         _find_lattice()
-        patch |= {"lattice": ((5, 0), (0, 5)), "block": 4, "border": 2}
+        patch |= {"lattice": ((5, 0), (0, 5))} | ({"block": 4, "border": 2} if "block" in names else {"band": 2})
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
     marks = Plane((columns > 11).astype(np.uint8), Kind.LABEL)

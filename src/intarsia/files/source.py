@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError, ResourceError
 from .formats import READABLE, shown, sniff
@@ -18,6 +19,8 @@ from .formats import READABLE, shown, sniff
 HEAD = 1 << 16
 MAX_WHOLE = 1 << 32
 """Formats that are read into memory whole may have this many bytes."""
+
+_RECEIVED: dict[str, Any] = {}  # what came of the standard input, and which object that was
 
 _SUFFIX = {"jpeg": ".jpg", "tiff": ".tif"}
 
@@ -55,7 +58,13 @@ class Picture:
         with tempfile.TemporaryDirectory(prefix="intarsia-") as folder:
             target = os.path.join(folder, "picture" + _SUFFIX.get(self.format, "." + self.format))
             if held is not None:
-                Path(target).write_bytes(held)
+                try:
+                    Path(target).write_bytes(held)
+                except OSError as e:
+                    reason = (e.strerror or str(e)).lower()
+                    raise ResourceError(
+                        f"there is no room for a copy of {self.name} in {folder} ({reason}); free some, or set TMPDIR."
+                    ) from None
             else:
                 assert self.path is not None
                 _lend(os.path.abspath(self.path), target)
@@ -68,30 +77,42 @@ def look(source: str | os.PathLike[str] | bytes) -> Picture:
         return _picture("the data", None, bytes(source), len(source))
     text = os.fspath(source)
     if text == "-":
-        data = sys.stdin.buffer.read(MAX_WHOLE + 1)
+        data = _standard_input()
         return _picture("the standard input", None, data, len(data))
     path, name = Path(text), shown(text)
     if not text:
         raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
-    size = _ordinary(path, name)
+    size = ordinary(path, name)
     return _picture(name, path, None, size)
 
 
-def _ordinary(path: Path, name: str) -> int:
-    """Return the size of an ordinary file, and refuse all else without opening it."""
+def _standard_input() -> bytes:
+    """Read the standard input, or return again what came of it: who plans and then works asks for it twice."""
+    if sys.stdin is None:
+        raise InputError("the standard input is closed; name a file.")
+    if _RECEIVED.get("from") is not sys.stdin:
+        _RECEIVED.update({"from": sys.stdin, "data": sys.stdin.buffer.read(MAX_WHOLE + 1)})
+    data: bytes = _RECEIVED["data"]
+    if len(data) > MAX_WHOLE:
+        raise InputError(f"the standard input is larger than {MAX_WHOLE >> 30} GiB; name a file.")
+    return data
+
+
+def ordinary(path: Path, name: str, instead: str = "a sample such as sample:brick") -> int:
+    """Return the size of an ordinary file, and refuse all else without opening it; `instead` is what may be given."""
     try:
         state = os.stat(path)
     except FileNotFoundError:
         if os.path.islink(path):
             raise InputError(f"{name} is a link to a file that does not exist; mend the link.") from None
-        raise InputError(f"{name} does not exist; check the name, or give a sample such as sample:brick.") from None
+        raise InputError(f"{name} does not exist; check the name, or give {instead}.") from None
     except (OSError, ValueError) as e:
         reason = getattr(e, "strerror", None) or str(e)
         raise InputError(f"{name} cannot be opened ({reason.lower()}); check the name and the permissions.") from None
     if stat.S_ISDIR(state.st_mode):
-        raise InputError(f"{name} is a folder; name a picture in it.")
+        raise InputError(f"{name} is a folder; name a file in it.")
     if not stat.S_ISREG(state.st_mode):
-        raise InputError(f"{name} is a pipe or a device; name a picture file, or - for the standard input.")
+        raise InputError(f"{name} is a pipe or a device; name an ordinary file.")
     return state.st_size
 
 

@@ -65,17 +65,32 @@ def band_costs(difference: NDArray[np.int64], dy: int, dx: int, band: int, costs
 
 
 @kernel
-def wrap_into_tile(out: NDArray[np.int32], anchor: NDArray[np.int64], vectors: NDArray[np.int64]) -> None:
-    """Fill in, for every px (y, x), the px of the tile at `anchor` that repeats there (source 001, eq. 3.29).
+def lay_tile(
+    out: NDArray[np.int32],
+    begin: NDArray[np.int64],
+    rates: NDArray[np.int64],
+    whole: int,
+    vectors: NDArray[np.int64],
+    anchor: NDArray[np.int64],
+) -> None:
+    """Fill in, for every px, the px of the tile at `anchor` that repeats there (source 001, eq. 3.29).
 
-    Whole numbers: floor division by the determinant; floats would miss at the lattice points themselves.
+    How far a px lies along both vectors (1/256 px), in whole periods, grows by rates[0] / whole with every row and by
+    rates[1] / whole with every column; `begin` is that of the first px; all lie in 0 to whole - 1. Only whole numbers:
+    floats would miss at the lattice points themselves.
     """
-    p, q, r, s = vectors[0, 0], vectors[0, 1], vectors[1, 0], vectors[1, 1]
-    determinant = p * s - q * r
+    first, second = begin[0], begin[1]
+    half = 128 * whole
     for y in range(out.shape[0]):
+        a, b = first, second
         for x in range(out.shape[1]):
-            i, j = y - anchor[0], x - anchor[1]
-            a = (i * s - j * r) // determinant
-            b = (j * p - i * q) // determinant
-            out[y, x, 0] = anchor[0] + i - a * p - b * r
-            out[y, x, 1] = anchor[1] + j - a * q - b * s
+            out[y, x, 0] = anchor[0] + (a * vectors[0, 0] + b * vectors[1, 0] + half) // (256 * whole)
+            out[y, x, 1] = anchor[1] + (a * vectors[0, 1] + b * vectors[1, 1] + half) // (256 * whole)
+            a += rates[1, 0]
+            b += rates[1, 1]
+            a -= whole if a >= whole else 0
+            b -= whole if b >= whole else 0
+        first += rates[0, 0]
+        second += rates[0, 1]
+        first -= whole if first >= whole else 0
+        second -= whole if second >= whole else 0

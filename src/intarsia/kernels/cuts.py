@@ -31,7 +31,7 @@ def _distance(a: NDArray[np.int16], b: NDArray[np.int16]) -> int:
     for c in range(a.size):
         difference = int(a[c]) - int(b[c])
         total += difference * difference
-    return int(np.sqrt(np.float64(total)))
+    return int(np.sqrt(np.float64(total))) if total > 0 else 0
 
 
 @kernel
@@ -247,7 +247,7 @@ def min_cut(
         shift += 1
     if total >= 1 << (61 - shift):
         shift = 0
-    step = typical(edge) << shift
+    step = typical(edge) << (shift + 3)
     cost = 0
     for g in range(offset, found + offset, 2):
         end = find_path(edge, corner, gaps[g], gaps[(g + 1) % found], stride, shift, step, far, came)

@@ -19,15 +19,31 @@ NONE = np.int32((1 << 31) - 1)
 
 
 @kernel
-def correlate(spectra: Any, templates: Any, out: Any) -> None:
-    """Multiply the exemplar's spectra (K, h, w) with conjugates (n, K, h, w), and add up the K pictures."""
-    n, channels, h, w = templates.shape
+def turn(rows: Any, turns: Any, out: Any) -> None:
+    """Multiply the rows (n, K, m, w) with each of p series of numbers `turns` (p, m), into (>= n, K, p, >= m, w)."""
+    n, channels, m, w = rows.shape
     for b in range(n):
-        for y in range(h):
+        for c in range(channels):
+            for r in range(len(turns)):
+                for y in range(m):
+                    source, target, by = rows[b, c, y], out[b, c, r, y], turns[r, y]
+                    for x in range(w):
+                        target[x] = source[x] * by
+
+
+@kernel
+def correlate(spectra: Any, templates: Any, out: Any) -> None:
+    """Multiply the exemplar's spectra (K, h, w) with conjugates (n, K, p, h / p, w), and add up the K pictures.
+
+    Row p k + r of the exemplar meets row [r, k] of a template.
+    """
+    n, channels, parts, _, w = templates.shape
+    for b in range(n):
+        for y in range(spectra.shape[1]):
             target = out[b, y]
             for c in range(channels):
                 s = spectra[c, y]
-                t = templates[b, c, y]
+                t = templates[b, c, y % parts, y // parts]
                 if c == 0:
                     for x in range(w):
                         target[x] = s[x] * np.conj(t[x])
@@ -65,8 +81,28 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
     for i in range(n):
         mean += sample[i]
     mean //= n
-    k = n // 20
-    return max(int(np.partition(sample[:n], k)[k]), int(mean >> 2))
+    return max(int(smallest(sample, n, n // 20)), int(mean >> 2))
+
+
+@kernel
+def smallest(values: Any, n: int, k: int) -> Any:
+    """Return the number that comes `k`-th, from 0, when the first `n` of int32 `values` are sorted.
+
+    Found by halving the range and counting: a few passes that run in vector registers.
+    """
+    low, high = values[0], values[0]
+    for i in range(np.uint64(n)):
+        low, high = min(low, values[i]), max(high, values[i])
+    while low < high:
+        middle = np.int32(low + (np.int64(high) - low) // 2)
+        count = 0
+        for i in range(np.uint64(n)):
+            count += values[i] <= middle
+        if count > k:
+            high = middle
+        else:
+            low = np.int32(middle + 1)
+    return low
 
 
 @kernel
@@ -94,50 +130,34 @@ def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, 
 
     Cost is distance + penalty * unit / 2**16, or with `multiply` distance * (1 + penalty / 256)**2.
 
-    `best` (K, 4) int64: cost, variant, row, column. Equal costs: the earlier position stays.
+    `best` (K, 4) int64: cost, variant, row, column, cheapest first. Equal costs: the earlier position stays.
     """
     h, w = dist.shape
     size = best.shape[0]
-    slot, worst = 0, np.int64(NONE) - 1
-    if count == size:
-        slot = _worst(best)
-        worst = best[slot, 0]
+    worst = best[size - 1, 0] if count == size else np.int64(NONE)
     for y in range(h):
         d, p = dist[y], penalty[y]
         least = NONE
-        for x in range(w):
+        for x in range(np.uint64(w)):
             least = min(least, d[x])
-        if least > worst:  # a penalty only adds
+        if least >= worst:  # a penalty only adds
             continue
         for x in range(w):
-            if d[x] > worst:
+            if d[x] >= worst:
                 continue
             cost = np.int64(d[x])
             cost = (cost * (256 + p[x]) ** 2) >> 16 if multiply else cost + ((np.int64(p[x]) * unit) >> 16)
-            if count < size:
-                best[count, 0], best[count, 1], best[count, 2], best[count, 3] = cost, variant, y, x
-                count += 1
-                if count == size:
-                    slot = _worst(best)
-                    worst = best[slot, 0]
-            elif cost < worst:
-                best[slot, 0], best[slot, 1], best[slot, 2], best[slot, 3] = cost, variant, y, x
-                slot = _worst(best)
-                worst = best[slot, 0]
+            if cost >= worst and count == size:
+                continue
+            count = min(count + 1, size)
+            k = count - 1
+            while k > 0 and best[k - 1, 0] > cost:
+                best[k] = best[k - 1]
+                k -= 1
+            best[k, 0], best[k, 1], best[k, 2], best[k, 3] = cost, variant, y, x
+            if count == size:
+                worst = best[size - 1, 0]
     return count
-
-
-@kernel
-def _worst(best: Any) -> int:
-    """Return the slot of the largest cost; among equals the last position, so that earlier ones stay."""
-    slot = 0
-    for k in range(1, best.shape[0]):
-        for column in range(4):
-            if best[k, column] != best[slot, column]:
-                if best[k, column] > best[slot, column]:
-                    slot = k
-                break
-    return slot
 
 
 @kernel

@@ -34,6 +34,22 @@ def gather(
 
 
 @kernel
+def copy_cell(
+    yx: NDArray[np.int32], which: NDArray[np.uint8], exemplars: NDArray[np.int64], samples: Array, out: Array
+) -> bool:
+    """Copy for every pixel its exemplar pixel; False where there is a hole, or none such pixel."""
+    for y in range(which.shape[0]):
+        for x in range(which.shape[1]):
+            w, u, v = which[y, x], yx[y, x, 0], yx[y, x, 1]
+            if w >= exemplars.shape[0] or not (0 <= u < exemplars[w, 1] and 0 <= v < exemplars[w, 2]):
+                return False
+            k = exemplars[w, 0] + u * exemplars[w, 2] + v
+            for c in range(samples.shape[1]):
+                out[y, x, c] = samples[k, c]
+    return True
+
+
+@kernel
 def vote_plain(
     plan: Plan,
     ground: Ground,

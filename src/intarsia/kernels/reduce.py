@@ -54,6 +54,7 @@ def coarse_template(
     need = (factor * factor + 1) // 2
     energy = np.int64(0)
     total = np.empty(channels, np.int64)
+    template[:] = 0
     for y in range(rows):
         for x in range(columns):
             count = 0
@@ -62,14 +63,13 @@ def coarse_template(
                     count += known[y * factor + i, x * factor + j]
             mask[y, x] = count >= need
             if count < need:
-                for k in range(axis):
-                    template[k, y, x] = 0
                 continue
-            total[:] = 0
-            for i in range(factor):
-                for j in range(factor):
-                    for c in range(channels):
-                        total[c] += feats[y * factor + i, x * factor + j, c]  # 0 where not known
+            for c in range(channels):
+                part = np.int64(0)
+                for i in range(factor):
+                    for j in range(factor):
+                        part += feats[y * factor + i, x * factor + j, c]  # 0 where not known
+                total[c] = part
             for k in range(axis):
                 q = quantised(total, count, mean, axes[k], clip)
                 template[k, y, x] = q

@@ -158,6 +158,12 @@ def prices(
     area = 9 * h * w // 2  # 2 sigma**2 with sigma = 1.5 patches
     rows, columns = grid.shape[0], grid.shape[1]
     near_rows, near_columns = around(row, reach, rows, canvas[2]), around(column, reach, columns, canvas[3])
+    others, n = np.empty(((near_rows[1] - near_rows[0]) * (near_columns[1] - near_columns[0]), 8), np.int64), 0
+    for i in range(near_rows[0], near_rows[1]):
+        for j in range(near_columns[0], near_columns[1]):
+            if grid[i % rows, j % columns, 5] >= 0:
+                others[n] = grid[i % rows, j % columns]
+                n += 1
     mine = np.empty(8, np.int64)
     for k in range(found.shape[0]):
         v = found[k, 1]
@@ -165,22 +171,16 @@ def prices(
         cell = offsets[v, 0] + min(found[k, 2] // factor, offsets[v, 1] - 1) * offsets[v, 2]
         cell += min(found[k, 3] // factor, offsets[v, 2] - 1)
         total = np.int64(0)
-        for i in range(near_rows[0], near_rows[1]):
-            if total < 0:
+        for other in others[:n]:
+            if distance > 0 and returns_too_near(mine, other, h, w, canvas, frames[v, 7:9], distance):
+                total = np.int64(-1)
                 break
-            for j in range(near_columns[0], near_columns[1]):
-                other = grid[i % rows, j % columns]
-                if other[5] < 0:
-                    continue
-                if distance > 0 and returns_too_near(mine, other, h, w, canvas, frames[v, 7:9], distance):
-                    total = np.int64(-1)
-                    break
-                share = shared(mine, other, h, w)
-                if share:
-                    dy = apart(mine[3], other[3], canvas[0], canvas[2])
-                    dx = apart(mine[4], other[4], canvas[1], canvas[3])
-                    near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
-                    total += (share * near * near) >> 16
+            share = shared(mine, other, h, w)
+            if share:
+                dy = apart(mine[3], other[3], canvas[0], canvas[2])
+                dx = apart(mine[4], other[4], canvas[1], canvas[3])
+                near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
+                total += (share * near * near) >> 16
         price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
         if multiply:
             price = (found[k, 0] * (ONE + counts[cell]) ** 2 >> 16) - found[k, 0]

@@ -86,22 +86,25 @@ def mark(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, sta
     height, width = variant.shape
     h, w = known.shape
     for i in range(h):
+        above, here, below = known[max(i - 1, 0)], known[i], known[min(i + 1, h - 1)]
+        for j in range(1, w - 1):
+            near = here[j - 1] & here[j + 1] & above[j] & below[j]
+            state[i, j] = FREE if here[j] & near else NEW
+        for j in (0, w - 1):
+            near = here[max(j - 1, 0)] & here[min(j + 1, w - 1)] & above[j] & below[j]
+            state[i, j] = FREE if here[j] & near else NEW
         row = place(y0 + i, height, wrap[0])
         for j in range(w):
-            if known[i, j] == 0:
-                state[i, j] = NEW
-            elif locked[row, place(x0 + j, width, wrap[1])]:
+            x = x0 + j if 0 <= x0 <= width - w else place(x0 + j, width, wrap[1])
+            if here[j] and locked[row, x]:
                 state[i, j] = OLD
-            else:
-                state[i, j] = FREE
-                for k in range(4):
-                    a, b = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
-                    if a < 0 or a >= h or b < 0 or b >= w:
-                        if known_beside(variant, y0, x0, wrap, i, j, h, w, k):
-                            state[i, j] = OLD
-                            break
-                    elif known[a, b] == 0:
-                        state[i, j] = NEW
+        for k, j in ((2, w - 1), (3, 0)):
+            if here[j] and known_beside(variant, y0, x0, wrap, i, j, h, w, k):
+                state[i, j] = OLD
+    for k, i in ((0, h - 1), (1, 0)):
+        for j in range(w):
+            if known[i, j] and known_beside(variant, y0, x0, wrap, i, j, h, w, k):
+                state[i, j] = OLD
 
 
 @kernel
@@ -165,16 +168,16 @@ def paste(
     state = np.empty((h, w), np.uint8)
     mark(variant, locked, y0, x0, wrap, known, state)
     if known.any():
-        stride = table[v, 3] * channels
         new = np.empty((h, w, channels), np.int16)
         for i in range(h):
-            k = table[v, 0] + (u + i) * stride + s * channels
+            k = table[v, 0] + ((u + i) * table[v, 3] + s) * channels
+            line, patch = new[i].reshape(w * channels), flat[k : k + w * channels]
+            for j in range(np.uint64(w * channels)):
+                line[j] = patch[j]
             for j in range(w):
-                for c in range(channels):
-                    new[i, j, c] = flat[k]
-                    if not known[i, j]:
-                        feats[i, j, c] = flat[k]  # nothing to differ from
-                    k += 1
+                if not known[i, j]:  # nothing to differ from
+                    for c in range(channels):
+                        feats[i, j, c] = new[i, j, c]
         right, down = seam_costs(feats, new, gradient)
         min_cut(state, right, down, take)
     write(variant, yx, table, y0, x0, wrap, v, u, s, take)

@@ -52,6 +52,7 @@ METHODS = {
     "image-quilting": ("image_quilting", "ImageQuilting"),
     "patch-sampling": ("patch_sampling", "PatchSampling"),
     "near-regular": ("near_regular", "NearRegular"),
+    "best-tile": ("best_tile", "BestTile"),
     "random-tiling": ("random_tiling", "RandomTiling"),
     "repeat": ("repeat", "Repeat"),
     "efros-leung": ("efros_leung", "EfrosLeung"),

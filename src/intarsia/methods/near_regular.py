@@ -31,6 +31,9 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 
+FEW = "the exemplar holds fewer than two places for a block, so its best tile is repeated; a larger one varies more."
+
+
 @dataclass(frozen=True)
 class NearRegular:
     """Lay blocks of whole periods at random places of the lattice, and fill the gaps between them to fit."""
@@ -71,7 +74,14 @@ class NearRegular:
         return self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Place the random blocks of the canvas, then cut in the gaps."""
-        mosaic = analysis.Mosaic.of(self.settled(exemplars, canvas), exemplars[0], canvas, seed)
-        yx = mosaic.window(0, 0, canvas.height, canvas.width, run)
+        """Place the random blocks of the canvas, then cut in the gaps; too small an exemplar gives one tile (S1-39)."""
+        settled = self.settled(exemplars, canvas)
+        try:
+            mosaic = analysis.Mosaic.of(settled, exemplars[0], canvas, seed)
+        except analysis.FewPlaces:
+            tiling = analysis.Tiling.of(settled, self.border, exemplars[0])
+            run.notes.append(FEW)
+            yx = tiling.layout(canvas).window(0, 0, canvas.height, canvas.width)
+        else:
+            yx = mosaic.window(0, 0, canvas.height, canvas.width, run)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)

@@ -1,0 +1,77 @@
+"""The best tile, repeated: one period of a regular texture, chosen where its opposite borders agree most.
+
+Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011
+(source 001), direct tiling.
+
+Departures: lattice vectors of fractions of a px, by exact fractions, so that nothing drifts; pixels under a mask are
+not used; around a wrapped canvas the lattice is strained by at most 2 %; courses without a period along them are cut
+off where that shows least.
+
+Cost: one difference image for each vector, running sums over it, and a division for every output pixel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from ..lazy import lazy
+from ..params import AUTO, check, param
+from .base import Ability
+
+if TYPE_CHECKING:
+    from .. import analysis, sourcemap
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+else:
+    analysis = lazy("intarsia.analysis")
+    sourcemap = lazy("intarsia.sourcemap")
+
+
+@dataclass(frozen=True)
+class BestTile:
+    """Repeat the one period of the exemplar whose opposite borders agree most."""
+
+    slug: ClassVar[str] = "best-tile"
+    paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
+    summary: ClassVar[str] = "one period of a regular texture, again and again"
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+
+    lattice: tuple[tuple[float, float], ...] | None = param(
+        AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
+        low=-65536, high=65536, unit="px",
+    )  # fmt: skip
+    band: int = param(
+        8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
+        low=1, high=256, unit="px",
+    )  # fmt: skip
+    channel_weights: tuple[float, ...] | None = param(
+        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
+        low=0, high=1e6,
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:
+        """Find the lattice; MethodError where there is none."""
+        if self.lattice is AUTO:
+            return replace(self, lattice=analysis.lattice_of(exemplars[0], self.slug, self.channel_weights))
+        analysis.check_lattice(self.lattice, exemplars[0])
+        return self
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Find the best tile and lay it out; the seed changes nothing."""
+        run.tick(0, 2)
+        tiling = analysis.Tiling.of(self.settled(exemplars, canvas), self.band, exemplars[0])
+        run.tick(1, 2)
+        yx = tiling.layout(canvas).window(0, 0, canvas.height, canvas.width)
+        run.tick(2, 2)
+        return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)

@@ -1,0 +1,166 @@
+"""Where a file or a value can be given on the command line, read off the commands themselves.
+
+A command that is added later is covered at once: its file parameters are found, and each must be known here as one
+that is read (``SOUND``) or written (``WRITTEN``).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import click
+import numpy as np
+
+import intarsia as ia
+from intarsia import files
+from intarsia.cli.app import COMMANDS, cli
+
+SOUND = {
+    "files": "a.png",
+    "maps": "a.png",
+    "masks": "m.png",
+    "donors": "b.png",
+    "holes": "hole.png",
+    "labels": "l.png",
+    "target": "t.png",
+    "saved": "map.npz",
+    "picture": "grown.png",
+    "exemplar": "a.png",
+    "image": "a.png",
+}
+"""Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
+
+WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "distance_map": "o.tif", "sheet": "o.png",
+           "overlay": "o.png", "best_tile": "o.png"}  # fmt: skip
+"""Parameters that name files to write -> a name that their format allows."""
+
+SORT = {"saved": "map", "picture": "recipe"}
+"""What a parameter reads, where that is no picture."""
+
+LABELS = ("masks", "holes", "labels", "target")
+"""Parameters that read numbers rather than colours: 32 bits are welcome."""
+
+ALSO = {"render": ("files",), "replay": ("files",)}
+"""Parameters that a command can do without only for built-in exemplars."""
+
+SMALL = {"grow": ("--size", "26x22"), "extend": ("--right", "5")}
+"""What keeps the work of a sound line short."""
+
+
+@cache
+def command(name: str) -> click.Command:
+    found = cli.get_command(click.Context(cli), name)
+    assert found is not None
+    return found
+
+
+def parameter(name: str, field: str) -> click.Parameter:
+    return next(p for p in command(name).params if p.name == field)
+
+
+def names_a_file(p: click.Parameter) -> bool:
+    kinds = p.type.types if isinstance(p.type, click.Tuple) else [p.type]
+    return any(isinstance(k, click.Path | click.File) for k in kinds) or "FILE" in (p.make_metavar(CONTEXT) or "")
+
+
+CONTEXT = click.Context(click.Command("intarsia"))
+
+
+def file_parameters(name: str) -> list[str]:
+    """The parameters of a command that name files, in their order."""
+    found = [str(p.name) for p in command(name).params if names_a_file(p)]
+    unknown = set(found) - set(SOUND) - set(WRITTEN)
+    assert not unknown, f"{name}: say in SOUND or WRITTEN whether {unknown} are read or written"
+    return found
+
+
+def said(name: str, field: str, value: str) -> list[str]:
+    """A parameter and its value, as words of a command line."""
+    p = parameter(name, field)
+    option = [] if isinstance(p, click.Argument) else [max(p.opts, key=len)]
+    if field == "maps" and "=" not in value:
+        return [*option, f"height={value}"]
+    return [*option, "0,0", value] if isinstance(p.type, click.Tuple) else [*option, value]
+
+
+def line(name: str, **given: str) -> list[str]:
+    """A sound command line with all that a command needs; `given` replaces values, or adds parameters."""
+    known = file_parameters(name)
+    needed = [f for f in known if parameter(name, f).required or f in ALSO.get(name, ())]
+    words = [name, *SMALL.get(name, ())]
+    if any(p.name == "quiet" for p in command(name).params):
+        words.append("-q")
+    for field in dict.fromkeys([*needed, *given]):
+        words += said(name, field, given.get(field) or (SOUND | WRITTEN)[field])
+    return words
+
+
+@dataclass(frozen=True)
+class Role:
+    """A way to give a file to a command: as which parameter, and how."""
+
+    command: str
+    field: str
+    how: str = "path"  # or stdin, folder, second
+
+    @property
+    def sort(self) -> str:
+        """What is to be read: a picture, a map or a recipe."""
+        return SORT.get(self.field, "picture")
+
+    def words(self, path: Path, folder: Path) -> tuple[list[str], bytes | None] | None:
+        """The command line, and the standard input; None where this file cannot be given so."""
+        plain = os.path.isfile(path) and not path.is_symlink() and path.stat().st_size < 1 << 22
+        if self.how == "path":
+            return line(self.command, **{self.field: os.fspath(path)}), None
+        if self.how == "stdin":
+            return (line(self.command, **{self.field: "-"}), path.read_bytes()) if plain else None
+        if self.how == "second":
+            return [*line(self.command), "--several", os.fspath(path)], None
+        if not plain or not path.suffix or path.suffix not in files.formats.SUFFIXES:
+            return None
+        for old in folder.iterdir():
+            old.unlink()
+        (folder / ("x" + path.suffix)).write_bytes(path.read_bytes())
+        return line(self.command, **{self.field: os.fspath(folder)}), None
+
+
+def roles(name: str) -> Iterator[Role]:
+    """All ways to give a file to a command."""
+    for field in file_parameters(name):
+        if field in WRITTEN:
+            continue
+        yield Role(name, field)
+        yield Role(name, field, "stdin")
+        if field in ("files", "donors", "exemplar", "image"):
+            yield Role(name, field, "folder")
+        p = parameter(name, field)
+        if isinstance(p, click.Argument) and p.nargs == -1 and any(q.name == "several" for q in command(name).params):
+            yield Role(name, field, "second")
+
+
+READERS = [name for name in COMMANDS if any(True for _ in roles(name))]
+"""The commands that read files."""
+
+
+def make_sound(folder: Path) -> None:
+    """Make one sound file of every sort."""
+    here = os.getcwd()
+    os.chdir(folder)
+    y, x = np.mgrid[:20, :24]
+    colour = np.stack([(x * 7 + y * 3) % 256, (x * y * 5) % 253, (x * 11 + y * 13) % 251], axis=2).astype(np.uint8)
+    left = np.where(x < 12, 0, 255).astype(np.uint8)
+    files.write("a.png", ia.Plane(colour))
+    files.write("b.png", ia.Plane(colour[::-1]))
+    files.write("m.png", ia.Plane(np.full((20, 24), 255, np.uint8)))
+    files.write("hole.png", ia.Plane(((abs(x - 12) < 3) & (abs(y - 10) < 3)).astype(np.uint8) * 255))
+    files.write("l.png", ia.Plane(left))
+    files.write("t.png", ia.Plane(left[:, ::-1]))
+    made = ia.synthesize("a.png", (22, 26), ia.ImageQuilting(patch=8))
+    made.map.save("map.npz")
+    files.write("grown.png", made.render(), recipe=made.recipe_text)
+    os.chdir(here)
