@@ -23,6 +23,8 @@ SOUND = {
     "files": "a.png",
     "maps": "a.png",
     "masks": "m.png",
+    "usable": "m.png",
+    "start": "map.npz",
     "donors": "b.png",
     "holes": "hole.png",
     "labels": "l.png",
@@ -38,10 +40,10 @@ WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "distance_m
            "overlay": "o.png", "best_tile": "o.png"}  # fmt: skip
 """Parameters that name files to write -> a name that their format allows."""
 
-SORT = {"saved": "map", "picture": "recipe"}
+SORT = {"saved": "map", "start": "map", "picture": "recipe"}
 """What a parameter reads, where that is no picture."""
 
-LABELS = ("masks", "holes", "labels", "target")
+LABELS = ("masks", "usable", "holes", "labels", "target")
 """Parameters that read numbers rather than colours: 32 bits are welcome."""
 
 ALSO = {"render": ("files",), "replay": ("files",)}
