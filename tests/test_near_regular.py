@@ -138,8 +138,8 @@ def test_one_vector_is_enough() -> None:
     ("lattice", "message"),
     [
         (((20, 0), (40, 0.5)), "the two lattice vectors are parallel"),
-        (((200, 0), (0, 10)), "a lattice vector must be 2 px long at least"),
-        (((1, 0), (0, 10)), "a lattice vector must be 2 px long at least"),
+        (((200, 0), (0, 10)), "a lattice vector must be 1 px long at least"),
+        (((0.5, 0), (0, 10)), "a lattice vector must be 1 px long at least"),
     ],
 )
 def test_vectors_that_span_no_lattice_are_refused(lattice: tuple, message: str) -> None:

@@ -11,6 +11,7 @@ from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
 from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
+from .rsgf import Sampling
 from .scan import Scan, scan_reach
 from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
@@ -36,6 +37,7 @@ __all__ = [
     "PyramidSearch",
     "Repetition",
     "Rule",
+    "Sampling",
     "Scan",
     "Search",
     "Variants",

@@ -25,6 +25,7 @@ from .features import features
 from .sizes import elements
 
 STAGE = 2011
+BORDER = 14  # px, where none is given
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
@@ -43,7 +44,7 @@ class Settings(Protocol):
         """The wanted side of a block, px."""
 
     @property
-    def border(self) -> int:
+    def border(self) -> int | None:
         """Width of the zone in which gaps are cut, px."""
 
     @property
@@ -102,7 +103,7 @@ class Mosaic:
         grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
         laid, around = _around(grid, canvas)
         return cls(
-            picture, usable, grid, laid, places, around, (canvas.height, canvas.width), method.border / 2,
+            picture, usable, grid, laid, places, around, (canvas.height, canvas.width), (method.border or BORDER) / 2,
             method.slack, seed, _nearest(usable),
         )  # fmt: skip
 
@@ -262,8 +263,8 @@ def _grid(
         grid = BlockGrid(rows, columns, (0, 0), cell)
         fixed = cell[1] is not None
         down = abs(cell[0][0]) >= abs(cell[0][1])
-        y = best_phase(picture, grid, method.border, 0) if fixed or down else 0
-        x = best_phase(picture, grid, method.border, 1) if fixed or not down else 0
+        y = best_phase(picture, grid, method.border or BORDER, 0) if fixed or down else 0
+        x = best_phase(picture, grid, method.border or BORDER, 1) if fixed or not down else 0
         grid = BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell)
         places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
         if min(len(p) for p in places.values()) >= 2:

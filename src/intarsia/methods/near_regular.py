@@ -45,11 +45,22 @@ class NearRegular:
         low=-65536, high=65536, unit="px",
     )  # fmt: skip
     block: int | None = param(
-        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px",
+        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px; plain: 40",
         low=4, high=1 << 14, unit="px",
     )  # fmt: skip
-    border: int = param(14, "int", "width of the zone in which a gap is cut in", low=2, high=256, unit="px")
+    border: int | None = param(
+        AUTO, "int", "width of the zone in which a gap is compared and cut in; automatic: 14, or 10 with variant=plain",
+        low=2, high=256, unit="px",
+    )  # fmt: skip
     slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
+    variant: str = param(
+        "mosaic", "choice", "blocks of whole periods cut in along joints, or the plain square blocks of the source",
+        choices=("mosaic", "plain"),
+    )  # fmt: skip
+    matching: str = param(
+        "difference", "choice", "with variant=plain: what fits a gap, by squared differences or by correlation",
+        choices=("difference", "correlation"),
+    )  # fmt: skip
     channel_weights: tuple[float, ...] | None = param(
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
@@ -60,18 +71,24 @@ class NearRegular:
 
     @property
     def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
+        """Exact copies; the plain variant mixes its blocks over 4 px."""
+        return sourcemap.Blend(4 if self.variant == "plain" else 0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Find the lattice; MethodError where there is none."""
+        plain = self.variant == "plain"
+        border = (10 if plain else 14) if self.border is AUTO else self.border
+        block = 40 if plain and self.block is AUTO else self.block
         if self.lattice is AUTO:
-            return replace(self, lattice=analysis.lattice_of(exemplars[0], self.slug, self.channel_weights))
-        analysis.check_lattice(self.lattice, exemplars[0])
-        return self
+            lattice = analysis.lattice_of(exemplars[0], self.slug, self.channel_weights)
+        else:
+            lattice = self.lattice
+            analysis.check_lattice(lattice, exemplars[0])
+        return replace(self, lattice=lattice, block=block, border=border)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Place the random blocks of the canvas, then cut in the gaps."""
-        mosaic = analysis.Mosaic.of(self.settled(exemplars, canvas), exemplars[0], canvas, seed)
-        yx = mosaic.window(0, 0, canvas.height, canvas.width, run)
+        """Place the random blocks of the canvas, then fill the gaps."""
+        kind = analysis.Sampling if self.variant == "plain" else analysis.Mosaic
+        blocks = kind.of(self.settled(exemplars, canvas), exemplars[0], canvas, seed)
+        yx = blocks.window(0, 0, canvas.height, canvas.width, run)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)
