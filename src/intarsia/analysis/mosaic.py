@@ -6,7 +6,7 @@ Which block lies where depends only on its place and the seed: any window of the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -68,6 +68,8 @@ class Mosaic:
         The grid in the exemplar, and as it lies on the canvas (strained a little where that wraps).
     places : dict of int64 arrays (n, 2)
         Where blocks may be read, 1/256 px, by the parity of their row and column.
+    sparse : dict of int64 arrays (n, 2)
+        Of places closer together than the slack, one; for gaps, which look around each.
     around : (rows, columns)
         Blocks around a wrapped canvas along each axis, 0 where it does not wrap.
     lengths : (rows, columns)
@@ -80,6 +82,8 @@ class Mosaic:
         What the draws follow from.
     nearest : int array (2, H, W) or None
         For every pixel the nearest usable one; None where all are usable.
+    orders : dict
+        Shuffled places, kept for squares of blocks that were asked for.
     """
 
     picture: NDArray[np.int16]
@@ -87,12 +91,14 @@ class Mosaic:
     source: BlockGrid
     canvas: BlockGrid
     places: dict[tuple[int, int], NDArray[np.int64]]
+    sparse: dict[tuple[int, int], NDArray[np.int64]]
     around: tuple[int, int]
     lengths: tuple[int, int]
     half: float
     slack: int
     seed: int
     nearest: NDArray[np.intp] | None
+    orders: dict[tuple[int, int, int], list[int]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
@@ -102,8 +108,9 @@ class Mosaic:
         cell = cell_of(method.lattice, picture.shape[:2])
         grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
         laid, around = _around(grid, canvas)
+        sparse = {kind: _thinned(found, method.slack) for kind, found in places.items()}
         return cls(
-            picture, usable, grid, laid, places, around, (canvas.height, canvas.width), (method.border or BORDER) / 2,
+            picture, usable, grid, laid, places, sparse, around, (canvas.height, canvas.width), (method.border or BORDER) / 2,
             method.slack, seed, _nearest(usable),
         )  # fmt: skip
 
@@ -193,11 +200,22 @@ class Mosaic:
         places = self._places(i, j)
         side = 2 * math.ceil(math.sqrt(len(places) / 2))
         square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
-        order = list(range(len(places)))
-        for k in range(len(order) - 1, len(order) - 2 - cell % len(order), -1):  # only as far as needed
-            other = below(k + 1, draw(self.seed, STAGE, 2 + k, *square))
-            order[k], order[other] = order[other], order[k]
-        return order[len(order) - 1 - cell % len(order)]
+        order = self._order(*square, len(places))
+        return order[cell % len(order)]
+
+    def _order(self, row: int, column: int, count: int) -> list[int]:
+        """The numbers below `count`, shuffled for a square of blocks."""
+        key = row, column, count
+        known = self.orders.get(key)
+        if known is None:
+            order = list(range(count))
+            for k in range(count - 1, 0, -1):
+                other = below(k + 1, draw(self.seed, STAGE, 2 + k, row, column))
+                order[k], order[other] = order[other], order[k]
+            if len(self.orders) > 256:  # an endless mosaic must not fill the memory
+                self.orders.clear()
+            known = self.orders[key] = order[::-1]
+        return known
 
     def _shift(self, i: int, j: int, place: int) -> tuple[int, int]:
         """What to add to canvas px of block (i, j) to read the block at a place."""
@@ -207,7 +225,7 @@ class Mosaic:
 
     def _shifts(self, i: int, j: int) -> NDArray[np.int64]:
         y, x = self._origin(i, j)
-        return (self._places(i, j) - (y, x) + UNIT // 2) // UNIT
+        return (self.sparse[i % 2, j % 2] - (y, x) + UNIT // 2) // UNIT
 
     def _places(self, i: int, j: int) -> NDArray[np.int64]:
         return self.places[i % 2, j % 2]
@@ -247,6 +265,12 @@ def _nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
     if usable.all():
         return None
     return np.asarray(distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)
+
+
+def _thinned(places: NDArray[np.int64], slack: int) -> NDArray[np.int64]:
+    """The first place in every square of slack + 1 px."""
+    first = np.unique(places // ((slack + 1) * UNIT), axis=0, return_index=True)[1]
+    return places[np.sort(first)]
 
 
 def _grid(
