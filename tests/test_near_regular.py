@@ -114,6 +114,46 @@ def test_sizes_that_strain_the_lattice_are_refused() -> None:
         ia.synthesize(e, (187, 288), method, wrap="both")
 
 
+def test_up_to_two_percent_of_strain_closes_a_canvas() -> None:
+    """12 rows of 17 px are 204 px: up to 4 px off is stretched, 5 px off is refused with sizes that fit."""
+    e, method = tiling(120, 140, 17, 24), ia.NearRegular(lattice=((24, 0), (0, 17)), block=17)
+    assert ia.synthesize(e, (208, 288), method, wrap="both").map.height == 208
+    assert ia.synthesize(e, (200, 288), method, wrap="both").map.height == 200
+    for size, good in ((199, "170 or 204 or 238"), (209, "170 or 204 or 238")):
+        with pytest.raises(ia.ParameterError, match=rf"^wrap: height={size} px .* choose {good} px\.$") as caught:
+            ia.synthesize(e, (size, 288), method, wrap="both")
+        assert "at most 2 %" in str(caught.value)
+    for size in (170, 204, 238):
+        assert ia.synthesize(e, (size, 288), method, wrap="both").map.height == size
+
+
+def test_wrapped_blocks_are_read_at_strained_places() -> None:
+    """The block at q is read at round(M M'^-1 q) plus lattice multiples: exactly so in random blocks."""
+    e = Exemplar.of(tiling(120, 140, 17, 24))
+    method, canvas = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0), Canvas(200, 293, ia.Wrap.BOTH)
+    mosaic = Mosaic.of(method, e, canvas, 3)
+    shown = mosaic.window(0, 0, 200, 293)
+    for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
+        phase = mosaic.source.phase[axis] / 256
+        assert mosaic.around[axis] == turns
+        for i, j in ((0, 0), (1, 1), (5, 3), (10, 10)):
+            q = (i, j)[axis] * length / turns + phase
+            middle = [int(mosaic.canvas.phase[k] / 256 + (n + 0.5) * (200, 293)[k] / 12) for k, n in enumerate((i, j))]
+            y, x = middle[0] % 200, middle[1] % 293
+            read = shown[y, x, axis] - middle[axis] + q  # where the block's first px lies in the exemplar
+            want = (q - phase) * turns * side / length + phase
+            assert abs((read - want + period / 2) % period - period / 2) <= 1
+
+
+def test_a_slanted_lattice_that_cannot_close_is_refused() -> None:
+    """Rows that lean by 4 % would be cut at every block; the message names the variant that closes them."""
+    e = tiling(160, 180, 26, 24, 1.0)
+    with pytest.raises(ia.ParameterError, match=r"the lattice is slanted; choose variant=plain"):
+        ia.synthesize(e, (260, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), block=26), wrap="y")
+    made = ia.synthesize(e, (624, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), variant="plain"), wrap="y")
+    assert made.map.height == 624
+
+
 def test_masked_pixels_are_never_shown() -> None:
     usable = np.ones((120, 140), bool)
     usable[:30, :40] = False
@@ -170,6 +210,19 @@ def test_an_exemplar_without_a_lattice_is_refused() -> None:
 def test_tiny_exemplars_are_refused(side: int) -> None:
     with pytest.raises(ia.MethodError, match="finds no lattice"):
         ia.synthesize(texture(side, side), 20, "near-regular")
+
+
+@pytest.mark.parametrize("variant", ["mosaic", "plain"])
+def test_any_texture_grows_without_a_lattice(variant: str) -> None:
+    """S1-37: vectors 1,0 0,1: blocks come from anywhere, and gaps still fit: better than patches at random."""
+    e = Exemplar.of(texture(90, 80, 1, 3))
+    method = ia.NearRegular(lattice=((1, 0), (0, 1)), variant=variant, block=20, border=8)
+    out = ia.synthesize(e, 160, method, seed=1)
+    blind = ia.synthesize(e, 160, ia.RandomTiling(patch=20), seed=1)
+    steps = [np.abs(np.diff(o.render(feather=0).pixels[:, :, 0].astype(int), axis=0)) for o in (out, blind)]
+    broken = [np.diff(o.map.yx[:, :, 0], axis=0) != 1 for o in (out, blind)]
+    assert steps[0][broken[0]].mean() < 0.8 * steps[1][broken[1]].mean()
+    assert len(np.unique(out.map.yx.reshape(-1, 2), axis=0)) > 0.6 * 90 * 80
 
 
 def test_too_few_places_are_refused() -> None:

@@ -149,7 +149,7 @@ def positions(
     low, high = corners.min(axis=0), corners.max(axis=0)
     box = -low // UNIT - 1, (np.array((height, width)) * UNIT - high) // UNIT + 1
     at = np.array(grid.origin(*kind), np.int64)
-    places = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)[1]
+    places: NDArray[np.int64] = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)[1]
     inside = (places + low >= -UNIT // 2).all(axis=1)
     inside &= (places + high <= np.array((height, width)) * UNIT + UNIT // 2).all(axis=1)
     places = places[inside]

@@ -1,4 +1,4 @@
-"""How a canvas of square blocks lies on a lattice, closed on itself where it wraps.
+"""How blocks lie on a canvas that closes on itself.
 
 Around a wrapped canvas the lattice is stretched a little: M' maps whole periods onto the canvas, and the block at q
 is read near M M'^-1 q.
@@ -11,10 +11,40 @@ from dataclasses import dataclass
 
 from ..canvas import Canvas
 from ..errors import ParameterError
-from .blockgrid import UNIT, Vector
+from .blockgrid import UNIT, BlockGrid, Vector
 
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
 Place = tuple[int, int]
+
+
+def closed_grid(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, Place]:
+    """Strain a grid so that it closes around a wrapped canvas: an even number of upright blocks each way.
+
+    Returns the grid and the number of blocks around each axis, 0 where it does not wrap. ParameterError above 2 %
+    of strain, slant included.
+    """
+    around, sides = [], []
+    for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
+        side = (grid.rows, grid.columns)[axis]
+        if not wrap:
+            around.append(0)
+            sides.append(side)
+            continue
+        count = 2 * max(1, round(length * UNIT / (2 * side[axis])))
+        slant = abs(side[1 - axis]) / side[axis]
+        strain = math.hypot(length * UNIT / (count * side[axis]) - 1, slant)
+        if strain > STRAIN:
+            good = [] if slant > STRAIN else [n * side[axis] / UNIT for n in (count - 2, count, count + 2) if n > 0]
+            raise ParameterError(_unfit(axis, length, "is no even number of blocks", strain, list(map(round, good))))
+        straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
+        sides.append((straight, 0) if axis == 0 else (0, straight))
+        around.append(count)
+    return BlockGrid(sides[0], sides[1], grid.phase, grid.cell), (around[0], around[1])
+
+
+def _unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
+    remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; choose variant=plain."
+    return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
 
 
 @dataclass(frozen=True)
@@ -103,11 +133,8 @@ def turn(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
             if min(_apart(v, there) for v in _points_near(cell, there)) <= STRAIN * size * UNIT / 2:
                 good.append(size)
                 break
-    raise ParameterError(
-        f"wrap: {'height' if axis == 0 else 'width'}={length} px is no whole number of periods "
-        f"(strain {100 * _apart(best, goal) / (length * UNIT):.1f} %, at most 2 %); "
-        f"choose {' or '.join(map(str, good)) or 'another size'} px."
-    )
+    strain = _apart(best, goal) / (length * UNIT)
+    raise ParameterError(_unfit(axis, length, "is no whole number of periods", strain, good))
 
 
 def _points_near(cell: tuple[Vector, Vector], goal: Vector) -> list[Vector]:

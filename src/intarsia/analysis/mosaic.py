@@ -15,12 +15,13 @@ from scipy.ndimage import distance_transform_edt
 
 from ..canvas import Canvas
 from ..draws import below, draw
-from ..errors import MethodError, ParameterError
+from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels import blocks
 from ..run import Run
 from .blockgrid import UNIT, BlockGrid, Vector, best_phase, block_vectors, positions
 from .cell import cell_of
+from .closing import closed_grid
 from .features import features
 from .sizes import elements
 
@@ -28,7 +29,6 @@ STAGE = 2011
 BORDER = 14  # px, where none is given
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
-STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
 Array = NDArray[Any]
 
 
@@ -107,11 +107,11 @@ class Mosaic:
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
         cell = cell_of(method.lattice, picture.shape[:2])
         grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
-        laid, around = _around(grid, canvas)
+        laid, around = closed_grid(grid, canvas)
         sparse = {kind: _thinned(found, method.slack) for kind, found in places.items()}
         return cls(
-            picture, usable, grid, laid, places, sparse, around, (canvas.height, canvas.width), (method.border or BORDER) / 2,
-            method.slack, seed, _nearest(usable),
+            picture, usable, grid, laid, places, sparse, around, (canvas.height, canvas.width),
+            (method.border or BORDER) / 2, method.slack, seed, _nearest(usable),
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
@@ -297,27 +297,3 @@ def _grid(
         "the exemplar holds fewer than two places for a block of one period; give a larger exemplar, or use "
         "method repeat."
     )
-
-
-def _around(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, tuple[int, int]]:
-    """Strain the grid so that it closes around a wrapped canvas: an even number of blocks each way."""
-    around, sides = [], []
-    for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
-        side = (grid.rows, grid.columns)[axis]
-        if not wrap:
-            around.append(0)
-            sides.append(side)
-            continue
-        period = side[axis]
-        count = 2 * max(1, round(length * UNIT / (2 * period)))
-        strain = length * UNIT / (count * period) - 1
-        if abs(strain) > STRAIN:
-            good = [round(n * period / UNIT) for n in (count - 2, count, count + 2) if n > 0]
-            raise ParameterError(
-                f"wrap: {'height' if axis == 0 else 'width'}={length} px is no even number of blocks "
-                f"(strain {100 * strain:.1f} %, at most 2 %); choose {' or '.join(map(str, good))} px."
-            )
-        straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
-        sides.append((straight, 0) if axis == 0 else (0, straight))
-        around.append(count)
-    return BlockGrid(sides[0], sides[1], grid.phase, grid.cell), (around[0], around[1])

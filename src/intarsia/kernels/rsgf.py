@@ -247,7 +247,8 @@ def best_by_correlation(
         at = places[m, 0] * stride + places[m, 1] * channels
         if best >= 0 and loss[m] + _distance(flat, at, runs[few:], border, scale[m], limit - loss[m]) > limit:
             continue
-        g = _correlation(flat, at, runs, border, sums[places[m, 0], places[m, 1]], squares[places[m, 0], places[m, 1]], own)
+        y, x = places[m, 0], places[m, 1]
+        g = _correlation(flat, at, runs, border, sums[y, x], squares[y, x], own)
         if g > score or (g == score and m < best):
             best, score = m, g
     return best

@@ -3,10 +3,13 @@
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011
 (source 001).
 
-Departures: the block grid begins where cuts are cheapest, in the joints; blocks are parallelograms of whole periods,
-upright where the lattice allows it; positions are rounded from exact multiples of the real lattice vectors; a seam
-may hang outside the exemplar; every position is used equally often; gaps are cut in along the cheapest seam, each
-inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
+Departures of the variant mosaic: the block grid begins where cuts are cheapest, in the joints; blocks are
+parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
+real lattice vectors; a seam may hang outside the exemplar; every position is used equally often; gaps are cut in along
+the cheapest seam, each inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
+
+Departures of the variant plain: vectors are real, positions rounded from exact multiples; draws belong to places, so
+that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
 
 Cost: for every second block a comparison of all its positions on the pixels around it.
 """
@@ -45,7 +48,8 @@ class NearRegular:
         low=-65536, high=65536, unit="px",
     )  # fmt: skip
     block: int | None = param(
-        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px; plain: 40",
+        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px; "
+        "with variant=plain just so wide; automatic: 40",
         low=4, high=1 << 14, unit="px",
     )  # fmt: skip
     border: int | None = param(
@@ -57,7 +61,7 @@ class NearRegular:
         "mosaic", "choice", "blocks of whole periods cut in along joints, or the plain square blocks of the source",
         choices=("mosaic", "plain"),
     )  # fmt: skip
-    matching: str = param(
+    fit: str = param(
         "difference", "choice", "with variant=plain: what fits a gap, by squared differences or by correlation",
         choices=("difference", "correlation"),
     )  # fmt: skip
