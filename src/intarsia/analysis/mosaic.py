@@ -29,6 +29,7 @@ STAGE = 2011
 BORDER = 14  # px, where none is given
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
+APART = 0.5  # the same, where all of them repeat a neighbour
 Array = NDArray[Any]
 
 
@@ -173,24 +174,30 @@ class Mosaic:
         near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
         drawn = [self._random(a, b) for a, b in near]
         t = np.array([self._shift(a, b, k) for (a, b), k in zip(near, drawn, strict=True)], np.int64) + at
+        places = np.array([self._places(a, b)[k] for (a, b), k in zip(near, drawn, strict=True)])
+        equal = (places - self._origin(i, j) + UNIT // 2) // UNIT + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
         shifts = self._shifts(i, j) + at
         found = np.empty((KEPT, 3), np.int64)
         count = blocks.rank(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
-        ty, tx = self._choose(i, j, found[:count], t) if count else (int(shifts[0, 0]), int(shifts[0, 1]))
+        ty, tx = self._choose(i, j, found[:count], t, equal) if count else (int(shifts[0, 0]), int(shifts[0, 1]))
         owner = np.empty(core.shape, np.uint8)
         sy, sx = np.empty(core.shape, np.int64), np.empty(core.shape, np.int64)
         blocks.fill_gap(self.picture, self.usable, sides, core, t, ty, tx, owner, sy, sx)
         own = owner.astype(bool)
         return own, sy[own], sx[own]
 
-    def _choose(self, i: int, j: int, found: Array, t: Array) -> tuple[int, int]:
-        """Draw among the good shifts, rather one that no neighbour shows."""
-        limit = found[0, 0] + CHOICE * (found[len(found) // 2, 0] - found[0, 0])
-        good = found[found[:, 0] <= limit]
-        fresh = [row for row in good if min(abs(row[1] - n[0]) + abs(row[2] - n[1]) for n in t) > 2 * self.slack]
-        good = fresh or list(good)
+    def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> tuple[int, int]:
+        """Draw among the good shifts: one that shows neither what a neighbour shows, nor what lies beside it.
+
+        `t`: the neighbours' shifts, which would continue them; `equal`: those that would repeat them.
+        """
+        median = found[len(found) // 2, 0]
+        near = [found[:, 0] <= found[0, 0] + share * (median - found[0, 0]) for share in (CHOICE, APART)]
+        new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > 2 * self.slack for n in (t, equal))
+        choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
+        good = found[next(some for some in choices if some.any())]
         row = good[below(len(good), draw(self.seed, STAGE, 1, *self._name(i, j)))]
         return int(row[1]), int(row[2])
 
