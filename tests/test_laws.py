@@ -79,8 +79,15 @@ class TestNearRegular(MethodContract):
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
         exemplar = case.exemplars[0]
         mosaic = Mosaic.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
-        yx = mosaic.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
-        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
+        yx, pose = mosaic.sheet.to_exemplar(mosaic.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0))
+        return SourceMap(yx, None, pose, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+
+class TestTurnedNearRegular(TestNearRegular):
+    """All poses that keep the lattice of the other one."""
+
+    method = replace(TestNearRegular.method, isometries="both")
+    examples = 4
 
 
 class TestPlainNearRegular(MethodContract):

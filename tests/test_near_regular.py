@@ -11,6 +11,7 @@ import intarsia as ia
 from intarsia.analysis import Mosaic, check_lattice, lattice_of
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
+from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 
@@ -152,6 +153,66 @@ def test_a_slanted_lattice_that_cannot_close_is_refused() -> None:
         ia.synthesize(e, (260, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), block=26), wrap="y")
     made = ia.synthesize(e, (624, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), variant="plain"), wrap="y")
     assert made.map.height == 624
+
+
+@pytest.mark.parametrize("isometries", ["180", "90", "both"])
+def test_turned_blocks_keep_the_joints_on_the_lattice(isometries: str) -> None:
+    """Wherever the joints lie in the exemplar: copies are moved until they agree with it."""
+    e = tiling(170, 190, 20, 20)[7:160, 3:]
+    method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries=isometries)
+    made = ia.synthesize(e, (300, 320), method, seed=4)
+    assert made.map.poses == ISOMETRY_SETS[isometries]
+    shown = joints(made.render().pixels.reshape(300, 320))
+    truth = joints(tiling(327, 343, 20, 20)[7:307, 3:323])
+    grown = truth.copy()
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            grown |= np.roll(truth, (dy, dx), (0, 1))
+    assert (shown & ~grown).mean() < 0.005
+    assert 0.85 < shown.mean() / truth.mean() < 1.15
+
+
+def test_the_sheet_shows_the_poses_that_the_map_names() -> None:
+    """Every px of the sheet is the exemplar's px that it is turned into."""
+    pixels = texture(41, 47, 3, 2)
+    e = Exemplar.of(pixels)
+    mosaic = Mosaic.of(ia.NearRegular(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
+    yx = mosaic.window(0, 0, 200, 200)
+    exact, pose = mosaic.sheet.to_exemplar(yx)
+    picture = mosaic.sheet.picture[: mosaic.sheet.size[0], : mosaic.sheet.size[1]]
+    np.testing.assert_array_equal(
+        picture[exact[..., 0], exact[..., 1]], mosaic.sheet.picture[yx[..., 0], yx[..., 1]]
+    )
+    assert set(np.unique(pose)) == set(range(8))
+    within = (np.diff(yx, axis=1) == (0, 1)).all(axis=2)  # the sheet runs on to the right
+    j = np.array([iso.j for iso in ISOMETRIES])[pose[:, :-1]]
+    np.testing.assert_array_equal(np.diff(exact, axis=1)[within], j[..., 1][within])
+
+
+def test_isometries_that_break_the_lattice_are_left_out_or_refused() -> None:
+    e = tiling(120, 140, 17, 24)
+    both = ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="both"), seed=1)
+    assert both.map.poses == (0, 1, 2, 6)
+    running = ia.NearRegular(lattice=((30, 0), (7, 16)), isometries="both").settled([Exemplar.of(e)], Canvas(9, 9))
+    assert ia.synthesize(e, 200, running, seed=1).map.poses == (0, 6)
+    with pytest.raises(ia.ParameterError, match=r"^isometries: 5 \(rotate 90\) does not map the lattice to itself"):
+        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries=(0, 5)))
+    with pytest.raises(ia.ParameterError, match="variant=plain lays all blocks upright"):
+        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="180", variant="plain"))
+
+
+def test_auto_leaves_out_what_changes_the_look() -> None:
+    """Tiles that are bright above and dark below are not turned; whatever is allowed keeps the lattice, too."""
+    y, x = np.mgrid[:160, :160]
+    grain = (noise(160, 160, 7) % np.uint64(120)).astype(int)
+    shaded, even = 130 - 6 * (y % 20), 70
+    allowed = []
+    for shade in (shaded, even):
+        e = np.where((y % 20 < 2) | (x % 20 < 2), 20, shade + grain).astype(np.uint8)
+        method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries="auto")
+        allowed.append(method.settled([Exemplar.of(e)], Canvas(9, 9)).isometries)
+    assert set(allowed[0]) <= {0, 1}
+    assert len(allowed[1]) > 1
 
 
 def test_masked_pixels_are_never_shown() -> None:

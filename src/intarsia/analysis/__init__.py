@@ -9,6 +9,7 @@ from .guided_search import GuidedSearch
 from .mosaic import Mosaic
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
+from .posed_sheet import settled_poses
 from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
 from .rsgf import Sampling
@@ -63,6 +64,7 @@ __all__ = [
     "scan_reach",
     "seam_total",
     "settled_isometries",
+    "settled_poses",
     "similar_pixels",
     "slack_of",
     "striking",

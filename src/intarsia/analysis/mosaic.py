@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ from .blockgrid import UNIT, BlockGrid, Vector, best_phase, block_vectors, posit
 from .cell import cell_of
 from .closing import closed_grid
 from .features import features
+from .mosaic_settings import Settings
+from .posed_sheet import Sheet, lattice_poses, posed_places, sheet_of
 from .sizes import elements
 
 STAGE = 2011
@@ -33,30 +35,6 @@ APART = 0.5  # the same, where all of them repeat a neighbour
 Array = NDArray[Any]
 
 
-class Settings(Protocol):
-    """The parameters that a mosaic reads."""
-
-    @property
-    def lattice(self) -> tuple[tuple[float, float], ...] | None:
-        """The lattice vectors, (x, y) px."""
-
-    @property
-    def block(self) -> int | None:
-        """The wanted side of a block, px."""
-
-    @property
-    def border(self) -> int | None:
-        """Width of the zone in which gaps are cut, px."""
-
-    @property
-    def slack(self) -> int:
-        """How far a gap's block may leave the lattice, px."""
-
-    @property
-    def channel_weights(self) -> tuple[float, ...] | None:
-        """How much each channel counts."""
-
-
 @dataclass(frozen=True, eq=False)
 class Mosaic:
     """An endless mosaic.
@@ -64,7 +42,7 @@ class Mosaic:
     Attributes
     ----------
     picture, usable : int16 array (H, W, C), bool array (H, W)
-        The exemplar's features and usable pixels.
+        The exemplar's features and usable pixels, in all poses.
     source, canvas : BlockGrid
         The grid in the exemplar, and as it lies on the canvas (strained a little where that wraps).
     places : dict of int64 arrays (n, 2)
@@ -83,6 +61,8 @@ class Mosaic:
         What the draws follow from.
     nearest : int array (2, H, W) or None
         For every pixel the nearest usable one; None where all are usable.
+    sheet : Sheet
+        The poses, one below the other, that blocks are read in.
     orders : dict
         Shuffled places, kept for squares of blocks that were asked for.
     """
@@ -99,24 +79,31 @@ class Mosaic:
     slack: int
     seed: int
     nearest: NDArray[np.intp] | None
+    sheet: Sheet
     orders: dict[tuple[int, int, int], list[int]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
         """Choose blocks, phase and places for an exemplar; MethodError where it holds too little."""
-        picture = features([exemplar], method.channel_weights).pictures[0]
+        feats = features([exemplar], method.channel_weights)
+        picture = feats.pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
         cell = cell_of(method.lattice, picture.shape[:2])
         grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
         laid, around = closed_grid(grid, canvas)
+        half = (method.border or BORDER) / 2
+        poses = lattice_poses(method.isometries, cell, exemplar, feats)
+        sheet = sheet_of(feats, usable, poses, 2 * math.ceil(half) + 8)
+        if len(poses) > 1:
+            places = posed_places(sheet, feats, grid, places)
         sparse = {kind: _thinned(found, method.slack) for kind, found in places.items()}
         return cls(
-            picture, usable, grid, laid, places, sparse, around, (canvas.height, canvas.width),
-            (method.border or BORDER) / 2, method.slack, seed, _nearest(usable),
+            sheet.picture, sheet.usable, grid, laid, places, sparse, around, (canvas.height, canvas.width),
+            half, method.slack, seed, _nearest(sheet.usable), sheet,
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
-        """The exemplar pixels (height, width, 2) of a window of the mosaic."""
+        """The pixels of the sheet (height, width, 2) that a window of the mosaic shows."""
         out = np.zeros((height, width, 2), np.int32)
         reach = math.ceil(self.half) + 1
         corners = [

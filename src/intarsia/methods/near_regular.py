@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, param
 from .base import Ability
@@ -41,7 +42,9 @@ class NearRegular:
     slug: ClassVar[str] = "near-regular"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+    supports: ClassVar[frozenset[Ability]] = frozenset(
+        {Ability.WRAP, Ability.MASK, Ability.ISOMETRIES, Ability.WINDOW}
+    )
 
     lattice: tuple[tuple[float, float], ...] | None = param(
         AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
@@ -65,6 +68,9 @@ class NearRegular:
         "difference", "choice", "with variant=plain: what fits a gap, by squared differences or by correlation",
         choices=("difference", "correlation"),
     )  # fmt: skip
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
     channel_weights: tuple[float, ...] | None = param(
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
@@ -88,11 +94,17 @@ class NearRegular:
         else:
             lattice = self.lattice
             analysis.check_lattice(lattice, exemplars[0])
-        return replace(self, lattice=lattice, block=block, border=border)
+        if plain and self.isometries not in ("none", (0,)):
+            raise ParameterError(f"isometries={self.isometries}: variant=plain lays all blocks upright; leave it out.")
+        poses = analysis.settled_poses(self.isometries, lattice, exemplars[0], self.channel_weights)
+        return replace(self, lattice=lattice, block=block, border=border, isometries=poses)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps."""
-        kind = analysis.Sampling if self.variant == "plain" else analysis.Mosaic
-        blocks = kind.of(self.settled(exemplars, canvas), exemplars[0], canvas, seed)
-        yx = blocks.window(0, 0, canvas.height, canvas.width, run)
-        return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)
+        method, whole = self.settled(exemplars, canvas), (0, 0, canvas.height, canvas.width)
+        if self.variant == "plain":
+            yx, pose = analysis.Sampling.of(method, exemplars[0], canvas, seed).window(*whole, run), None
+        else:
+            mosaic = analysis.Mosaic.of(method, exemplars[0], canvas, seed)
+            yx, pose = mosaic.sheet.to_exemplar(mosaic.window(*whole, run))
+        return sourcemap.SourceMap(yx, None, pose, (exemplars[0].source,), canvas.wrap, self.blend)
