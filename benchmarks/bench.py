@@ -290,6 +290,24 @@ def case_best_tile() -> list[Result]:
     return [timed("best tile, 1024x1024 from 256x256", None, lambda: ia.synthesize(tiles, 1024, method, run=ONE))]
 
 
+def case_near_regular() -> list[Result]:
+    """Both variants on one lattice, known beforehand, and without one."""
+
+    def work(**parameters: Any) -> Callable[[], object]:
+        given: dict[str, Any] = {"lattice": ((64.22, -0.14), (0.07, 63.82))} | parameters
+        method = ia.NearRegular(**given)
+        return lambda: ia.synthesize(pixels("tiles"), 1024, method, run=ONE).render(run=ONE)
+
+    anywhere = ((1.0, 0.0), (0.0, 1.0))
+    return [
+        timed("near-regular, 1024x1024 from 256x256, lattice known", 20, work()),
+        timed("the same, variant plain, blocks of 40", 6, work(variant="plain")),
+        timed("the same, variant plain, by correlation", None, work(variant="plain", fit="correlation")),
+        timed("the same, variant plain, lattice 1,0 0,1", None, work(variant="plain", lattice=anywhere)),
+        timed("the same, variant mosaic, lattice 1,0 0,1", None, work(lattice=anywhere)),
+    ]
+
+
 CASES: dict[str, Callable[[], list[Result]]] = {
     "quilting": case_quilting,
     "quilting-exact": case_quilting_exact,
@@ -301,6 +319,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "elements": case_elements,
     "pixels": case_pixels,
     "best-tile": case_best_tile,
+    "near-regular": case_near_regular,
     "help": case_help,
     "command": case_command,
     "analyze": case_analyze,

@@ -164,11 +164,16 @@ def test_pictures_are_small_and_all_are_used() -> None:
         assert path.stat().st_size < 400_000, name
 
 
-def test_the_table_of_sources_names_tests_that_exist() -> None:
+TABLE_002 = [f"S2-{n:02}" for n in range(1, 14)] + [f"D2-{n}" for n in range(1, 8)]
+TABLE_002 += ["D0-2", "D0-3", "D0-4", "D0-5", "S0-80", "S0-81", "D-G1"]
+TABLE_001 = [f"S1-{n:02}" for a, b in ((1, 8), (10, 18), (20, 21), (30, 39), (50, 57)) for n in range(a, b + 1)]
+TABLE_001 += [f"D1-{n}" for n in range(1, 10)] + ["D-L1"]
+
+
+@pytest.mark.parametrize(("page", "wanted"), [("sources-001.md", TABLE_001), ("sources-002.md", TABLE_002)])
+def test_the_tables_of_sources_name_tests_that_exist(page: str, wanted: list[str]) -> None:
     tests = {path.stem: text_of(path) for path in (ROOT / "tests").glob("*.py")}
-    text = text_of(ROOT / "docs" / "sources-002.md")
-    wanted = [f"S2-{n:02}" for n in range(1, 14)] + [f"D2-{n}" for n in range(1, 8)]
-    wanted += ["D0-2", "D0-3", "D0-4", "D0-5", "S0-80", "S0-81", "D-G1"]
+    text = text_of(ROOT / "docs" / page)
     assert re.findall(r"^\| ([SD][\w-]+) \|", text, re.MULTILINE) == wanted
     for name in re.findall(r"`(test_\w+|naive_\w+)\.py`", text):
         assert name in tests, name

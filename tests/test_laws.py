@@ -7,7 +7,7 @@ from dataclasses import replace
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.analysis import Mosaic, Tiling
+from intarsia.analysis import Mosaic, Sampling, Tiling
 from intarsia.canvas import Canvas
 from intarsia.geometry import Box, Wrap
 from intarsia.methods.base import METHODS
@@ -79,8 +79,43 @@ class TestNearRegular(MethodContract):
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
         exemplar = case.exemplars[0]
         mosaic = Mosaic.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
-        yx = mosaic.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
+        yx, pose = mosaic.sheet.to_exemplar(mosaic.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0))
+        return SourceMap(yx, None, pose, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+
+class TestTurnedNearRegular(TestNearRegular):
+    """All poses that keep the lattice of the other one."""
+
+    method = replace(TestNearRegular.method, isometries="both")
+    examples = 4
+
+
+class TestPlainNearRegular(MethodContract):
+    """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
+
+    method = ia.NearRegular(variant="plain", lattice=((9, 0), (0, 6)), block=8, border=4, slack=1)
+    examples = 6
+    least = 30
+
+    def cases(self) -> SearchStrategy[Case]:
+        def whole(case: Case) -> Case:
+            height, width = case.size
+            height = -(-height // 12) * 12 if case.wrap.y else height
+            width = -(-width // 18) * 18 if case.wrap.x else width
+            return replace(case, size=(height, width))
+
+        return super().cases().map(whole)
+
+    def map_of_window(self, case: Case, box: Box) -> SourceMap:
+        exemplar = case.exemplars[0]
+        plain = Sampling.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
+        yx = plain.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
         return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+
+class TestCorrelatingNearRegular(TestPlainNearRegular):
+    method = replace(TestPlainNearRegular.method, fit="correlation", slack=2)
+    examples = 4
 
 
 class TestBestTile(MethodContract):

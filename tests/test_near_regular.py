@@ -11,6 +11,7 @@ import intarsia as ia
 from intarsia.analysis import Mosaic, check_lattice, lattice_of
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
+from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS
 from intarsia.methods.near_regular import FEW
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -115,6 +116,106 @@ def test_sizes_that_strain_the_lattice_are_refused() -> None:
         ia.synthesize(e, (187, 288), method, wrap="both")
 
 
+def test_up_to_two_percent_of_strain_closes_a_canvas() -> None:
+    """12 rows of 17 px are 204 px: up to 4 px off is stretched, 5 px off is refused with sizes that fit."""
+    e, method = tiling(120, 140, 17, 24), ia.NearRegular(lattice=((24, 0), (0, 17)), block=17)
+    assert ia.synthesize(e, (208, 288), method, wrap="both").map.height == 208
+    assert ia.synthesize(e, (200, 288), method, wrap="both").map.height == 200
+    for size, good in ((199, "170 or 204 or 238"), (209, "170 or 204 or 238")):
+        with pytest.raises(ia.ParameterError, match=rf"^wrap: height={size} px .* choose {good} px\.$") as caught:
+            ia.synthesize(e, (size, 288), method, wrap="both")
+        assert "at most 2 %" in str(caught.value)
+    for size in (170, 204, 238):
+        assert ia.synthesize(e, (size, 288), method, wrap="both").map.height == size
+
+
+def test_wrapped_blocks_are_read_at_strained_places() -> None:
+    """The block at q is read at round(M M'^-1 q) plus lattice multiples: exactly so in random blocks."""
+    e = Exemplar.of(tiling(120, 140, 17, 24))
+    method, canvas = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0), Canvas(200, 293, ia.Wrap.BOTH)
+    mosaic = Mosaic.of(method, e, canvas, 3)
+    shown = mosaic.window(0, 0, 200, 293)
+    for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
+        phase = mosaic.source.phase[axis] / 256
+        assert mosaic.around[axis] == turns
+        for i, j in ((0, 0), (1, 1), (5, 3), (10, 10)):
+            q = (i, j)[axis] * length / turns + phase
+            middle = [int(mosaic.canvas.phase[k] / 256 + (n + 0.5) * (200, 293)[k] / 12) for k, n in enumerate((i, j))]
+            y, x = middle[0] % 200, middle[1] % 293
+            read = shown[y, x, axis] - middle[axis] + q  # where the block's first px lies in the exemplar
+            want = (q - phase) * turns * side / length + phase
+            assert abs((read - want + period / 2) % period - period / 2) <= 1
+
+
+def test_a_slanted_lattice_that_cannot_close_is_refused() -> None:
+    """Rows that lean by 4 % would be cut at every block; the message names the variant that closes them."""
+    e = tiling(160, 180, 26, 24, 1.0)
+    with pytest.raises(ia.ParameterError, match=r"the lattice is slanted; choose variant=plain"):
+        ia.synthesize(e, (260, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), block=26), wrap="y")
+    made = ia.synthesize(e, (624, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), variant="plain"), wrap="y")
+    assert made.map.height == 624
+
+
+@pytest.mark.parametrize("isometries", ["180", "90", "both"])
+def test_turned_blocks_keep_the_joints_on_the_lattice(isometries: str) -> None:
+    """Wherever the joints lie in the exemplar: copies are moved until they agree with it."""
+    e = tiling(170, 190, 20, 20)[7:160, 3:]
+    method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries=isometries)
+    made = ia.synthesize(e, (300, 320), method, seed=4)
+    assert made.map.poses == ISOMETRY_SETS[isometries]
+    shown = joints(made.render().pixels.reshape(300, 320))
+    truth = joints(tiling(327, 343, 20, 20)[7:307, 3:323])
+    grown = truth.copy()
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            grown |= np.roll(truth, (dy, dx), (0, 1))
+    assert (shown & ~grown).mean() < 0.005
+    assert 0.85 < shown.mean() / truth.mean() < 1.15
+
+
+def test_the_sheet_shows_the_poses_that_the_map_names() -> None:
+    """Every px of the sheet is the exemplar's px that it is turned into."""
+    pixels = texture(41, 47, 3, 2)
+    e = Exemplar.of(pixels)
+    mosaic = Mosaic.of(ia.NearRegular(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
+    yx = mosaic.window(0, 0, 200, 200)
+    exact, pose = mosaic.sheet.to_exemplar(yx)
+    picture = mosaic.sheet.picture[: mosaic.sheet.size[0], : mosaic.sheet.size[1]]
+    np.testing.assert_array_equal(
+        picture[exact[..., 0], exact[..., 1]], mosaic.sheet.picture[yx[..., 0], yx[..., 1]]
+    )
+    assert set(np.unique(pose)) == set(range(8))
+    within = (np.diff(yx, axis=1) == (0, 1)).all(axis=2)  # the sheet runs on to the right
+    j = np.array([iso.j for iso in ISOMETRIES])[pose[:, :-1]]
+    np.testing.assert_array_equal(np.diff(exact, axis=1)[within], j[..., 1][within])
+
+
+def test_isometries_that_break_the_lattice_are_left_out_or_refused() -> None:
+    e = tiling(120, 140, 17, 24)
+    both = ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="both"), seed=1)
+    assert both.map.poses == (0, 1, 2, 6)
+    running = ia.NearRegular(lattice=((30, 0), (7, 16)), isometries="both").settled([Exemplar.of(e)], Canvas(9, 9))
+    assert ia.synthesize(e, 200, running, seed=1).map.poses == (0, 6)
+    with pytest.raises(ia.ParameterError, match=r"^isometries: 5 \(rotate 90\) does not map the lattice to itself"):
+        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries=(0, 5)))
+    with pytest.raises(ia.ParameterError, match="variant=plain lays all blocks upright"):
+        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="180", variant="plain"))
+
+
+def test_auto_leaves_out_what_changes_the_look() -> None:
+    """Tiles that are bright above and dark below are not turned; whatever is allowed keeps the lattice, too."""
+    y, x = np.mgrid[:160, :160]
+    grain = (noise(160, 160, 7) % np.uint64(120)).astype(int)
+    shaded, even = 130 - 6 * (y % 20), 70
+    allowed = []
+    for shade in (shaded, even):
+        e = np.where((y % 20 < 2) | (x % 20 < 2), 20, shade + grain).astype(np.uint8)
+        method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries="auto")
+        allowed.append(method.settled([Exemplar.of(e)], Canvas(9, 9)).isometries)
+    assert set(allowed[0]) <= {0, 1}
+    assert len(allowed[1]) > 1
+
+
 def test_masked_pixels_are_never_shown() -> None:
     usable = np.ones((120, 140), bool)
     usable[:30, :40] = False
@@ -139,8 +240,8 @@ def test_one_vector_is_enough() -> None:
     ("lattice", "message"),
     [
         (((20, 0), (40, 0.5)), "the two lattice vectors are parallel"),
-        (((200, 0), (0, 10)), "a lattice vector must be 2 px long at least"),
-        (((1, 0), (0, 10)), "a lattice vector must be 2 px long at least"),
+        (((200, 0), (0, 10)), "a lattice vector must be 1 px long at least"),
+        (((0.5, 0), (0, 10)), "a lattice vector must be 1 px long at least"),
     ],
 )
 def test_vectors_that_span_no_lattice_are_refused(lattice: tuple, message: str) -> None:
@@ -171,6 +272,19 @@ def test_an_exemplar_without_a_lattice_is_refused() -> None:
 def test_tiny_exemplars_are_refused(side: int) -> None:
     with pytest.raises(ia.MethodError, match="finds no lattice"):
         ia.synthesize(texture(side, side), 20, "near-regular")
+
+
+@pytest.mark.parametrize("variant", ["mosaic", "plain"])
+def test_any_texture_grows_without_a_lattice(variant: str) -> None:
+    """S1-37: vectors 1,0 0,1: blocks come from anywhere, and gaps still fit: better than patches at random."""
+    e = Exemplar.of(texture(90, 80, 1, 3))
+    method = ia.NearRegular(lattice=((1, 0), (0, 1)), variant=variant, block=20, border=8)
+    out = ia.synthesize(e, 160, method, seed=1)
+    blind = ia.synthesize(e, 160, ia.RandomTiling(patch=20), seed=1)
+    steps = [np.abs(np.diff(o.render(feather=0).pixels[:, :, 0].astype(int), axis=0)) for o in (out, blind)]
+    broken = [np.diff(o.map.yx[:, :, 0], axis=0) != 1 for o in (out, blind)]
+    assert steps[0][broken[0]].mean() < 0.8 * steps[1][broken[1]].mean()
+    assert len(np.unique(out.map.yx.reshape(-1, 2), axis=0)) > 0.6 * 90 * 80
 
 
 def test_too_few_places_give_the_best_tile_and_say_so() -> None:

@@ -9,8 +9,10 @@ from .guided_search import GuidedSearch
 from .mosaic import FewPlaces, Mosaic
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
+from .posed_sheet import settled_poses
 from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
+from .rsgf import Sampling
 from .scan import Scan, scan_reach
 from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
@@ -38,6 +40,7 @@ __all__ = [
     "PyramidSearch",
     "Repetition",
     "Rule",
+    "Sampling",
     "Scan",
     "Search",
     "Tiling",
@@ -64,6 +67,7 @@ __all__ = [
     "scan_reach",
     "seam_total",
     "settled_isometries",
+    "settled_poses",
     "similar_pixels",
     "slack_of",
     "striking",

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels import blocks
+from ..kernels.rsgf import lattice_points
 
 UNIT = 256
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
@@ -167,17 +168,14 @@ def positions(
         length = math.hypot(*v1)
         v2 = (round(v1[1] / length * UNIT * step), round(-v1[0] / length * UNIT * step))
     height, width = valid.shape
-    reach = 2 + math.ceil(UNIT * (height + width) / min(math.hypot(*v1), math.hypot(*v2)))
-    a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1), indexing="ij")
-    first = grid.origin(*kind)
-    y = first[0] + a.ravel() * v1[0] + b.ravel() * v2[0]
-    x = first[1] + a.ravel() * v1[1] + b.ravel() * v2[1]
-    corners = [(0, 0), grid.rows, grid.columns, (grid.rows[0] + grid.columns[0], grid.rows[1] + grid.columns[1])]
-    inside = np.ones(len(y), bool)
-    for dy, dx in corners:
-        inside &= (y + dy >= -UNIT // 2) & (y + dy <= height * UNIT + UNIT // 2)
-        inside &= (x + dx >= -UNIT // 2) & (x + dx <= width * UNIT + UNIT // 2)
-    places = np.stack([y[inside], x[inside]], axis=1).astype(np.int64)
+    corners = np.array([(0, 0), grid.rows, grid.columns, np.add(grid.rows, grid.columns)], np.int64)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    box = -low // UNIT - 1, (np.array((height, width)) * UNIT - high) // UNIT + 1
+    at = np.array(grid.origin(*kind), np.int64)
+    places: NDArray[np.int64] = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)[1]
+    inside = (places + low >= -UNIT // 2).all(axis=1)
+    inside &= (places + high <= np.array((height, width)) * UNIT + UNIT // 2).all(axis=1)
+    places = places[inside]
     if not valid.all() and len(places):
         ok = blocks.all_usable(places, np.array((grid.rows, grid.columns), np.int64), valid)
         places = places[ok]

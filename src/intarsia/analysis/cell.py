@@ -37,8 +37,8 @@ def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | No
     """The lattice vectors as (rows, columns) in 1/256 px, refusing what spans no lattice."""
     vectors = [(round(y * UNIT), round(x * UNIT)) for x, y in lattice or ()]
     for v in vectors:
-        if not 2 * UNIT <= math.hypot(*v) <= UNIT * max(shape):
-            raise ParameterError("a lattice vector must be 2 px long at least, and shorter than the exemplar.")
+        if not UNIT <= math.hypot(*v) <= UNIT * max(shape):
+            raise ParameterError("a lattice vector must be 1 px long at least, and shorter than the exemplar.")
     if len(vectors) == 2:
         (a, b), (c, d) = vectors
         if abs(a * d - b * c) < 0.1 * math.hypot(a, b) * math.hypot(c, d):

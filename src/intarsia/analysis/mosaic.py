@@ -6,8 +6,8 @@ Which block lies where depends only on its place and the seed: any window of the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,48 +15,28 @@ from scipy.ndimage import distance_transform_edt
 
 from ..canvas import Canvas
 from ..draws import below, draw
-from ..errors import MethodError, ParameterError
+from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels import blocks
 from ..run import Run
 from .blockgrid import UNIT, BlockGrid, Vector, block_vectors, phased, positions
 from .cell import cell_of
+from .closing import closed_grid
 from .features import features
+from .mosaic_settings import Settings
+from .posed_sheet import Sheet, lattice_poses, posed_places, sheet_of
 from .sizes import elements
 
 STAGE = 2011
+BORDER = 14  # px, where none is given
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
-STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
+APART = 0.5  # the same, where all of them repeat a neighbour
 Array = NDArray[Any]
 
 
 class FewPlaces(MethodError):
     """The exemplar holds too little for a mosaic; its best tile can still be repeated."""
-
-
-class Settings(Protocol):
-    """The parameters that a mosaic reads."""
-
-    @property
-    def lattice(self) -> tuple[tuple[float, float], ...] | None:
-        """The lattice vectors, (x, y) px."""
-
-    @property
-    def block(self) -> int | None:
-        """The wanted side of a block, px."""
-
-    @property
-    def border(self) -> int:
-        """Width of the zone in which gaps are cut, px."""
-
-    @property
-    def slack(self) -> int:
-        """How far a gap's block may leave the lattice, px."""
-
-    @property
-    def channel_weights(self) -> tuple[float, ...] | None:
-        """How much each channel counts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +46,13 @@ class Mosaic:
     Attributes
     ----------
     picture, usable : int16 array (H, W, C), bool array (H, W)
-        The exemplar's features and usable pixels.
+        The exemplar's features and usable pixels, in all poses.
     source, canvas : BlockGrid
         The grid in the exemplar, and as it lies on the canvas (strained a little where that wraps).
     places : dict of int64 arrays (n, 2)
         Where blocks may be read, 1/256 px, by the parity of their row and column.
+    sparse : dict of int64 arrays (n, 2)
+        Of places closer together than the slack, one; for gaps, which look around each.
     around : (rows, columns)
         Blocks around a wrapped canvas along each axis, 0 where it does not wrap.
     lengths : (rows, columns)
@@ -83,6 +65,10 @@ class Mosaic:
         What the draws follow from.
     nearest : int array (2, H, W) or None
         For every pixel the nearest usable one; None where all are usable.
+    sheet : Sheet
+        The poses, one below the other, that blocks are read in.
+    orders : dict
+        Shuffled places, kept for squares of blocks that were asked for.
     """
 
     picture: NDArray[np.int16]
@@ -90,28 +76,38 @@ class Mosaic:
     source: BlockGrid
     canvas: BlockGrid
     places: dict[tuple[int, int], NDArray[np.int64]]
+    sparse: dict[tuple[int, int], NDArray[np.int64]]
     around: tuple[int, int]
     lengths: tuple[int, int]
     half: float
     slack: int
     seed: int
     nearest: NDArray[np.intp] | None
+    sheet: Sheet
+    orders: dict[tuple[int, int, int], list[int]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
         """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
-        picture = features([exemplar], method.channel_weights).pictures[0]
+        feats = features([exemplar], method.channel_weights)
+        picture = feats.pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
         cell = cell_of(method.lattice, picture.shape[:2])
         grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
-        laid, around = _around(grid, canvas)
+        laid, around = closed_grid(grid, canvas)
+        half = (method.border or BORDER) / 2
+        poses = lattice_poses(method.isometries, cell, exemplar, feats)
+        sheet = sheet_of(feats, usable, poses, 2 * math.ceil(half) + 8)
+        if len(poses) > 1:
+            places = posed_places(sheet, feats, grid, places)
+        sparse = {kind: _thinned(found, method.slack) for kind, found in places.items()}
         return cls(
-            picture, usable, grid, laid, places, around, (canvas.height, canvas.width), method.border / 2,
-            method.slack, seed, _nearest(usable),
+            sheet.picture, sheet.usable, grid, laid, places, sparse, around, (canvas.height, canvas.width),
+            half, method.slack, seed, _nearest(sheet.usable), sheet,
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
-        """The exemplar pixels (height, width, 2) of a window of the mosaic."""
+        """The pixels of the sheet (height, width, 2) that a window of the mosaic shows."""
         out = np.zeros((height, width, 2), np.int32)
         reach = math.ceil(self.half) + 1
         corners = [
@@ -169,24 +165,30 @@ class Mosaic:
         near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
         drawn = [self._random(a, b) for a, b in near]
         t = np.array([self._shift(a, b, k) for (a, b), k in zip(near, drawn, strict=True)], np.int64) + at
+        places = np.array([self._places(a, b)[k] for (a, b), k in zip(near, drawn, strict=True)])
+        equal = (places - self._origin(i, j) + UNIT // 2) // UNIT + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
         shifts = self._shifts(i, j) + at
         found = np.empty((KEPT, 3), np.int64)
         count = blocks.rank(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
-        ty, tx = self._choose(i, j, found[:count], t) if count else (int(shifts[0, 0]), int(shifts[0, 1]))
+        ty, tx = self._choose(i, j, found[:count], t, equal) if count else (int(shifts[0, 0]), int(shifts[0, 1]))
         owner = np.empty(core.shape, np.uint8)
         sy, sx = np.empty(core.shape, np.int64), np.empty(core.shape, np.int64)
         blocks.fill_gap(self.picture, self.usable, sides, core, t, ty, tx, owner, sy, sx)
         own = owner.astype(bool)
         return own, sy[own], sx[own]
 
-    def _choose(self, i: int, j: int, found: Array, t: Array) -> tuple[int, int]:
-        """Draw among the good shifts, rather one that no neighbour shows."""
-        limit = found[0, 0] + CHOICE * (found[len(found) // 2, 0] - found[0, 0])
-        good = found[found[:, 0] <= limit]
-        fresh = [row for row in good if min(abs(row[1] - n[0]) + abs(row[2] - n[1]) for n in t) > 2 * self.slack]
-        good = fresh or list(good)
+    def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> tuple[int, int]:
+        """Draw among the good shifts: one that shows neither what a neighbour shows, nor what lies beside it.
+
+        `t`: the neighbours' shifts, which would continue them; `equal`: those that would repeat them.
+        """
+        median = found[len(found) // 2, 0]
+        near = [found[:, 0] <= found[0, 0] + share * (median - found[0, 0]) for share in (CHOICE, APART)]
+        new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > 2 * self.slack for n in (t, equal))
+        choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
+        good = found[next(some for some in choices if some.any())]
         row = good[below(len(good), draw(self.seed, STAGE, 1, *self._name(i, j)))]
         return int(row[1]), int(row[2])
 
@@ -196,11 +198,22 @@ class Mosaic:
         places = self._places(i, j)
         side = 2 * math.ceil(math.sqrt(len(places) / 2))
         square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
-        order = list(range(len(places)))
-        for k in range(len(order) - 1, len(order) - 2 - cell % len(order), -1):  # only as far as needed
-            other = below(k + 1, draw(self.seed, STAGE, 2 + k, *square))
-            order[k], order[other] = order[other], order[k]
-        return order[len(order) - 1 - cell % len(order)]
+        order = self._order(*square, len(places))
+        return order[cell % len(order)]
+
+    def _order(self, row: int, column: int, count: int) -> list[int]:
+        """The numbers below `count`, shuffled for a square of blocks."""
+        key = row, column, count
+        known = self.orders.get(key)
+        if known is None:
+            order = list(range(count))
+            for k in range(count - 1, 0, -1):
+                other = below(k + 1, draw(self.seed, STAGE, 2 + k, row, column))
+                order[k], order[other] = order[other], order[k]
+            if len(self.orders) > 256:  # an endless mosaic must not fill the memory
+                self.orders.clear()
+            known = self.orders[key] = order[::-1]
+        return known
 
     def _shift(self, i: int, j: int, place: int) -> tuple[int, int]:
         """What to add to canvas px of block (i, j) to read the block at a place."""
@@ -210,7 +223,7 @@ class Mosaic:
 
     def _shifts(self, i: int, j: int) -> NDArray[np.int64]:
         y, x = self._origin(i, j)
-        return (self._places(i, j) - (y, x) + UNIT // 2) // UNIT
+        return (self.sparse[i % 2, j % 2] - (y, x) + UNIT // 2) // UNIT
 
     def _places(self, i: int, j: int) -> NDArray[np.int64]:
         return self.places[i % 2, j % 2]
@@ -252,6 +265,12 @@ def _nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
     return np.asarray(distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)
 
 
+def _thinned(places: NDArray[np.int64], slack: int) -> NDArray[np.int64]:
+    """The first place in every square of slack + 1 px."""
+    first = np.unique(places // ((slack + 1) * UNIT), axis=0, return_index=True)[1]
+    return places[np.sort(first)]
+
+
 def _grid(
     method: Settings, picture: Array, usable: Array, cell: tuple[Vector, Vector | None], element: float
 ) -> tuple[BlockGrid, dict[tuple[int, int], NDArray[np.int64]]]:
@@ -261,32 +280,8 @@ def _grid(
     target = float(method.block) if method.block is not None else None
     for wanted in (target, 1.0):
         rows, columns = block_vectors(*cell, wanted, wide, (int(room[0]), int(room[1])))
-        grid = phased(picture, rows, columns, cell, method.border)
+        grid = phased(picture, rows, columns, cell, method.border or BORDER)
         places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
         if min(len(p) for p in places.values()) >= 2:
             return grid, places
     raise FewPlaces("the exemplar holds fewer than two places for a block of one period; give a larger exemplar.")
-
-
-def _around(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, tuple[int, int]]:
-    """Strain the grid so that it closes around a wrapped canvas: an even number of blocks each way."""
-    around, sides = [], []
-    for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
-        side = (grid.rows, grid.columns)[axis]
-        if not wrap:
-            around.append(0)
-            sides.append(side)
-            continue
-        period = side[axis]
-        count = 2 * max(1, round(length * UNIT / (2 * period)))
-        strain = length * UNIT / (count * period) - 1
-        if abs(strain) > STRAIN:
-            good = [round(n * period / UNIT) for n in (count - 2, count, count + 2) if n > 0]
-            raise ParameterError(
-                f"wrap: {'height' if axis == 0 else 'width'}={length} px is no even number of blocks "
-                f"(strain {100 * strain:.1f} %, at most 2 %); choose {' or '.join(map(str, good))} px."
-            )
-        straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
-        sides.append((straight, 0) if axis == 0 else (0, straight))
-        around.append(count)
-    return BlockGrid(sides[0], sides[1], grid.phase, grid.cell), (around[0], around[1])

@@ -42,6 +42,8 @@ def _jobs() -> Iterator[dict[str, Any]]:
         for values in options:
             if values.get("search") == "pyramid":
                 values |= {"patch": 12, "overlap": 4}
+            if "fit" in values:  # only looked at by the plain variant
+                values |= {"variant": "plain"}
             yield {"method": slug, "values": values}
         if Ability.WRAP in cls.supports:
             yield {"method": slug, "wrap": "both"}

@@ -13,6 +13,7 @@ UNIT = 256
 HOLE = 255
 OLD, FREE, NEW = 0, 1, 2
 FAR = np.int64(1) << 60
+LIMIT = np.int64(1) << 32  # above any mismatch
 
 
 @kernel
@@ -126,36 +127,47 @@ def ring(frame: Any, at: Any, half: float, sides: Any, core: Any) -> None:
 
 
 @kernel
-def difference(picture: Any, usable: Any, y: int, x: int, u: int, s: int) -> Any:
-    """Squared difference of two exemplar pixels; -1 where one lies outside or is not usable."""
-    height, width, channels = picture.shape
-    if y < 0 or x < 0 or u < 0 or s < 0 or y >= height or x >= width or u >= height or s >= width:
-        return np.int64(-1)
-    if not usable[y, x] or not usable[u, s]:
-        return np.int64(-1)
-    total = np.int64(0)
-    for c in range(channels):
-        d = np.int64(picture[y, x, c]) - np.int64(picture[u, s, c])
-        total += d * d
-    return total
+def shown(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> Any:
+    """What the neighbours of a gap show in every `step`-th pixel of its seam zone: places (n, 2), values (n, C).
+
+    `zone` (m, 3): rows, columns, side of the seam zone's pixels (canvas px relative to the window); `t` (4, 2):
+    the neighbours' shifts. Pixels that a neighbour cannot show are left out.
+    """
+    channels = picture.shape[2]
+    places = np.empty((len(zone), 2), np.int64)
+    values = np.empty((len(zone), channels), np.int16)
+    n = 0
+    for k in range(0, len(zone), step):
+        side = zone[k, 2]
+        y, x = zone[k, 0] + t[side, 0], zone[k, 1] + t[side, 1]
+        if readable(usable, y, x):
+            places[n, 0], places[n, 1] = zone[k, 0], zone[k, 1]
+            for c in range(channels):
+                values[n, c] = picture[y, x, c]
+            n += 1
+    return places[:n], values[:n]
 
 
 @kernel
-def mismatch(picture: Any, usable: Any, zone: Any, t: Any, ty: int, tx: int, step: int, limit: Any) -> Any:
+def mismatch(picture: Any, usable: Any, places: Any, values: Any, sampled: int, ty: int, tx: int, limit: Any) -> Any:
     """Mean squared difference (1/16 units) around a gap, if it is filled with shift (ty, tx).
 
-    `zone` (n, 3): rows, columns, side of the seam zone's pixels (canvas px relative to the window); `t` (4, 2):
-    the neighbours' shifts. Pixels without both sources do not count; FAR where fewer than half do.
+    `places`, `values`: as :func:`shown` makes them of `sampled` pixels. Those without a source here do not count;
+    FAR where fewer than half have both sources, or where the mean is above `limit` for certain.
     """
-    total, count, n = np.int64(0), 0, 0
-    for k in range(0, len(zone), step):
-        y, x, side = zone[k, 0], zone[k, 1], zone[k, 2]
-        d = difference(picture, usable, y + t[side, 0], x + t[side, 1], y + ty, x + tx)
-        n += 1
-        if d >= 0:
-            total += d
-            count += 1
-    if 2 * count < n or count == 0:
+    height, width = usable.shape
+    total, count, n = np.int64(0), 0, len(places)
+    for begin in range(0, n, 16):
+        for k in range(begin, min(begin + 16, n)):
+            y, x = places[k, 0] + ty, places[k, 1] + tx
+            if 0 <= y < height and 0 <= x < width and usable[y, x]:
+                count += 1
+                for c in range(picture.shape[2]):
+                    d = np.int32(picture[y, x, c]) - np.int32(values[k, c])
+                    total += d * d
+        if 16 * total > (limit + 1) * n:
+            return FAR
+    if 2 * count < sampled or count == 0:
         return FAR
     return 16 * total // count
 
@@ -180,26 +192,24 @@ def rank(
     """
     coarse = max(1, len(zone) // 300)
     fine = max(1, len(zone) // 1200)
-    first = np.empty(len(shifts), np.int64)
-    for n in range(len(shifts)):
-        first[n] = mismatch(picture, usable, zone, t, shifts[n, 0], shifts[n, 1], coarse, FAR)
-    order = np.argsort(first, kind="mergesort")
+    rough, rough_values = shown(picture, usable, zone, t, coarse)
+    places, values = shown(picture, usable, zone, t, fine)
+    few, many = -(-len(zone) // coarse), -(-len(zone) // fine)
+    first = best_shifts(picture, usable, rough, rough_values, few, shifts, keep)
     count = 0
-    for k in range(min(keep, len(order))):
-        n = order[k]
-        if first[n] == FAR:
-            break
-        best, by, bx = FAR, shifts[n, 0], shifts[n, 1]
+    for k in range(len(first)):
+        y, x = shifts[first[k], 0], shifts[first[k], 1]
+        best, by, bx = mismatch(picture, usable, rough, rough_values, few, y, x, LIMIT), y, x
         for dy in range(-tolerance, tolerance + 1):
             for dx in range(-tolerance, tolerance + 1):
-                d = mismatch(picture, usable, zone, t, shifts[n, 0] + dy, shifts[n, 1] + dx, coarse, FAR)
-                if d < best or (d == best and abs(dy) + abs(dx) < abs(by - shifts[n, 0]) + abs(bx - shifts[n, 1])):
-                    best, by, bx = d, shifts[n, 0] + dy, shifts[n, 1] + dx
+                d = mismatch(picture, usable, rough, rough_values, few, y + dy, x + dx, best)
+                if d < best or (d == best and abs(dy) + abs(dx) < abs(by - y) + abs(bx - x)):
+                    best, by, bx = d, y + dy, x + dx
         if not covers(usable, core, by, bx):
-            by, bx = shifts[n, 0], shifts[n, 1]
+            by, bx = y, x
             if not covers(usable, core, by, bx):
                 continue
-        d = mismatch(picture, usable, zone, t, by, bx, fine, FAR)
+        d = mismatch(picture, usable, places, values, many, by, bx, LIMIT)
         at = count
         while at > 0 and out[at - 1, 0] > d:
             at -= 1
@@ -208,6 +218,25 @@ def rank(
         out[at, 0], out[at, 1], out[at, 2] = d, by, bx
         count += 1
     return count
+
+
+@kernel
+def best_shifts(picture: Any, usable: Any, places: Any, values: Any, sampled: int, shifts: Any, keep: int) -> Any:
+    """The numbers of the `keep` shifts with the least mismatch, the best first; of equals the first ones."""
+    order, cost = np.empty(keep, np.int64), np.empty(keep, np.int64)
+    count = 0
+    for n in range(len(shifts)):
+        limit = cost[keep - 1] if count == keep else LIMIT
+        d = mismatch(picture, usable, places, values, sampled, shifts[n, 0], shifts[n, 1], limit)
+        if d == FAR or (count == keep and d >= limit):
+            continue
+        at = min(count, keep - 1)
+        while at > 0 and cost[at - 1] > d:
+            cost[at], order[at] = cost[at - 1], order[at - 1]
+            at -= 1
+        cost[at], order[at] = d, n
+        count = min(count + 1, keep)
+    return order[:count]
 
 
 @kernel

@@ -3,10 +3,13 @@
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011
 (source 001).
 
-Departures: the block grid begins where cuts are cheapest, in the joints; blocks are parallelograms of whole periods,
-upright where the lattice allows it; positions are rounded from exact multiples of the real lattice vectors; a seam
-may hang outside the exemplar; every position is used equally often; gaps are cut in along the cheapest seam, each
-inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
+Departures of the variant mosaic: the block grid begins where cuts are cheapest, in the joints; blocks are
+parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
+real lattice vectors; a seam may hang outside the exemplar; every position is used equally often; gaps are cut in along
+the cheapest seam, each inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
+
+Departures of the variant plain: vectors are real, positions rounded from exact multiples; draws belong to places, so
+that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
 
 Cost: for every second block a comparison of all its positions on the pixels around it.
 """
@@ -17,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, param
 from .base import Ability
@@ -41,18 +45,35 @@ class NearRegular:
     slug: ClassVar[str] = "near-regular"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+    supports: ClassVar[frozenset[Ability]] = frozenset(
+        {Ability.WRAP, Ability.MASK, Ability.ISOMETRIES, Ability.WINDOW}
+    )
 
     lattice: tuple[tuple[float, float], ...] | None = param(
         AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
         low=-65536, high=65536, unit="px",
     )  # fmt: skip
     block: int | None = param(
-        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px",
+        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px; "
+        "with variant=plain just so wide; automatic: 40",
         low=4, high=1 << 14, unit="px",
     )  # fmt: skip
-    border: int = param(14, "int", "width of the zone in which a gap is cut in", low=2, high=256, unit="px")
+    border: int | None = param(
+        AUTO, "int", "width of the zone in which a gap is compared and cut in; automatic: 14, or 10 with variant=plain",
+        low=2, high=256, unit="px",
+    )  # fmt: skip
     slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
+    variant: str = param(
+        "mosaic", "choice", "blocks of whole periods cut in along joints, or the plain square blocks of the source",
+        choices=("mosaic", "plain"),
+    )  # fmt: skip
+    fit: str = param(
+        "difference", "choice", "with variant=plain: what fits a gap, by squared differences or by correlation",
+        choices=("difference", "correlation"),
+    )  # fmt: skip
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
     channel_weights: tuple[float, ...] | None = param(
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
@@ -63,25 +84,36 @@ class NearRegular:
 
     @property
     def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
+        """Exact copies; the plain variant mixes its blocks over 4 px."""
+        return sourcemap.Blend(4 if self.variant == "plain" else 0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Find the lattice; MethodError where there is none."""
+        plain = self.variant == "plain"
+        border = (10 if plain else 14) if self.border is AUTO else self.border
+        block = 40 if plain and self.block is AUTO else self.block
         if self.lattice is AUTO:
-            return replace(self, lattice=analysis.lattice_of(exemplars[0], self.slug, self.channel_weights))
-        analysis.check_lattice(self.lattice, exemplars[0])
-        return self
+            lattice = analysis.lattice_of(exemplars[0], self.slug, self.channel_weights)
+        else:
+            lattice = self.lattice
+            analysis.check_lattice(lattice, exemplars[0])
+        if plain and self.isometries not in ("none", (0,)):
+            raise ParameterError(f"isometries={self.isometries}: variant=plain lays all blocks upright; leave it out.")
+        poses = analysis.settled_poses(self.isometries, lattice, exemplars[0], self.channel_weights)
+        return replace(self, lattice=lattice, block=block, border=border, isometries=poses)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Place the random blocks of the canvas, then cut in the gaps; too small an exemplar gives one tile (S1-39)."""
-        settled = self.settled(exemplars, canvas)
-        try:
-            mosaic = analysis.Mosaic.of(settled, exemplars[0], canvas, seed)
-        except analysis.FewPlaces:
-            tiling = analysis.Tiling.of(settled, self.border, exemplars[0])
-            run.notes.append(FEW)
-            yx = tiling.layout(canvas).window(0, 0, canvas.height, canvas.width)
+        """Place the random blocks of the canvas, then fill the gaps; too small an exemplar gives one tile (S1-39)."""
+        method, whole = self.settled(exemplars, canvas), (0, 0, canvas.height, canvas.width)
+        pose = None
+        if self.variant == "plain":
+            yx = analysis.Sampling.of(method, exemplars[0], canvas, seed).window(*whole, run)
         else:
-            yx = mosaic.window(0, 0, canvas.height, canvas.width, run)
-        return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)
+            try:
+                mosaic = analysis.Mosaic.of(method, exemplars[0], canvas, seed)
+            except analysis.FewPlaces:
+                run.notes.append(FEW)
+                yx = analysis.Tiling.of(method, method.border or 0, exemplars[0]).layout(canvas).window(*whole)
+            else:
+                yx, pose = mosaic.sheet.to_exemplar(mosaic.window(*whole, run))
+        return sourcemap.SourceMap(yx, None, pose, (exemplars[0].source,), canvas.wrap, self.blend)

@@ -1,0 +1,33 @@
+"""What a mosaic of lattice blocks must be told."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+
+class Settings(Protocol):
+    """The parameters that a mosaic reads."""
+
+    @property
+    def lattice(self) -> tuple[tuple[float, float], ...] | None:
+        """The lattice vectors, (x, y) px."""
+
+    @property
+    def block(self) -> int | None:
+        """The wanted side of a block, px."""
+
+    @property
+    def border(self) -> int | None:
+        """Width of the zone in which gaps are cut, px."""
+
+    @property
+    def slack(self) -> int:
+        """How far a gap's block may leave the lattice, px."""
+
+    @property
+    def isometries(self) -> str | tuple[int, ...]:
+        """Which mirrored and turned blocks may be used."""
+
+    @property
+    def channel_weights(self) -> tuple[float, ...] | None:
+        """How much each channel counts."""
