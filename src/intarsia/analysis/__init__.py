@@ -14,6 +14,8 @@ from .repetition import Layout, Repetition, Rule, striking
 from .scan import Scan, scan_reach
 from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
+from .segment_overlay import segment_overlay
+from .segments import Segments, SizeRule, segments
 from .sizes import check_patch, default_patch
 from .symmetry import allowed_isometries, settled_isometries
 from .trees import similar_pixels, tree_of
@@ -38,6 +40,8 @@ __all__ = [
     "Rule",
     "Scan",
     "Search",
+    "Segments",
+    "SizeRule",
     "Variants",
     "Window",
     "allowed_isometries",
@@ -60,6 +64,8 @@ __all__ = [
     "random_patch",
     "scan_reach",
     "seam_total",
+    "segment_overlay",
+    "segments",
     "settled_isometries",
     "similar_pixels",
     "slack_of",
