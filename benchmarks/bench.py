@@ -224,6 +224,14 @@ def case_elements() -> list[Result]:
     return [timed("element size of 256x256", None, lambda: element_size(feats))]
 
 
+def case_segments() -> list[Result]:
+    from intarsia import analysis
+    from intarsia.analysis.segments import find_segments
+
+    feats = analysis.features([ia.Exemplar.of(pixels())]).pictures[0]
+    return [timed("segments of 256x256", 15, lambda: find_segments(feats))]
+
+
 def case_help() -> list[Result]:
     bare = child_cpu([sys.executable, "-c", "pass"])
     helped = child_cpu([sys.executable, "-m", "intarsia", "--help"])
@@ -282,6 +290,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "rendering": case_rendering,
     "cuts": case_cuts,
     "elements": case_elements,
+    "segments": case_segments,
     "pixels": case_pixels,
     "help": case_help,
     "command": case_command,
