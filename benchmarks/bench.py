@@ -232,6 +232,13 @@ def case_segments() -> list[Result]:
     return [timed("segments of 256x256", 15, lambda: find_segments(feats))]
 
 
+def case_segment_based() -> list[Result]:
+    def work() -> None:
+        ia.synthesize(ia.Exemplar.of(pixels()), (512, 512), ia.SegmentBased(), seed=1, run=ONE)
+
+    return [timed("segment-based, 512x512 from 256x256, analysis included", 15, work)]
+
+
 def case_help() -> list[Result]:
     bare = child_cpu([sys.executable, "-c", "pass"])
     helped = child_cpu([sys.executable, "-m", "intarsia", "--help"])
@@ -291,6 +298,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "cuts": case_cuts,
     "elements": case_elements,
     "segments": case_segments,
+    "segment-based": case_segment_based,
     "pixels": case_pixels,
     "help": case_help,
     "command": case_command,

@@ -67,3 +67,19 @@ def naive_elements(elements, crumb):
         border = min(ys) == 0 or min(xs) == 0 or max(ys) == elements.shape[0] - 1 or max(xs) == elements.shape[1] - 1
         rows.append((max(ys) - min(ys) + 1, max(xs) - min(xs) + 1, len(pixels), edge, centre, border))
     return rows
+
+
+def naive_zone_counts(groups, kinds, patch, zone, sides, y, x):
+    """Pixels of every group in some sides of the zone of the patch at (y, x), corners once for each side."""
+    (h, w), (b, c) = patch, zone
+    strips = ((0, b, 0, w), (0, h, 0, c), (h - b, h, 0, w), (0, h, w - c, w))
+    counts = [0] * kinds
+    for (top, bottom, left, right), wanted in zip(strips, sides, strict=True):
+        for i in range(top, bottom if wanted else top):
+            for j in range(left, right):
+                counts[groups[(y + i) % groups.shape[0], (x + j) % groups.shape[1]]] += 1
+    return counts
+
+
+def naive_histogram(counts, levels):
+    return tuple(math.floor(math.sqrt(n / max(sum(counts), 1)) * levels + 0.5) for n in counts)

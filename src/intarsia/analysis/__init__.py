@@ -2,7 +2,7 @@
 
 from .boundary import boundary_poses, grown, slack_of
 from .cell import check_lattice, lattice_of
-from .features import Features, features, pose_array
+from .features import Features, contrast, features, pose_array
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
@@ -15,8 +15,9 @@ from .scan import Scan, scan_reach
 from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
 from .segment_overlay import segment_overlay
+from .segment_search import SegmentSearch
 from .segments import Segments, SizeRule, segments
-from .sizes import check_patch, default_patch
+from .sizes import check_patch, default_patch, fitting
 from .symmetry import allowed_isometries, settled_isometries
 from .trees import similar_pixels, tree_of
 from .variants import Variants, isometry_ids, variants
@@ -40,6 +41,7 @@ __all__ = [
     "Rule",
     "Scan",
     "Search",
+    "SegmentSearch",
     "Segments",
     "SizeRule",
     "Variants",
@@ -52,9 +54,11 @@ __all__ = [
     "check_pyramid",
     "check_window",
     "choices",
+    "contrast",
     "default_patch",
     "default_window",
     "features",
+    "fitting",
     "ground",
     "grown",
     "isometry_ids",

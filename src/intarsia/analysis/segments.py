@@ -24,7 +24,7 @@ from .features import features
 from .graph_segments import DEVIATION, NOWHERE, Int32, Int64, Mask, PixelGraph, even_colours, smoothed
 from .groups import GroupTree, group
 from .lattice_full import reduced
-from .select_feature import FINE, Group, admitted, measured, size_and_gap, zone
+from .select_feature import FEWEST, FINE, Group, admitted, measured, size_and_gap, zone
 
 WORK_SIDE = 512  # px: a larger exemplar is looked at reduced
 PASSES = (1, 4, 12)  # of the blur: sigma 0.7, 1.4, 2.4 px
@@ -188,7 +188,10 @@ def _scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int]
 
 def _candidates(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterator[_Candidate]:
     for node in range(len(tree.nodes)):
-        lists = measured(tree.elements(node))
+        elements = tree.elements(node)
+        if int(elements.max()) < FEWEST:  # measuring takes longest
+            continue
+        lists = measured(elements)
         if lists is not None and admitted(lists, pixels):
             yield _Candidate(tree, node, lists, scale, *size_and_gap(lists), lists.energy())
 

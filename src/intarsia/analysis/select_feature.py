@@ -95,16 +95,17 @@ class Group:
 def measured(elements: Int32) -> Group | None:
     """Measure the elements of a group (1, 2, ... in a map, 0 elsewhere); None where no two of them count."""
     count = int(elements.max(initial=0))
-    flat = elements.ravel()
-    areas = np.bincount(flat, minlength=count + 1)[1:]
+    inside = np.flatnonzero(elements)
+    names = elements.ravel()[inside]
+    areas = np.bincount(names, minlength=count + 1)[1:]
     counted = np.flatnonzero(areas >= CRUMB)
     if len(counted) < 2:
         return None
     found = find_objects(elements)
     ends = np.array([(s[0].start, s[0].stop, s[1].start, s[1].stop) for s in found])[counted]
-    rows, columns = np.divmod(np.arange(flat.size), elements.shape[1])
-    centres = np.stack([FINE * _sums(flat, v, count) // np.maximum(areas, 1) for v in (rows, columns)], axis=1)
-    edges = _sums(flat, _edge_pixels(elements).ravel(), count)
+    rows, columns = np.divmod(inside, elements.shape[1])
+    centres = np.stack([FINE * _sums(names, v, count) // np.maximum(areas, 1) for v in (rows, columns)], axis=1)
+    edges = np.bincount(names[_edge_pixels(elements).ravel()[inside]], minlength=count + 1)[1:]
     whole = (ends[:, 0] > 0) & (ends[:, 2] > 0)
     whole &= (ends[:, 1] < elements.shape[0]) & (ends[:, 3] < elements.shape[1])
     if np.count_nonzero(whole) < FEWEST:
