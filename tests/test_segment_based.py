@@ -56,6 +56,24 @@ def test_masked_patches_are_not_in_the_index():
     assert len(held) < search.valid[0].size
 
 
+def test_of_large_exemplars_every_second_row_and_column_is_indexed(monkeypatch):
+    whole, _ = searching()
+    monkeypatch.setattr("intarsia.analysis.segment_search.PATCHES", 100)
+    search, groups = searching()
+    assert (whole.step, search.step) == (1, 2)
+    columns = -(-search.valid[0].shape[1] // 2)
+    index = search.index((True, True, False, False))
+    for number, wanted in enumerate(index.histograms.tolist()):
+        for patch in index.members(number).tolist():
+            y, x = (2 * n for n in divmod(patch, columns))
+            counts = naive_zone_counts(groups, 3, (6, 7), (2, 3), (True, True, False, False), y, x)
+            assert naive_histogram(counts, LEVELS) == tuple(wanted)
+    shown = np.full((6, 7), -1)
+    shown[:2] = groups[4:6, 6:13]
+    rows = search.drawn(shown, shown >= 0, (0, 0))
+    assert (rows[:, 2:] % 2 == 0).all()
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_near_histograms_are_the_nearest_and_ties_go_to_the_first(seed):
     counts = (noise(3, 90, seed) % np.uint64(5)).astype(np.int64).reshape(3, 9, 10)

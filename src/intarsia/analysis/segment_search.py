@@ -7,7 +7,7 @@ whole number.
 
 from __future__ import annotations
 
-from functools import cached_property
+import math
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,8 @@ from ..sourcemap import HOLE
 from .search import Candidates, Prices
 from .variants import Variants
 
-LEVELS = 24  # steps of the root of a share
-GROUPS = 8  # at most; LEVELS + 1 to this power fits into 64 bits
+LEVELS = 24  # steps of the root of a share; of 8 groups at most, 25 to the power of 8 fits into 64 bits
+PATCHES = 1 << 18  # of a larger exemplar only every second, third, ... row and column is indexed
 Array = NDArray[Any]
 Int64 = NDArray[np.int64]
 Sides = tuple[bool, bool, bool, bool]  # top, left, bottom, right
@@ -96,6 +96,10 @@ class SegmentSearch:
         self.hits, self.points, self.seed, self.stage = hits, points, seed, stage
         self.cells, self.valid = patch, list(variants.valid)
         self.kinds = int(groups.max(initial=0)) + 1
+        self.step = max(1, math.isqrt(max(self.valid[0].size - 1, 0) // PATCHES) + 1)
+        if not self.valid[0][:: self.step, :: self.step].any():
+            self.step = 1
+        self._grid = self.valid[0][:: self.step, :: self.step]
         self._indices: dict[Sides, HistogramIndex] = {}
 
     def batch(self) -> int:
@@ -130,7 +134,7 @@ class SegmentSearch:
         picked = [some(index.members(k), self.points, b) for k, b in zip(near.tolist(), bits, strict=True)]
         patches = np.sort(np.concatenate(picked))
         rows = np.zeros((len(patches), 4), np.int64)
-        rows[:, 2], rows[:, 3] = np.divmod(patches, self.valid[0].shape[1])
+        rows[:, 2], rows[:, 3] = (n * self.step for n in np.divmod(patches, self._grid.shape[1]))
         return rows
 
     def known_sides(self, known: Array) -> Sides:
@@ -151,33 +155,27 @@ class SegmentSearch:
     def index(self, sides: Sides) -> HistogramIndex:
         """Return the index of all patches by the groups in these sides of their zone, made at the first asking."""
         if sides not in self._indices:
-            counts = np.zeros((self.kinds, *self.valid[0].shape), np.int64)
-            for strip, wanted in zip(self._strips(), sides, strict=True):
-                if wanted:
-                    counts += self._box(strip)
-            self._indices[sides] = HistogramIndex(counts, self.valid[0])
+            counts = np.stack([self._counts(g, sides) for g in range(self.kinds)])
+            self._indices[sides] = HistogramIndex(counts, self._grid)
         return self._indices[sides]
 
-    @cached_property
-    def _sums(self) -> Int64:
-        """Sums of every group's pixels above and to the left, (K, H + 1, W + 1); a toroidal exemplar goes on."""
+    def _counts(self, group: int, sides: Sides) -> Int64:
+        """Count a group in the sides of every patch that is indexed, by sums over all that is above and to the left."""
         height, width = self.variants.picture(0).shape[:2]
         pad = ((0, height - self.groups.shape[0]), (0, width - self.groups.shape[1]))
-        groups = np.pad(self.groups, pad, mode="wrap")
-        ones = groups[None] == np.arange(self.kinds)[:, None, None]
-        sums = np.cumsum(np.cumsum(ones, axis=1, dtype=np.int64), axis=2)
-        return np.pad(sums, ((0, 0), (1, 0), (1, 0)))
+        mine = np.pad(self.groups == group, pad, mode="wrap")  # a toroidal exemplar goes on
+        sums = np.pad(np.cumsum(np.cumsum(mine, axis=0, dtype=np.int32), axis=1, dtype=np.int32), ((1, 0), (1, 0)))
+        (rows, columns), step = self.valid[0].shape, self.step
 
-    def _box(self, strip: tuple[slice, slice]) -> Int64:
-        """Count every group in one strip of every patch."""
-        (top, bottom), (left, right) = ((s.start, s.stop) for s in strip)
-        rows, columns = self.valid[0].shape
-        s = self._sums
+        def corner(y: int, x: int) -> Array:
+            return sums[y : y + rows : step, x : x + columns : step]
 
-        def corner(y: int, x: int) -> Int64:
-            return s[:, y : y + rows, x : x + columns]
-
-        return corner(bottom, right) - corner(top, right) - corner(bottom, left) + corner(top, left)
+        out = np.zeros(self._grid.shape, np.int64)
+        for (down, across), wanted in zip(self._strips(), sides, strict=True):
+            if wanted:
+                out += corner(down.stop, across.stop) - corner(down.start, across.stop)
+                out -= corner(down.stop, across.start) - corner(down.start, across.start)
+        return out
 
     def _strips(self) -> tuple[tuple[slice, slice], ...]:
         (h, w), (b, c) = self.patch, self.zone
