@@ -345,6 +345,17 @@ def test_dots_have_their_pitch(pitch, radius):
     assert (found.group_map[~inside] == found.chosen).mean() < 0.4  # or adds one
 
 
+@pytest.mark.parametrize("form", list(Energy))
+def test_the_published_choice_finds_clean_dots(form):
+    """S3-03, one scale and no vote, in every reading of the energy."""
+    found = find_segments(features([Exemplar.of(dots(24, 7))]).pictures[0], published=form)
+    assert found.rule is SizeRule.SEGMENTS
+    assert found.scale[1] in (1, 2, 4, 8)
+    assert abs(found.patch - 24) <= 2
+    assert found.why.endswith("the group of least energy at one scale.")
+    assert find_segments(picture_of("gradient"), published=form).rule is SizeRule.AUTOCORRELATION
+
+
 KNOWN = {
     "checkerboard": 13 * 2**0.5,  # fields of one colour, corner to corner
     "brick_subpixel": 20.37,
