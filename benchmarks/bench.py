@@ -224,6 +224,21 @@ def case_elements() -> list[Result]:
     return [timed("element size of 256x256", None, lambda: element_size(feats))]
 
 
+def case_segments() -> list[Result]:
+    from intarsia import analysis
+    from intarsia.analysis.segments import find_segments
+
+    feats = analysis.features([ia.Exemplar.of(pixels())]).pictures[0]
+    return [timed("segments of 256x256", 15, lambda: find_segments(feats))]
+
+
+def case_segment_based() -> list[Result]:
+    def work() -> None:
+        ia.synthesize(ia.Exemplar.of(pixels()), (512, 512), ia.SegmentBased(), seed=1, run=ONE)
+
+    return [timed("segment-based, 512x512 from 256x256, analysis included", 15, work)]
+
+
 def case_help() -> list[Result]:
     bare = child_cpu([sys.executable, "-c", "pass"])
     helped = child_cpu([sys.executable, "-m", "intarsia", "--help"])
@@ -317,6 +332,8 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "rendering": case_rendering,
     "cuts": case_cuts,
     "elements": case_elements,
+    "segments": case_segments,
+    "segment-based": case_segment_based,
     "pixels": case_pixels,
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,

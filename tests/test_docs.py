@@ -199,6 +199,15 @@ def test_every_line_of_source_000_has_a_test_or_a_decision() -> None:
     assert found == set(range(1, 95)) - gaps
 
 
+def test_the_table_of_segments_names_tests_that_exist() -> None:
+    text = text_of(ROOT / "docs" / "sources-003.md")
+    wanted = [f"S3-{n:02}" for n in (*range(1, 9), *range(20, 27), 30, 31, 32)] + ["D3-1", "D3-2", "D3-3"]
+    assert re.findall(r"^\| ([SD][\w-]+) \|", text, re.MULTILINE) == wanted
+    everything = "".join(text_of(path) for path in (ROOT / "tests").glob("test_segment*.py"))
+    for name in re.findall(r"`(test_\w+)`", text):
+        assert f"def {name}(" in everything, name
+
+
 def test_the_version_is_the_same_everywhere() -> None:
     assert f"\nversion: {ia.__version__}\n" in text_of(ROOT / "CITATION.cff")
     assert f'\nversion = "{ia.__version__}"\n' in text_of(ROOT / "pyproject.toml")

@@ -83,8 +83,12 @@ def coherent(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize([one, two], (70, 80), ia.Ashikhmin(jumps=2), seed=6, wrap="both", run=run)
 
 
+def by_segments(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(bricks(90, 96, 6), (120, 110), ia.SegmentBased(), seed=8, wrap="x", run=run)
+
+
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
-    f.__name__: f for f in (plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent)
+    f.__name__: f for f in (plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent, by_segments)
 }
 
 GOLDEN = {
@@ -123,6 +127,10 @@ GOLDEN = {
     "coherent": (
         "b1a365775e5c2e1bb04472e5223981898c838719e4a057a29290e3929b2e9cb5",
         "53d6b34aebafd31357ec13120d4f1c5f28d7c2175e68f3d2c53f547c7ebe92b5",
+    ),
+    "by_segments": (
+        "a0770d2104f0c5446687e6305e1d20709a90e17fd141579b52625d74578a963f",
+        "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
@@ -169,7 +177,7 @@ def test_the_linear_algebra_of_another_cpu_changes_no_map(cores: str) -> None:
 
 def test_numpy_without_its_fast_paths_changes_no_map() -> None:
     """Law 4: NumPy with no instruction set beyond its baseline."""
-    names = ["plain", "automatic", "started", "outward", "by_rows"]
+    names = ["plain", "automatic", "started", "outward", "by_rows", "by_segments"]
     assert elsewhere(names, NPY_DISABLE_CPU_FEATURES=newer_features()) == {n: GOLDEN[n] for n in names}
 
 

@@ -60,6 +60,20 @@ class TestAutomaticPatchSampling(MethodContract):
     examples = 8
 
 
+class TestSegmentBased(MethodContract):
+    method = ia.SegmentBased(patch=12, overlap=4)
+
+
+class TestSegmentBasedOfRectangles(MethodContract):
+    method = ia.SegmentBased(patch=(9, 14), overlap=(2, 5), hits=3, points=1, threshold=0)
+    examples = 8
+
+
+class TestAutomaticSegmentBased(MethodContract):
+    method = ia.SegmentBased()
+    examples = 8
+
+
 class TestNearRegular(MethodContract):
     """Wrapped sizes are an even number of blocks, here of 9 x 6 px."""
 

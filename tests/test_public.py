@@ -31,6 +31,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "near-regular": {A.WRAP, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "repeat": {A.START},
+    "segment-based": {A.WRAP, A.MASK},
     "wei-levoy": {A.WRAP, A.START, A.MASK, A.SEVERAL},
 }
 """What every method must be able to do; a claim is added here first."""

@@ -39,6 +39,7 @@ _HOMES = {
     "RandomTiling": "methods.random_tiling",
     "Repeat": "methods.repeat",
     "Run": "run",
+    "SegmentBased": "methods.segment_based",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
     "WeiLevoy": "methods.wei_levoy",
@@ -77,6 +78,7 @@ __all__ = [
     "RandomTiling",
     "Repeat",
     "Run",
+    "SegmentBased",
     "SourceMap",
     "Synthesis",
     "WeiLevoy",
@@ -109,6 +111,7 @@ if TYPE_CHECKING:
     from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
+    from .methods.segment_based import SegmentBased
     from .methods.wei_levoy import WeiLevoy
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap

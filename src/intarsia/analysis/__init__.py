@@ -2,7 +2,7 @@
 
 from .boundary import boundary_poses, grown, slack_of
 from .cell import check_lattice, lattice_of
-from .features import Features, features, pose_array
+from .features import Features, contrast, features, pose_array
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
@@ -16,7 +16,10 @@ from .rsgf import Sampling
 from .scan import Scan, scan_reach
 from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
-from .sizes import check_patch, default_patch
+from .segment_overlay import segment_overlay
+from .segment_search import SegmentSearch
+from .segments import Segments, SizeRule, segments
+from .sizes import check_patch, default_patch, fitting
 from .symmetry import allowed_isometries, settled_isometries
 from .tiling import Tiling
 from .trees import similar_pixels, tree_of
@@ -43,6 +46,9 @@ __all__ = [
     "Sampling",
     "Scan",
     "Search",
+    "SegmentSearch",
+    "Segments",
+    "SizeRule",
     "Tiling",
     "Variants",
     "Window",
@@ -54,9 +60,11 @@ __all__ = [
     "check_pyramid",
     "check_window",
     "choices",
+    "contrast",
     "default_patch",
     "default_window",
     "features",
+    "fitting",
     "ground",
     "grown",
     "isometry_ids",
@@ -66,6 +74,8 @@ __all__ = [
     "random_patch",
     "scan_reach",
     "seam_total",
+    "segment_overlay",
+    "segments",
     "settled_isometries",
     "settled_poses",
     "similar_pixels",

@@ -245,6 +245,11 @@ def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) 
     return [w / max(weights) for w in weights]
 
 
+def contrast(feats: Features, exemplars: Sequence[Exemplar]) -> float:
+    """Return how much the exemplars differ from their mean: the sum of the variances of all channels."""
+    return _variance([p.astype(np.int32) for p in feats.pictures], exemplars)
+
+
 def _times(values: Int32, factor: float) -> Int32:
     scale = round(factor * 65536)
     return np.asarray((values.astype(np.int64) * scale + 32768) >> 16, dtype=np.int32)

@@ -30,7 +30,7 @@ from .placing import places
 from .pyramid import PyramidSearch
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch, Search
-from .variants import isometry_ids, variants
+from .variants import Variants, isometry_ids, variants
 
 Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
@@ -66,6 +66,8 @@ class Laying:
         The poses that may be used there besides.
     slack : int, optional
         How far one label's pixels may lie in another's region, px, before they are replaced; None: any distance.
+    finder : callable, optional
+        Makes the search of a method that has one of its own, from variants and the size of the windows.
     """
 
     patch: tuple[int, int]
@@ -84,6 +86,7 @@ class Laying:
     boundary: int = 0
     boundary_isometries: str | tuple[int, ...] = "none"
     slack: int | None = None
+    finder: Callable[[Variants, tuple[int, int]], Search] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
         """The isometries in which patches are taken, those for boundaries of labels included."""
@@ -152,6 +155,8 @@ class Growth:
 
     def _finder(self, listed: int) -> Search:
         laying, patch = self.laying, self.layout.patch
+        if laying.finder is not None:
+            return laying.finder(self.variants, patch)
         if laying.search == "pyramid":
             return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
         return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", listed)

@@ -36,11 +36,11 @@ def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> 
         return _patch_of_labels(exemplars, guide)
     usable = _sampled(exemplars)
     side = min(min(e.height, e.width) for e in usable)
-    return _fitting(max(elements(e).size for e in usable), side)
+    return fitting(max(elements(e).size for e in usable), side)
 
 
-def _fitting(element: float, side: int) -> int:
-    """A patch for elements of a size, in an exemplar of which the shorter side is `side` px."""
+def fitting(element: float, side: int) -> int:
+    """Return a patch for elements of a size, in an exemplar of which the shorter side is `side` px."""
     wanted = max(element, min(2 * element, USUAL), LEAST)
     return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
 
@@ -56,7 +56,7 @@ def _patch_of_labels(exemplars: Sequence[Exemplar], guide: Guide) -> int:
         if found is not None:
             number, y, x, side = found
             picture = features([exemplars[number]]).pictures[0][y : y + side, x : x + side]
-            sizes.append(_fitting(element_size(np.ascontiguousarray(picture), None).size, side))
+            sizes.append(fitting(element_size(np.ascontiguousarray(picture), None).size, side))
             sides.append(max(int(LARGEST_SHARE * side), min(side, 3)))
     return min(max(sizes), *sides) if sizes else LEAST
 

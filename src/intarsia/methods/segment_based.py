@@ -1,0 +1,123 @@
+"""Segment-based synthesis: patches whose boundary zone holds the same kinds of segments, cut in along the best seam.
+
+Source 003, fragments of a poster and a paper on patch size and boundary zone from a segmentation.
+
+Departures: patch and zone come from a vote over scales (D3-1); the histogram of segments only says which patches
+are compared, pixel by pixel (D3-3); windows are laid in waves with evenly widened overlaps; the cut is a minimum cut
+without memory of old seams. The source leaves open how many patches are looked at, and the threshold.
+
+Cost: the analysis, then `hits` times `points` patches compared for every window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from ..draws import below
+from ..errors import ParameterError
+from ..lazy import lazy
+from ..params import AUTO, check, extent, param
+from .base import Ability
+
+if TYPE_CHECKING:
+    from .. import analysis, sourcemap
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+else:
+    analysis = lazy("intarsia.analysis")
+    sourcemap = lazy("intarsia.sourcemap")
+
+STAGE = 2008  # keeps this method's draws apart from those of others
+POINTS = 1 << 20  # draws of points are apart from those of the choice
+
+
+@dataclass(frozen=True)
+class SegmentBased:
+    """Lay patches that continue the segments around them, in a size found from the segments."""
+
+    slug: ClassVar[str] = "segment-based"
+    paper: ClassVar[str] = "fragments without a name (source 003)"
+    summary: ClassVar[str] = "patches chosen by the segments in their boundary zone"
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK})
+
+    patch: int | tuple[int, int] | None = param(
+        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+        low=1, high=1 << 16, unit="px",
+    )  # fmt: skip
+    overlap: int | tuple[int, int] | None = param(
+        AUTO, "extent", "width that two neighbours share; automatic: a gap, from a quarter to a third of the patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
+    hits: int = param(128, "int", "how many histograms of segments are looked at for every patch", low=1, high=1 << 12)
+    points: int = param(8, "int", "how many patches are drawn of each of them", low=1, high=1 << 12)
+    threshold: float = param(
+        0.05, "float", "draw among patches that differ by less than this share of the contrast; 0: take the best",
+        low=0, high=100,
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check(self)
+        if self.patch is not AUTO and self.overlap is not AUTO:
+            for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
+                if overlap >= side:
+                    raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    @property
+    def pitch(self) -> tuple[int, int]:
+        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
+        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
+        return patch[0] - overlap[0], patch[1] - overlap[1]
+
+    @property
+    def footprint(self) -> tuple[int, int]:
+        """Rows and columns of the exemplar that a patch needs."""
+        return extent(self.patch or 0)
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
+        """Decide patch and overlap from the segments of the exemplar."""
+        patch, overlap = self.patch, self.overlap
+        if patch is AUTO:
+            found = analysis.segments(exemplars[0])
+            patch = analysis.fitting(found.patch, min(exemplars[0].height, exemplars[0].width))
+            overlap = max(found.zone, patch // 4) if overlap is AUTO else overlap
+        elif overlap is AUTO:
+            rows, columns = extent(patch)
+            overlap = (rows // 4, columns // 4) if rows != columns else rows // 4
+        analysis.check_patch(patch, exemplars)
+        return replace(self, patch=patch, overlap=overlap)
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Grow the map window by window, from patches with alike segments in the boundary zone."""
+        method = self.settled(exemplars, canvas)
+        found = analysis.segments(exemplars[0])
+        zone = extent(method.overlap or 0)
+        laying = analysis.Laying(
+            patch=method.footprint, overlap=zone,
+            finder=lambda variants, patch: analysis.SegmentSearch(
+                variants, patch, found.group_map, zone, method.hits, method.points, seed, STAGE + POINTS
+            ),
+        )  # fmt: skip
+        growth = analysis.Growth(laying, exemplars, canvas)
+        limit = method.threshold * analysis.contrast(growth.features, exemplars)
+        growth.fill(
+            seed, STAGE, run,
+            choose=lambda window, found, bits: choose(found, limit, bits),
+            join=lambda at, pick, found: growth.patchwork.cut_in(at, pick, found, growth.layout, False),
+        )  # fmt: skip
+        return growth.map(self.blend)
+
+
+def choose(found: analysis.Candidates, limit: float, bits: int) -> analysis.Pick:
+    """Draw one of the patches of a mean squared difference below `limit`; where there is none, take the best."""
+    pixels = int((found.known > 0).sum())
+    near = int((found.rows[:, 0] < limit * pixels).sum())
+    v, y, x = found.rows[below(near, bits) if near else 0, 1:].tolist()
+    return v, y, x
