@@ -6,6 +6,7 @@ from .features import Features, features, pose_array
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
+from .courses import Courses
 from .mosaic import Mosaic
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
@@ -21,6 +22,7 @@ from .variants import Variants, isometry_ids, variants
 
 __all__ = [
     "Candidates",
+    "Courses",
     "Features",
     "Growth",
     "Guidance",

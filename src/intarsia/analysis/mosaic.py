@@ -103,7 +103,7 @@ class Mosaic:
         laid, around = _around(grid, canvas)
         return cls(
             picture, usable, grid, laid, places, around, (canvas.height, canvas.width), method.border / 2,
-            method.slack, seed, _nearest(usable),
+            method.slack, seed, nearest(usable),
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
@@ -242,7 +242,7 @@ class Mosaic:
         return at[0] < y0 + height and at[1] < x0 + width and at[0] + shape[0] > y0 and at[1] + shape[1] > x0
 
 
-def _nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
+def nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
     if usable.all():
         return None
     return np.asarray(distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)

@@ -72,6 +72,8 @@ class NearRegular:
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then cut in the gaps."""
-        mosaic = analysis.Mosaic.of(self.settled(exemplars, canvas), exemplars[0], canvas, seed)
+        settled = self.settled(exemplars, canvas)
+        made_of = analysis.Mosaic if len(settled.lattice or ()) == 2 else analysis.Courses
+        mosaic = made_of.of(settled, exemplars[0], canvas, seed)
         yx = mosaic.window(0, 0, canvas.height, canvas.width, run)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)

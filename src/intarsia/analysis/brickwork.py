@@ -1,0 +1,283 @@
+"""What an exemplar of courses holds: its beds, the joints between its bricks, and the bricks.
+
+A course runs along x here, from bed to bed; whoever has courses that stand upright swaps the axes before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+from scipy.signal import find_peaks
+
+from ..errors import MethodError
+from ..kernels import paths
+from .blockgrid import UNIT, Vector
+
+Array = NDArray[Any]
+
+OUTSIDE = 0.1  # share of the pitch by which a bed may lie outside the exemplar
+STRAY = 0.22  # share of the pitch by which a bed may leave its line
+ROUNDS = 3  # times that mortar and beds are found anew from one another
+PHASES = 12
+COARSE = 24
+LOW = 150
+DEPTH = 60
+DEBUG = False
+FACE = 255  # what a pixel of a face counts; one of mortar counts 0
+
+
+@dataclass(frozen=True)
+class Line:
+    """The straight line that a bed follows: row ``(phase + i pitch) / 256 + x slope``.
+
+    `phase`, `pitch` in 1/256 px down the rows; `slope` as a fraction (rows, columns) of whole numbers.
+    """
+
+    phase: int
+    pitch: int
+    slope: Vector
+
+    def rows(self, i: int, width: int) -> NDArray[np.int64]:
+        """The row of bed `i` in every column of the exemplar."""
+        x = np.arange(width, dtype=np.int64)
+        return (self.phase + i * self.pitch + UNIT // 2) // UNIT + x * self.slope[0] // self.slope[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Brickwork:
+    """Beds, joints and bricks of an exemplar.
+
+    Attributes
+    ----------
+    line : Line
+        Where beds lie on average.
+    beds : int64 array (n, W)
+        The row of every bed that is found, in every column.
+    courses : list of int
+        Numbers k of the whole courses, between beds k and k + 1.
+    spans : dict
+        The columns (first, end) of each course that lie in the exemplar.
+    joints : int64 array (m, H)
+        The column of every joint in every row.
+    of_course : dict
+        The joints of each course, from left to right.
+    faces : int16 array (H, W)
+        How little a pixel looks like mortar: 0 to 255.
+    thickness : int
+        Width of a joint, px.
+    """
+
+    line: Line
+    beds: NDArray[np.int64]
+    courses: list[int]
+    spans: dict[int, tuple[int, int]]
+    joints: NDArray[np.int64]
+    of_course: dict[int, list[int]]
+    faces: NDArray[np.int16]
+    thickness: int
+
+
+def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:
+    """Where the beds lie: across the vector, at the phase at which they differ most from what lies between."""
+    down, aside = vector if vector[0] > 0 else (-vector[0], -vector[1])
+    pitch = round((down * down + aside * aside) / down)
+    best, found = -1.0, Line(0, pitch, (-aside, down))
+    for n in range(PHASES):
+        line = Line(n * pitch // PHASES, pitch, (-aside, down))
+        faces, _ = _model(smooth, usable, line, _lines(line, usable.shape))
+        _, score = _model(smooth, usable, line, _beds(faces, line))
+        if score > best * 1.0001:
+            best, found = score, line
+    return found
+
+
+def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> Brickwork:
+    """Find beds, mortar and joints; MethodError where no course is whole."""
+    height, width = picture.shape[:2]
+    size = 3 if vector[0] ** 2 + vector[1] ** 2 > (COARSE * UNIT) ** 2 else 1
+    smooth = np.stack([uniform_filter(picture[:, :, c].astype(np.int32), size) for c in range(picture.shape[2])], axis=2)
+    line = line_of(smooth, usable, vector)
+    beds = _lines(line, usable.shape)
+    for _ in range(ROUNDS):
+        faces, _ = _model(smooth, usable, line, beds)
+        beds = _beds(faces, line)
+    faces = _levelled(faces, line)
+    courses, spans = [], {}
+    out = OUTSIDE * line.pitch / UNIT
+    for k in range(len(beds) - 1):
+        inside = (beds[k] >= -out) & (beds[k + 1] <= height + out)
+        inside &= _readable(usable, beds[k], beds[k + 1])
+        span = _longest(inside)
+        if span[1] - span[0] >= 4:
+            courses.append(k)
+            spans[k] = span
+    if not courses:
+        raise MethodError("the exemplar holds no whole course; give a larger exemplar, or use method repeat.")
+    joints, of_course = _joints(faces, beds, courses, spans)
+    return Brickwork(line, beds, courses, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
+
+
+def _numbers(line: Line, height: int, width: int) -> list[int]:
+    """The beds that are in the exemplar, or just outside it."""
+    lean = np.arange(width) * line.slope[0] // line.slope[1]
+    first = (-int(lean.max()) * UNIT - line.phase) // line.pitch - 1
+    last = ((height - int(lean.min())) * UNIT - line.phase) // line.pitch + 2
+    return list(range(int(first), int(last) + 1))
+
+
+def _along(beds: Array, height: int, width: int) -> NDArray[np.bool_]:
+    """The pixels on the beds."""
+    on = np.zeros((height, width), bool)
+    x = np.arange(width)
+    for bed in beds:
+        for dy in (-1, 0):
+            ok = (bed + dy >= 1) & (bed + dy < height - 1)
+            on[(bed + dy)[ok], x[ok]] = True
+    return on
+
+
+def _far(beds: Array, height: int, width: int, pitch: float) -> NDArray[np.bool_]:
+    """The pixels in the middle of the courses."""
+    on = np.zeros((height, width), bool)
+    x = np.arange(width)
+    for above, below in zip(beds, beds[1:], strict=False):
+        for part in np.linspace(0.3, 0.7, max(2, int(pitch * 0.4))):
+            y = np.rint(above + part * (below - above)).astype(np.int64)
+            ok = (y >= 0) & (y < height)
+            on[y[ok], x[ok]] = True
+    return on
+
+
+def _lines(line: Line, shape: tuple[int, int]) -> NDArray[np.int64]:
+    return np.stack([line.rows(i, shape[1]) for i in _numbers(line, *shape)])
+
+
+def _beds(faces: Array, line: Line) -> NDArray[np.int64]:
+    """The beds near their lines."""
+    reach = max(1, int(STRAY * line.pitch / UNIT))
+    return np.stack([_bed(faces, row, reach) for row in _lines(line, faces.shape)])
+
+
+def _model(smooth: Array, usable: Array, line: Line, beds: Array) -> tuple[NDArray[np.int16], float]:
+    """How little each pixel looks like mortar, by the one mixture of channels that tells both apart best; how well."""
+    height, width = usable.shape
+    mortar = _along(beds, height, width) & usable
+    face = _far(beds, height, width, line.pitch / UNIT) & usable
+    if mortar.sum() < 4 or face.sum() < 4:
+        return np.full(usable.shape, FACE, np.int16), 0.0
+    one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
+    a, b = np.median(one, axis=0), np.median(two, axis=0)
+    spread = np.cov(one, rowvar=False) + np.cov(two, rowvar=False)
+    spread = np.atleast_2d(spread) / 2 + 16.0 * np.eye(smooth.shape[2])
+    weights = np.linalg.solve(spread, b - a)
+    low, high = float(a @ weights), float(b @ weights)
+    if high - low < 1e-9:
+        return np.full(usable.shape, FACE, np.int16), 0.0
+    value = (smooth.astype(np.float64) @ weights - low) / (high - low)
+    return np.asarray(np.clip(np.rint(FACE * (value - 0.1) / 0.7), 0, FACE), np.int16), high - low
+
+
+def _levelled(faces: Array, line: Line) -> NDArray[np.int16]:
+    """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
+    side = max(3, 2 * line.pitch // UNIT)
+    part = faces > FACE // 3
+    count = uniform_filter(part.astype(np.float64), side)
+    mean = uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
+    factor = FACE / np.clip(mean, 0.6 * FACE, FACE)
+    return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
+
+
+def _bed(faces: Array, line: Array, reach: int) -> NDArray[np.int64]:
+    """The bed near a line that stays in mortar best."""
+    height, width = faces.shape
+    offsets = np.arange(-reach, reach + 1)
+    y = line[:, None] + offsets
+    cost = faces[np.clip(y, 0, height - 1), np.arange(width)[:, None]].astype(np.int64)
+    cost += 40 * offsets**2 // reach**2
+    cost[(y < 0) | (y >= height)] = FACE // 2
+    return np.asarray(line + paths.cheapest(cost) - reach, np.int64)
+
+
+def _readable(usable: Array, above: Array, below: Array) -> NDArray[np.bool_]:
+    """The columns in which most of a course may be used."""
+    height = usable.shape[0]
+    good = np.concatenate([np.zeros((1, usable.shape[1]), np.int64), np.cumsum(usable, axis=0)])
+    x = np.arange(usable.shape[1])
+    top, end = np.clip(above, 0, height), np.clip(below, 0, height)
+    return np.asarray((good[end, x] - good[top, x]) * 8 >= 7 * np.maximum(end - top, 1))
+
+
+def _longest(inside: Array) -> tuple[int, int]:
+    """The longest run of true values: first, end."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(np.int8), [0]])))
+    if not len(edges):
+        return 0, 0
+    runs = edges.reshape(-1, 2)
+    best = runs[np.argmax(runs[:, 1] - runs[:, 0])]
+    return int(best[0]), int(best[1])
+
+
+def _joints(
+    faces: Array, beds: Array, courses: list[int], spans: dict[int, tuple[int, int]]
+) -> tuple[NDArray[np.int64], dict[int, list[int]]]:
+    """Find the joints across each course: paths in mortar, with faces on both sides."""
+    height = faces.shape[0]
+    found: list[Array] = []
+    of_course: dict[int, list[int]] = {}
+    for k in courses:
+        of_course[k] = []
+        for path in joints_across(faces, beds[k], beds[k + 1], spans[k]):
+            of_course[k].append(len(found))
+            found.append(path)
+    return (np.stack(found) if found else np.zeros((0, height), np.int64)), of_course
+
+
+def joints_across(faces: Array, above: Array, below: Array, span: tuple[int, int]) -> list[NDArray[np.int64]]:
+    """The joints of one course: for each its column in every row of the exemplar."""
+    height, width = faces.shape
+    x0, x1 = span
+    tall = int(np.median(below[x0:x1] - above[x0:x1]))
+    middle = (above + below) // 2
+    half = max(1, tall // 2)
+    v = np.arange(-half, half + 1)
+    y = middle[x0:x1] + v[:, None]
+    x = np.broadcast_to(np.arange(x0, x1), y.shape)
+    cost = faces[np.clip(y, 0, height - 1), x].astype(np.int64)
+    up, down = paths.accumulate(cost[: half + 1]), paths.accumulate(cost[half:][::-1].copy())
+    profile = (up[-1] + down[-1] - cost[half]) // len(v)
+    joints = []
+    for at in _minima(profile, tall // 4):
+        path = np.concatenate([paths.trace(up, at), paths.trace(down, at)[::-1][1:]]) + x0
+        rows = middle[at + x0] + v
+        joints.append(np.interp(np.arange(height), rows, path).round().astype(np.int64))
+    return joints
+
+
+def _minima(profile: Array, apart: int) -> list[int]:
+    """Where a profile of crossing costs has a deep valley between walls of faces."""
+    padded = np.concatenate([[FACE], FACE - (FACE - profile), [FACE]]).astype(np.float64)
+    at, told = find_peaks(FACE - padded, height=FACE - LOW, prominence=DEPTH, distance=max(1, apart), plateau_size=1)
+    if DEBUG: print([(int(x-1), int(padded[x]), int(p)) for x,p in zip(at, told['prominences'])])
+    return [int(x) - 1 for x in at]
+
+
+def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
+    """The median width of the joints, px."""
+    height, width = faces.shape
+    widths = []
+    for k, some in of_course.items():
+        for j in some:
+            top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
+            quarter = max(1, (end - top) // 4)
+            for y in range(max(0, top + quarter), min(height, end - quarter)):
+                a = b = int(np.clip(joints[j, y], 0, width - 1))
+                while a > 0 and faces[y, a - 1] < FACE // 2:
+                    a -= 1
+                while b + 1 < width and faces[y, b + 1] < FACE // 2:
+                    b += 1
+                widths.append(b - a + 1)
+    return int(np.median(widths)) if widths else 4
