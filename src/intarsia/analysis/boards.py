@@ -22,8 +22,11 @@ Array = NDArray[Any]
 LONG = 1024  # px from anchor to anchor
 LEAPS = 10  # leaps from every column
 OVERLAP = 10  # columns compared on each side of a leap
+SPARE = 32  # columns on each side of a leap in which its cut may wander
 LONGEST = 1024  # columns of a course that are used
-SMALL = 64
+SMALL = 64  # columns of a course so short that it may leap from anywhere to anywhere
+LOOP = 45  # percent of its columns that a leap must at least go, so that no knot returns soon
+SHADE = 60  # what a change of colour counts, where a difference of single pixels counts 16
 
 
 @dataclass(eq=False)
@@ -127,8 +130,21 @@ class Boards:
             y = (above[x] + below_[x] - tall) // 2 + np.arange(tall)[:, None]
             strip = self.picture[np.clip(y, 0, self.picture.shape[0] - 1), x]
             n = x1 - x0
-            half = max(1, min(OVERLAP, n // 6))
-            costs = chains.leap_costs(np.ascontiguousarray(strip), half)
-            apart, keep = (1, n) if n <= SMALL else (n // 5, LEAPS)
+            half = max(1, min(SPARE, n // 6))
+            costs = chains.leap_costs(np.ascontiguousarray(strip), min(OVERLAP, half), half)
+            costs[costs < chains.FAR] += _shades(strip, 2 * half)[costs < chains.FAR]
+            apart, keep = (1, n) if n <= SMALL else (LOOP * n // 100, LEAPS)
             self._leaps[k] = costs, chains.best_leaps(costs, apart, keep), half
         return self._leaps[k]
+
+
+def _shades(strip: Array, wide: int) -> NDArray[np.int64]:
+    """How much the colour of a board changes at each leap: before column x and from column z on, (n, n)."""
+    mean = strip.mean(axis=0)
+    total = np.concatenate([np.zeros((1, mean.shape[1])), np.cumsum(mean, axis=0)])
+    at = np.arange(len(mean))
+    first, end = np.maximum(at - wide, 0), np.minimum(at + wide, len(mean))
+    before = (total[at] - total[first]) / np.maximum(at - first, 1)[:, None]
+    after = (total[end] - total[at]) / np.maximum(end - at, 1)[:, None]
+    gap = np.sqrt(((before[:, None] - after) ** 2).sum(axis=2))
+    return np.asarray(np.rint(SHADE * gap), np.int64)

@@ -13,11 +13,14 @@ from ..kernels.courses import FACE
 from .brickwork import Brickwork
 
 Array = NDArray[Any]
+Brick = tuple[int, int, int, int, int]
 
 MARGIN = 3  # px of a brick that the border of the exemplar cuts, left for the seam
 BROKEN = 0.3  # what is smaller than this share of the usual brick is none
 HALF = 0.45  # the least share of the usual brick that one cut by the border must show, where whole ones are few
 FEW = 8
+LEANING = 2.5  # px by which the two ends of a brick may lie off the course
+STRAYING = 70  # how little its beds may look like mortar, of 255
 STACKED, UNUSUAL = 500, 240  # what joints cost that lie over one another, or as they never do in the exemplar
 
 
@@ -58,12 +61,19 @@ def bricks_of(work: Brickwork) -> Bricks | None:
     places = {k: _places(work, k) for k in work.courses}
     if sum(len(p) for p in places.values()) < max(2, len(work.courses) // 2):
         return None
-    whole, cut = [], []
+    whole: list[Brick] = []
+    cut: list[Brick] = []
     for k in work.courses:
         names, at, (x0, x1) = work.of_course[k], places[k], work.spans[k]
+        half, begin, end = work.thickness // 2, x0 + MARGIN, x1 - MARGIN
+        while at and at[0] < x0 + half:  # only half of the joint is there
+            begin, names, at = max(begin, at[0] + half), names[1:], at[1:]
+        while at and at[-1] >= x1 - half:
+            end, names, at = min(end, at[-1] - half), names[:-1], at[:-1]
         whole += [(k, at[n], at[n + 1], names[n], names[n + 1]) for n in range(len(at) - 1)]
         if at:
-            cut += [(k, x0 + MARGIN, at[0], FACE, names[0]), (k, at[-1], x1 - MARGIN, names[-1], FACE)]
+            cut += [(k, begin, at[0], FACE, names[0]), (k, at[-1], end, names[-1], FACE)]
+    whole, cut = (_straight(work, [e for e in some if e[2] - e[1] >= 3]) for some in (whole, cut))
     lengths = np.array([b - a for _, a, b, _, _ in whole or cut])
     usual = float(np.median(lengths))
     whole = [e for e in whole if e[2] - e[1] >= max(BROKEN * usual, 3)]
@@ -77,6 +87,24 @@ def bricks_of(work: Brickwork) -> Bricks | None:
     beside, common = _costs(_distances(places, 1), usual)
     beyond, _ = _costs(_distances(places, 2), usual)
     return Bricks(table, usual, max(2, int(min(least, HALF * usual))), beside, beyond // 4, common)
+
+
+def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
+    """Leave out bricks that lean off the courses, or whose beds leave the mortar, while enough are left."""
+    if len(some) <= FEW:
+        return some
+    off = []
+    for k, a, b, _, _ in some:
+        x = np.arange(a, b)
+        lean = (work.beds[k][x] + work.beds[k + 1][x]) / 2 - x * work.line.slope[0] / work.line.slope[1]
+        third = max(1, len(x) // 3)
+        beds = np.clip(np.stack([work.beds[k][x], work.beds[k + 1][x]]), 0, work.faces.shape[0] - 1)
+        off.append((abs(lean[-third:].mean() - lean[:third].mean()), work.faces[beds, x].mean()))
+    good = [e for e, (lean, face) in zip(some, off, strict=True) if lean <= LEANING and face <= STRAYING]
+    if len(good) >= FEW:
+        return good
+    order = sorted(range(len(some)), key=lambda n: off[n][0] / LEANING + off[n][1] / STRAYING)
+    return [some[n] for n in sorted(order[:FEW])]
 
 
 def _places(work: Brickwork, k: int) -> list[int]:

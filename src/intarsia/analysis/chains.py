@@ -24,10 +24,10 @@ from .courserows import CourseRows
 Array = NDArray[Any]
 
 STAGE = 2012
-LONG = 1024  # px from anchor to anchor
-HAND = 24  # bricks that a chain chooses among
+LONG = 512  # px from anchor to anchor
+HAND = 16  # bricks that a chain chooses among
 TURN = 100  # what a brick costs that it is not the turn of
-TWICE, AGAIN, NEAR = 2000, 400, 400  # what it costs to show a brick twice in a row; soon again; near itself
+TWICE, AGAIN, NEAR = 2000, 400, 600  # what it costs to show a brick twice in a row; soon again; near itself
 LOOSE = 15  # two bricks that are no neighbours in the exemplar
 ODD, TALL = 150, 80  # bricks of courses of other lengths; much longer ones than usual
 BORDER, CUT = 30, 250  # a brick cut by the border of the exemplar; cut to fit
@@ -80,6 +80,7 @@ class Chains:
     seed: int
     _known: dict[tuple[int, int], list[Piece]] = field(default_factory=dict)
     _anchors: dict[tuple[int, int], int] = field(default_factory=dict)
+    _decks: dict[tuple[int, int], list[int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         usual = max(self.bricks.usual, 1.0)
@@ -165,15 +166,26 @@ class Chains:
         n = len(self.bricks.table)
         held = min(HAND, n)
         deck, hand = divmod(i, n // held)
-        order = list(range(n))
-        for k in range(n - 1, 0, -1):
-            other = below(k + 1, draw(self.seed, STAGE, 64 + k, deck, s))
-            order[k], order[other] = order[other], order[k]
+        order = self._deck(deck, s)
         mine = order[hand * held : (hand + 1) * held]
         start = [e for e in mine if self.bricks.table[e, 3] != FACE]
         if not start:
-            start = [e for e in order if self.bricks.table[e, 3] != FACE]
-        return [start[0], *[e for e in mine if e != start[0]]]
+            start = [e for e in order if self.bricks.table[e, 3] != FACE][:1]
+            mine = [*start, *mine[1:]]
+        at, around = self.anchor(i, s), self._around(i, s)
+        # A brick of the same kind nearby makes another one begin.
+        costs = self._starts(start, around, at, 0)[:, 0] if around else np.zeros(len(start))
+        first = start[int(np.argmin(costs))]
+        return [first, *[e for e in mine if e != first]]
+
+    def _deck(self, deck: int, s: int) -> list[int]:
+        if (deck, s) not in self._decks:
+            order = list(range(len(self.bricks.table)))
+            for k in range(len(order) - 1, 0, -1):
+                other = below(k + 1, draw(self.seed, STAGE, 64 + k, deck, s))
+                order[k], order[other] = order[other], order[k]
+            self._decks[deck, s] = order
+        return self._decks[deck, s]
 
     def _linked(self, i: int, s: int) -> list[Piece]:
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
@@ -221,12 +233,12 @@ class Chains:
         sizes, table = self.bricks.sizes[hand], self.bricks.table[hand]
         cost += (BORDER * ((table[:, 3] == FACE) | (table[:, 4] == FACE)) + TALL * (sizes > 1.6 * usual))[:, None]
         reach = int(NEARBY * usual)
-        fall = NEAR * (reach - np.abs(np.arange(-reach, reach + 1))) // max(reach, 1)
+        fall = NEAR * (reach - np.abs(np.arange(-reach, reach + 1))) ** 2 // max(reach, 1) ** 2
         places = {brick: k for k, brick in enumerate(hand)}
-        for _, chain in around:
+        for off, chain in around:
             for p in chain:
                 at = p.first - first - reach
                 low, high = max(0, at), min(length + 1, at + 2 * reach + 1)
                 if p.brick in places and low < high:
-                    cost[places[p.brick], low:high] += fall[low - at : high - at]
+                    cost[places[p.brick], low:high] += fall[low - at : high - at] // off
         return np.ascontiguousarray(cost, np.int64)

@@ -31,7 +31,7 @@ Array = NDArray[Any]
 
 CHUNK = 256  # columns of a bed that are cut at once
 RUN_UP = 48  # columns on both sides that decide where the cut crosses from one chunk to the next
-OPEN_REACH = 8  # px that a cut between two boards may wander
+OPEN_REACH = 32  # px that a cut between two boards may wander
 LEAST_REACH, MOST_REACH = 6, 24  # and one in a joint
 Strip = tuple[Array, Array, Array]
 
@@ -147,7 +147,7 @@ class Courses:
 
     def _pieces(self, i: int, m: int) -> list[Piece]:
         """The pieces of a course that show in a chunk."""
-        spare = RUN_UP + 2 * MOST_REACH
+        spare = RUN_UP + 2 * OPEN_REACH
         return self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare)
 
     def _strip(self, i: int, m: int, pieces: list[Piece], y0: int) -> Strip:
@@ -166,10 +166,14 @@ class Courses:
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
         """A piece as the kernels read it: its middle between the lines, where its beds are as far off above and below."""
-        middle = (p.first + p.end) // 2
-        x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
-        here = int((self.work.beds[p.course][x] + self.work.beds[p.course + 1][x]).sum()) // (2 * len(x))
-        ty = here - (self.rows.row(2 * i + 1, middle) - y0)
+        columns = self.scene[1].shape[1]
+        rise, run = self.work.line.slope
+        here, away = (p.source + (p.end - p.first) // 2), (p.first + p.end) // 2
+        x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, columns - 1)
+        if p.left == kernels.OPEN:  # a board lies still: only its whole length tells where it is
+            x = np.arange(p.low, p.high)
+        off = self.work.beds[p.course][x] + self.work.beds[p.course + 1][x] - 2 * (x * rise // run)
+        ty = int(off.sum()) // (2 * len(x)) + here * rise // run - (self.rows.row(2 * i + 1, away) - y0)
         return (
             p.first - first, p.end - first, p.source - p.first + first, ty, p.course, p.left, p.right, p.low, p.high, 0,
         )  # fmt: skip
@@ -188,15 +192,15 @@ class Courses:
 
     def _cut(self, upper: Strip, lower: Strip) -> NDArray[np.int64]:
         """Cut two courses together: for every column of the chunk, how many rows of the band the upper one keeps."""
-        cost = kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
-        wide = len(cost)
-        pins = [paths.cheapest(cost[: 2 * RUN_UP + 1])[RUN_UP], paths.cheapest(cost[wide - 2 * RUN_UP - 1 :])[RUN_UP]]
+        cost, gap = kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
+        wide, both = len(cost), 2 * RUN_UP + 1
+        pins = [paths.least_cut(cost[part], gap[part])[RUN_UP] for part in (slice(both), slice(wide - both, wide))]
         inner = cost[RUN_UP : wide - RUN_UP].copy()
         for end, pin in zip((0, -1), pins, strict=True):
             kept = inner[end, pin]
             inner[end] = paths.BARRED
             inner[end, pin] = kept
-        return np.asarray(paths.cheapest(inner)[:-1], np.int64)
+        return np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64)
 
     def _pour(self, strip: Strip, following: Strip, top: Array, end: Array, out: Array, at: int) -> None:
         """Write what a course shows in a chunk."""

@@ -96,10 +96,10 @@ def _written(length: int, sizes: Any, back: Any, found: Any, out: Any) -> int:
 
 
 @kernel
-def leap_costs(strip: Any, half: int) -> Any:
+def leap_costs(strip: Any, half: int, spare: int) -> Any:
     """What it costs to leave a strip (h, n, C) before column x and go on at column z: (n, n) int64.
 
-    The mean distance (1/16 units) of the columns around both, `half` to each side; FAR where one is not there.
+    The mean distance (1/16 units) of the columns around both, `half` to each side; FAR nearer than `spare` columns to an end.
     """
     height, n, channels = strip.shape
     single = np.zeros((n, n), np.int64)
@@ -112,10 +112,8 @@ def leap_costs(strip: Any, half: int) -> Any:
                     total += d * d
             single[x, z] = single[z, x] = int(16.0 * np.sqrt(np.float64(total // height)))
     out = np.full((n, n), FAR, np.int64)
-    for x in range(half, n - half + 1):
-        for z in range(half, n - half + 1):
-            if x >= n or z >= n:
-                continue
+    for x in range(spare, min(n, n - spare + 1)):
+        for z in range(spare, min(n, n - spare + 1)):
             total = np.int64(0)
             for t in range(-half, half):
                 total += single[x + t, z + t]

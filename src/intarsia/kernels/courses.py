@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from .jit import kernel
-from .paths import cheapest
+from .paths import least_cut
 
 FACE, OPEN = -1, -2
 UNREADABLE = 1 << 20
@@ -60,6 +60,7 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
     n, wide = len(cut), 2 * reach + 1
     u = right[0]
     cost = np.empty((n, wide), np.int64)
+    gaps = np.empty((n, 2 * reach), np.int64)
     gap = np.empty(2 * reach + 2, np.int64)
     wrong = np.empty((2, 2 * reach + 2), np.int64)
     for r in range(n):
@@ -69,6 +70,7 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
             gap[k] = apart(scene[0], y + left[3], x + left[2], y + right[3], x + right[2])
             wrong[0, k] = astray(scene, left, y + left[3], x + left[2], 1)
             wrong[1, k] = astray(scene, right, y + right[3], x + right[2], 0)
+        gaps[r] = gap[1 : 2 * reach + 1]
         before, after = np.int64(0), np.int64(0)
         for k in range(1, 2 * reach + 2):
             after += wrong[1, k]
@@ -77,7 +79,7 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
             if k + 1 < wide:
                 before += wrong[0, k + 1]
                 after -= wrong[1, k + 1]
-    path = cheapest(cost)
+    path = least_cut(cost, gaps)
     for r in range(n):
         cut[r] = u - reach + path[r]
 
@@ -120,14 +122,17 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
 def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
     """What each cut between two courses costs: (w, 2 reach + 2); cut k leaves k rows of the band to the upper.
 
+    Also how much both courses differ at each pixel of the band: (w, 2 reach + 1).
+
     `upper`, `lower`: (pixels (R, w, 2), wrong (R, w)) as :func:`lay` makes them; the band is the first
     2 reach + 1 rows of the lower one, and lies `shift` (w,) rows down in the upper one.
     """
     band = 2 * reach + 1
     wide = len(shift)
     cost = np.empty((wide, band + 1), np.int64)
-    gap = np.zeros(band, np.int64)
+    gaps = np.empty((wide, band), np.int64)
     for x in range(wide):
+        gap = gaps[x]
         after = np.int64(0)
         for k in range(band):
             a, b = upper[0][shift[x] + k, x], lower[0][k, x]
@@ -139,7 +144,7 @@ def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
             if k < band:
                 before += upper[1][shift[x] + k, x]
                 after -= lower[1][k, x]
-    return cost
+    return cost, gaps
 
 
 @kernel

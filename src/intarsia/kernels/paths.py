@@ -60,3 +60,40 @@ def cheapest(cost: Any) -> Any:
         if total[n - 1, j] < total[n - 1, end]:
             end = j
     return trace(total, end)
+
+
+@kernel
+def least_cut(cost: Any, gap: Any) -> Any:
+    """The least cut between two sheets, line by line: from which pixel on the second one shows, (n,) int64.
+
+    `cost` (n, K + 1): what it costs in a line to cut before pixel k; `gap` (n, K): what it costs that a pixel shows
+    one sheet and its neighbour in the next line the other. A cut may go any way along the lines. Of equal cuts the
+    one that goes straight on, else the one further left.
+    """
+    n, count = cost.shape
+    total = np.empty((n, count), np.int64)
+    came = np.empty((n, count), np.int64)
+    total[0] = cost[0]
+    for t in range(1, n):
+        for k in range(count):
+            total[t, k], came[t, k] = total[t - 1, k], k
+        for k in range(1, count):
+            over = total[t, k - 1] + gap[t - 1, k - 1] + gap[t, k - 1]
+            if over < total[t, k]:
+                total[t, k], came[t, k] = over, came[t, k - 1]
+        for k in range(count - 2, -1, -1):
+            over = total[t, k + 1] + gap[t - 1, k] + gap[t, k]
+            if over < total[t, k]:
+                total[t, k], came[t, k] = over, came[t, k + 1]
+        for k in range(count):
+            total[t, k] += cost[t, k]
+    path = np.empty(n, np.int64)
+    k = count // 2
+    for j in range(count):
+        if total[n - 1, j] < total[n - 1, k]:
+            k = j
+    for t in range(n - 1, -1, -1):
+        path[t] = k
+        if t > 0:
+            k = came[t, k]
+    return path
