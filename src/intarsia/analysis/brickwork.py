@@ -253,8 +253,31 @@ def joints_across(faces: Array, above: Array, below: Array, span: tuple[int, int
     for at in _minima(profile, tall // 4):
         path = np.concatenate([paths.trace(up, at), paths.trace(down, at)[::-1][1:]]) + x0
         rows = middle[at + x0] + v
+        path += int(np.median(_middles(faces, rows, path)))
         joints.append(np.interp(np.arange(height), rows, path).round().astype(np.int64))
     return joints
+
+
+def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
+    """How far the middle of the mortar lies from a path, row by row; the first pixel of its right half."""
+    found = [0]
+    quarter = len(rows) // 4
+    for y, x in zip(rows[quarter : len(rows) - quarter], path[quarter : len(rows) - quarter], strict=True):
+        if 0 <= y < len(faces):
+            a, b = _mortar(faces[y], int(x))
+            if b > a:
+                found.append((a + b) // 2 - int(x))
+    return found[1:] or found
+
+
+def _mortar(row: Array, x: int) -> tuple[int, int]:
+    """The pixels around x that look like mortar: first, end; none where x itself does not."""
+    a = b = min(max(x, 0), len(row) - 1)
+    while a > 0 and row[a - 1] < FACE // 2:
+        a -= 1
+    while b < len(row) and row[b] < FACE // 2:
+        b += 1
+    return a, b
 
 
 def _minima(profile: Array, apart: int) -> list[int]:
@@ -267,17 +290,13 @@ def _minima(profile: Array, apart: int) -> list[int]:
 
 def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
     """The median width of the joints, px."""
-    height, width = faces.shape
-    widths = []
+    height = faces.shape[0]
+    widths: list[int] = []
     for k, some in of_course.items():
         for j in some:
             top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
             quarter = max(1, (end - top) // 4)
             for y in range(max(0, top + quarter), min(height, end - quarter)):
-                a = b = int(np.clip(joints[j, y], 0, width - 1))
-                while a > 0 and faces[y, a - 1] < FACE // 2:
-                    a -= 1
-                while b + 1 < width and faces[y, b + 1] < FACE // 2:
-                    b += 1
-                widths.append(b - a + 1)
+                a, b = _mortar(faces[y], int(joints[j, y]))
+                widths += [b - a] if b > a else []
     return int(np.median(widths)) if widths else 4

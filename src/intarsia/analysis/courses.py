@@ -33,6 +33,7 @@ CHUNK = 256  # columns of a bed that are cut at once
 RUN_UP = 48  # columns on both sides that decide where the cut crosses from one chunk to the next
 OPEN_REACH = 32  # px that a cut between two boards may wander
 LEAST_REACH, MOST_REACH = 6, 24  # and one in a joint
+DEAR = 3  # how much more a face out of place counts than a seam across it
 Strip = tuple[Array, Array, Array]
 
 
@@ -77,8 +78,9 @@ class Courses:
         rows = CourseRows.of(work.line, canvas, upright)
         bricks = bricks_of(work)
         layout = Boards(picture, work, rows, seed) if bricks is None else Chains(work, bricks, rows, seed)
-        half = work.thickness // 2
-        scene = (picture, usable, _weighted(picture, work), work.beds, work.joints, half)
+        spare = 1 if work.thickness > 2 else 0  # so that no sliver of a neighbour is let in
+        halves = np.array([(work.thickness + 1) // 2 - spare, work.thickness // 2 - spare], np.int64)
+        scene = (picture, usable, _weighted(picture, work), work.beds, work.joints, halves)
         return cls(work, layout, rows, scene, upright, nearest(usable))
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
@@ -220,4 +222,4 @@ def _weighted(picture: Array, work: Brickwork) -> NDArray[np.int64]:
     contrast = 0.0
     if len(mortar) and len(face):
         contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0))
-    return np.asarray(faces.astype(np.int64) * int(max(contrast, 64.0)) // FACE, np.int64)
+    return np.asarray(faces.astype(np.int64) * int(DEAR * max(contrast, 64.0)) // FACE, np.int64)

@@ -1,7 +1,8 @@
 """Courses laid in rows: pieces cut together in their joints, and courses cut together in the beds between them.
 
 A scene is what the exemplar shows: (picture (H, W, C) int16, usable (H, W), faces (H, W): what a pixel costs where
-it does not belong, beds (n, W), joints (m, H), half the thickness of a joint). A piece is a row of ten numbers:
+it does not belong, beds (n, W), joints (m, H), and (2,) how wide the right and the left half
+of a joint are). A piece is a row of ten numbers:
 first column and end on the canvas, what to add to a canvas column and row to read it, the number of its course,
 what lies at its left and right end (a joint's number; FACE: the course is cut there; OPEN: it runs on), and the
 exemplar columns of both ends.
@@ -48,7 +49,7 @@ def astray(scene: Any, piece: Any, y: int, x: int, side: int) -> int:
     if kind == OPEN:
         return 0
     if kind == FACE:
-        beyond = x < end + scene[5] if side == 0 else x >= end - scene[5]
+        beyond = x < end + scene[5][0] if side == 0 else x >= end - scene[5][1]
     else:
         beyond = x < scene[4][kind, y] if side == 0 else x >= scene[4][kind, y]
     return int(scene[2][y, x]) + STEP if beyond else 0
