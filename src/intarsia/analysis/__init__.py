@@ -2,11 +2,11 @@
 
 from .boundary import boundary_poses, grown, slack_of
 from .cell import check_lattice, lattice_of
+from .courses import Courses
 from .features import Features, features, pose_array
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
-from .courses import Courses
 from .mosaic import Mosaic
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers

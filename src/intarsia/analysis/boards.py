@@ -98,7 +98,7 @@ class Boards:
 
     def _walked(self, i: int, s: int) -> list[Piece]:
         k = self.course(i)
-        costs, leaps, half = self._table(k)
+        costs, leaps, _ = self._table(k)
         (first, here), (end, there) = self._anchor(i, s), self._anchor(i, s + 1)
         length = end - first
         known = costs[costs < chains.FAR]

@@ -16,18 +16,18 @@ from scipy.signal import find_peaks
 from ..errors import MethodError
 from ..kernels import paths
 from .blockgrid import UNIT, Vector
+from .mortar import FACE, levelled, model, mortar_at
 
 Array = NDArray[Any]
 
 OUTSIDE = 0.1  # share of the pitch by which a bed may lie outside the exemplar
 STRAY = 0.22  # share of the pitch by which a bed may leave its line
 ROUNDS = 3  # times that mortar and beds are found anew from one another
-PHASES = 12
-COARSE = 24
-LOW = 150
-DEPTH = 60
-DEBUG = False
-FACE = 255  # what a pixel of a face counts; one of mortar counts 0
+PHASES = 12  # phases that are tried
+COARSE = 24  # px of pitch from which on single pixels are not trusted
+LOW = 150  # a joint's crossing costs at most so much a pixel, of 255
+DEPTH = 60  # and that much less than what is on both sides
+LEAST_SPAN = 4  # columns of a course
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:
     best, found = -1.0, Line(0, pitch, (-aside, down))
     for n in range(PHASES):
         line = Line(n * pitch // PHASES, pitch, (-aside, down))
-        faces, _ = _model(smooth, usable, line, _lines(line, usable.shape))
-        _, score = _model(smooth, usable, line, _beds(faces, line))
+        faces, _ = model(smooth, usable, _lines(line, usable.shape), pitch / UNIT)
+        _, score = model(smooth, usable, _beds(faces, line), pitch / UNIT)
         if score > best * 1.0001:
             best, found = score, line
     return found
@@ -97,22 +97,22 @@ def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:
 
 def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> Brickwork:
     """Find beds, mortar and joints; MethodError where no course is whole."""
-    height, width = picture.shape[:2]
+    height = len(picture)
     size = 3 if vector[0] ** 2 + vector[1] ** 2 > (COARSE * UNIT) ** 2 else 1
-    smooth = np.stack([uniform_filter(picture[:, :, c].astype(np.int32), size) for c in range(picture.shape[2])], axis=2)
+    smooth = uniform_filter(picture.astype(np.int32), (size, size, 1))
     line = line_of(smooth, usable, vector)
     beds = _lines(line, usable.shape)
     for _ in range(ROUNDS):
-        faces, _ = _model(smooth, usable, line, beds)
+        faces, _ = model(smooth, usable, beds, line.pitch / UNIT)
         beds = _beds(faces, line)
-    faces = _levelled(faces, line)
+    faces = levelled(faces, line.pitch // UNIT)
     courses, spans = [], {}
     out = OUTSIDE * line.pitch / UNIT
     for k in range(len(beds) - 1):
         inside = (beds[k] >= -out) & (beds[k + 1] <= height + out)
         inside &= _readable(usable, beds[k], beds[k + 1])
         span = _longest(inside)
-        if span[1] - span[0] >= 4:
+        if span[1] - span[0] >= LEAST_SPAN:
             courses.append(k)
             spans[k] = span
     if not courses:
@@ -129,29 +129,6 @@ def _numbers(line: Line, height: int, width: int) -> list[int]:
     return list(range(int(first), int(last) + 1))
 
 
-def _along(beds: Array, height: int, width: int) -> NDArray[np.bool_]:
-    """The pixels on the beds."""
-    on = np.zeros((height, width), bool)
-    x = np.arange(width)
-    for bed in beds:
-        for dy in (-1, 0):
-            ok = (bed + dy >= 1) & (bed + dy < height - 1)
-            on[(bed + dy)[ok], x[ok]] = True
-    return on
-
-
-def _far(beds: Array, height: int, width: int, pitch: float) -> NDArray[np.bool_]:
-    """The pixels in the middle of the courses."""
-    on = np.zeros((height, width), bool)
-    x = np.arange(width)
-    for above, below in zip(beds, beds[1:], strict=False):
-        for part in np.linspace(0.3, 0.7, max(2, int(pitch * 0.4))):
-            y = np.rint(above + part * (below - above)).astype(np.int64)
-            ok = (y >= 0) & (y < height)
-            on[y[ok], x[ok]] = True
-    return on
-
-
 def _lines(line: Line, shape: tuple[int, int]) -> NDArray[np.int64]:
     return np.stack([line.rows(i, shape[1]) for i in _numbers(line, *shape)])
 
@@ -160,35 +137,6 @@ def _beds(faces: Array, line: Line) -> NDArray[np.int64]:
     """The beds near their lines."""
     reach = max(1, int(STRAY * line.pitch / UNIT))
     return np.stack([_bed(faces, row, reach) for row in _lines(line, faces.shape)])
-
-
-def _model(smooth: Array, usable: Array, line: Line, beds: Array) -> tuple[NDArray[np.int16], float]:
-    """How little each pixel looks like mortar, by the one mixture of channels that tells both apart best; how well."""
-    height, width = usable.shape
-    mortar = _along(beds, height, width) & usable
-    face = _far(beds, height, width, line.pitch / UNIT) & usable
-    if mortar.sum() < 4 or face.sum() < 4:
-        return np.full(usable.shape, FACE, np.int16), 0.0
-    one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
-    a, b = np.median(one, axis=0), np.median(two, axis=0)
-    spread = np.cov(one, rowvar=False) + np.cov(two, rowvar=False)
-    spread = np.atleast_2d(spread) / 2 + 16.0 * np.eye(smooth.shape[2])
-    weights = np.linalg.solve(spread, b - a)
-    low, high = float(a @ weights), float(b @ weights)
-    if high - low < 1e-9:
-        return np.full(usable.shape, FACE, np.int16), 0.0
-    value = (smooth.astype(np.float64) @ weights - low) / (high - low)
-    return np.asarray(np.clip(np.rint(FACE * (value - 0.1) / 0.7), 0, FACE), np.int16), high - low
-
-
-def _levelled(faces: Array, line: Line) -> NDArray[np.int16]:
-    """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
-    side = max(3, 2 * line.pitch // UNIT)
-    part = faces > FACE // 3
-    count = uniform_filter(part.astype(np.float64), side)
-    mean = uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
-    factor = FACE / np.clip(mean, 0.6 * FACE, FACE)
-    return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
 
 
 def _bed(faces: Array, line: Array, reach: int) -> NDArray[np.int64]:
@@ -238,7 +186,7 @@ def _joints(
 
 def joints_across(faces: Array, above: Array, below: Array, span: tuple[int, int]) -> list[NDArray[np.int64]]:
     """The joints of one course: for each its column in every row of the exemplar."""
-    height, width = faces.shape
+    height = len(faces)
     x0, x1 = span
     tall = int(np.median(below[x0:x1] - above[x0:x1]))
     middle = (above + below) // 2
@@ -264,27 +212,16 @@ def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
     quarter = len(rows) // 4
     for y, x in zip(rows[quarter : len(rows) - quarter], path[quarter : len(rows) - quarter], strict=True):
         if 0 <= y < len(faces):
-            a, b = _mortar(faces[y], int(x))
+            a, b = mortar_at(faces[y], int(x))
             if b > a:
                 found.append((a + b) // 2 - int(x))
     return found[1:] or found
 
 
-def _mortar(row: Array, x: int) -> tuple[int, int]:
-    """The pixels around x that look like mortar: first, end; none where x itself does not."""
-    a = b = min(max(x, 0), len(row) - 1)
-    while a > 0 and row[a - 1] < FACE // 2:
-        a -= 1
-    while b < len(row) and row[b] < FACE // 2:
-        b += 1
-    return a, b
-
-
 def _minima(profile: Array, apart: int) -> list[int]:
     """Where a profile of crossing costs has a deep valley between walls of faces."""
-    padded = np.concatenate([[FACE], FACE - (FACE - profile), [FACE]]).astype(np.float64)
-    at, told = find_peaks(FACE - padded, height=FACE - LOW, prominence=DEPTH, distance=max(1, apart), plateau_size=1)
-    if DEBUG: print([(int(x-1), int(padded[x]), int(p)) for x,p in zip(at, told['prominences'])])
+    padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)
+    at, _ = find_peaks(FACE - padded, height=FACE - LOW, prominence=DEPTH, distance=max(1, apart))
     return [int(x) - 1 for x in at]
 
 
@@ -297,6 +234,6 @@ def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], bed
             top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
             quarter = max(1, (end - top) // 4)
             for y in range(max(0, top + quarter), min(height, end - quarter)):
-                a, b = _mortar(faces[y], int(joints[j, y]))
+                a, b = mortar_at(faces[y], int(joints[j, y]))
                 widths += [b - a] if b > a else []
     return int(np.median(widths)) if widths else 4

@@ -86,7 +86,7 @@ class Chains:
         usual = max(self.bricks.usual, 1.0)
         self.step = round(max(8, round(LONG / usual)) * usual * UNIT)  # whole bricks, so that a bond is kept
         self.parts = max(1, round(self.rows.width * UNIT / self.step)) if self.rows.width else 0
-        means = {k: 0.0 for k in self.work.courses}
+        means = dict.fromkeys(self.work.courses, 0.0)
         for k in means:
             own = self.bricks.sizes[self.bricks.table[:, 0] == k]
             means[k] = float(own.mean()) if len(own) else usual
@@ -130,12 +130,16 @@ class Chains:
 
     def _around(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
         """The chains around that came before: how many courses off, and their pieces."""
-        own, found = self.rows.rank(i), []
+        own, found = self.rows.rank(i), list[tuple[int, list[Piece]]]()
         for off in (-2, -1, 1, 2):
             for part in (s - 1, s, s + 1):
                 if self._rank(i + off, part) < own:
                     found.append((abs(off), self.chain(i + off, part)))
         return found
+
+    def _around_anchor(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
+        """The same for an anchor; none where leaning courses meet others once around, for both would wait."""
+        return [] if s == 0 and self.rows.turn else self._around(i, s)
 
     def _anchor(self, i: int, s: int) -> int:
         """Near its place, where its joint lies best above and below those that are there."""
@@ -145,7 +149,7 @@ class Chains:
         side = self.bricks.common * (i % 2)
         drawn = [draw(self.seed, STAGE, 1 + m, i, s) for m in range(len(choices))]
         places = np.array(choices, np.int64) + side
-        costs = self._joints(self._around(i, s), places + at) + np.array([below(60, d) for d in drawn])
+        costs = self._joints(self._around_anchor(i, s), places + at) + np.array([below(60, d) for d in drawn])
         return at + int(places[np.argmin(costs)])
 
     def _joints(self, around: list[tuple[int, list[Piece]]], at: Array) -> NDArray[np.int64]:
@@ -172,7 +176,7 @@ class Chains:
         if not start:
             start = [e for e in order if self.bricks.table[e, 3] != FACE][:1]
             mine = [*start, *mine[1:]]
-        at, around = self.anchor(i, s), self._around(i, s)
+        at, around = self.anchor(i, s), self._around_anchor(i, s)
         # A brick of the same kind nearby makes another one begin.
         costs = self._starts(start, around, at, 0)[:, 0] if around else np.zeros(len(start))
         first = start[int(np.argmin(costs))]

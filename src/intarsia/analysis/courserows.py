@@ -51,7 +51,8 @@ class CourseRows:
             strain = height * UNIT / (around * line.pitch) - 1
             if abs(strain) > STRAIN:
                 name = "width" if upright else "height"
-                good = [str(round(n * line.pitch / UNIT)) for n in (around - 1, around, around + 1) if n > 0]
+                fitting = [round(n * line.pitch / UNIT) for n in (around - 1, around, around + 1) if n > 0]
+                good = [str(n) for n in sorted(sorted(fitting, key=lambda n: abs(n - height))[:2])]
                 raise ParameterError(
                     f"wrap: {name}={height} px is no whole number of courses (strain {100 * strain:.1f} %, at most "
                     f"2 %); choose {' or '.join(good)} px."

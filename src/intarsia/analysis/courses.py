@@ -20,11 +20,12 @@ from ..run import Run
 from .blockgrid import UNIT
 from .boards import Boards
 from .bricks import bricks_of
-from .brickwork import FACE, Brickwork, brickwork_of
+from .brickwork import Brickwork, brickwork_of
 from .cell import cell_of
 from .chains import Chains, Piece
 from .courserows import CourseRows
 from .features import features
+from .mortar import FACE
 from .mosaic import Settings, nearest
 
 Array = NDArray[Any]
@@ -167,7 +168,7 @@ class Courses:
         return out, wrong, top - reach
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
-        """A piece as the kernels read it: its middle between the lines, where its beds are as far off above and below."""
+        """A piece as the kernels read it, its beds as far from the line above as from the one below."""
         columns = self.scene[1].shape[1]
         rise, run = self.work.line.slope
         here, away = (p.source + (p.end - p.first) // 2), (p.first + p.end) // 2

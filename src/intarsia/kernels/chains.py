@@ -15,9 +15,7 @@ SLIVER = 3000  # what the shortest of all pieces counts
 
 
 @kernel
-def link(
-    length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: Any, rules: Any, out: Any
-) -> int:  # fmt: skip
+def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: Any, rules: Any, out: Any) -> int:
     """Choose the elements of a chain of `length` px: `out` (n, 3): element, first column, end. Returns how many.
 
     `sizes` (K,): lengths of the elements; `start` (K, length + 1): what an element costs by where it begins;
@@ -99,7 +97,8 @@ def _written(length: int, sizes: Any, back: Any, found: Any, out: Any) -> int:
 def leap_costs(strip: Any, half: int, spare: int) -> Any:
     """What it costs to leave a strip (h, n, C) before column x and go on at column z: (n, n) int64.
 
-    The mean distance (1/16 units) of the columns around both, `half` to each side; FAR nearer than `spare` columns to an end.
+    The mean distance (1/16 units) of the columns around both, `half` to each side; FAR nearer than `spare` columns
+    to an end.
     """
     height, n, channels = strip.shape
     single = np.zeros((n, n), np.int64)
