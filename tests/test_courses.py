@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import naive_courses as naive
 import numpy as np
 import pytest
@@ -40,7 +42,7 @@ def wall(height: int, width: int, course: int, lengths: tuple[int, ...], joint: 
             inside = (row == r) & (x >= left + joint / 2) & (x < left + long - joint / 2)
             numbers[inside & (v >= joint / 2) & (v < course - joint / 2)] = n
             left, k, n = left + long, k + 1, n + 1
-    colours = 100 + (noise(n, 3, seed + 1) % np.uint64(150)).astype(int)
+    colours = 100 + (noise(n, 3, seed + 1) % np.uint64(140)).astype(int)
     colours[0] = 25
     grain = (noise(height, width, seed + 2) % np.uint64(9)).astype(int)[:, :, None]
     return (colours[numbers] + grain).astype(np.uint8), numbers
@@ -66,7 +68,7 @@ def test_beds_and_joints_are_found(kind) -> None:
         middle = int(np.median(work.beds[k] + work.beds[k + 1])) // 2
         row = numbers[middle]
         edges = np.flatnonzero(np.diff((row == 0).astype(int)))
-        inner = [(a + b + 2) // 2 for a, b in zip(edges, edges[1:], strict=False) if row[a + 1] == 0]
+        inner = [(a + b + 2) // 2 for a, b in pairwise(edges) if row[a + 1] == 0]
         found = [int(work.joints[j, middle]) for j in work.of_course[k]]
         found = [x for x in found if joint < x < 300 - joint]
         inner = [x for x in inner if joint < x < 300 - joint]
@@ -87,7 +89,7 @@ def test_every_brick_is_one_brick(kind, seed: int) -> None:
     cut = 0
     for k in range(1, n + 1):
         counts = np.bincount(shown[parts == k])
-        assert counts.max() >= 0.95 * counts.sum(), np.flatnonzero(counts)
+        assert counts.sum() - counts.max() <= max(0.05 * counts.sum(), kind[0]), np.flatnonzero(counts)
         if k not in border:
             cut += counts.max() < 0.8 * area[counts.argmax()]
     assert cut <= 0.05 * n
@@ -122,8 +124,8 @@ def test_courses_may_lean(lean: float) -> None:
     made = ia.synthesize(pixels, (300, 300), ia.NearRegular(lattice=(vector,)), seed=2)
     shown = numbers[made.map.yx[:, :, 0], made.map.yx[:, :, 1]]
     y, x = np.mgrid[:300, :300]
-    v = (y - lean * x + 2) % 26
-    assert (shown[v < 3] == 0).mean() > 0.85
+    v = (y - lean * x + 1) % 26
+    assert (shown[v < 2] == 0).mean() > 0.95
     parts, n = label(shown > 0)
     pure = sum(np.bincount(shown[parts == k]).max() >= 0.95 * (parts == k).sum() for k in range(1, n + 1))
     assert pure >= 0.97 * n
@@ -148,8 +150,8 @@ def test_bricks_are_used_in_turn() -> None:
     assert (count > 0).mean() > 0.9
     assert count.max() < 4 * count.mean()
     for row in shown[12::25]:
-        names = [b for a, b in zip(row, row[1:], strict=False) if b and b != a]
-        assert all(a != b for a, b in zip(names, names[1:], strict=False))
+        names = [b for a, b in pairwise(row) if b and b != a]
+        assert all(a != b for a, b in pairwise(names))
 
 
 CASES = [
@@ -216,7 +218,7 @@ def test_threads_change_nothing() -> None:
 
 def test_boards_go_on_without_joints() -> None:
     """Courses without joints: every course of the output is one course of the exemplar, in place."""
-    y, x = np.mgrid[:160, :240]
+    y = np.mgrid[:160, :240][0]
     tone = np.array([120, 180, 150, 200, 100, 160, 140, 190])[y // 20]
     grain = (noise(160, 240, 4) % np.uint64(20)).astype(int)
     pixels = np.where(y % 20 < 3, 10, tone + grain).astype(np.uint8)
@@ -226,7 +228,7 @@ def test_boards_go_on_without_joints() -> None:
     board = made.map.yx[:, :, 0] // 20
     seen = [np.unique(board[i * 20 + 6 : i * 20 + 17]) for i in range(9)]
     assert all(len(some) == 1 for some in seen)
-    assert all(a[0] != b[0] for a, b in zip(seen, seen[1:], strict=False))
+    assert all(a[0] != b[0] for a, b in pairwise(seen))
 
 
 def draws(shape, seed: int, below: int) -> np.ndarray:

@@ -41,6 +41,10 @@ class Line:
     pitch: int
     slope: Vector
 
+    def lean(self, x: Array) -> NDArray[np.int64]:
+        """How far down the line is in some columns, 1/256 px."""
+        return np.asarray(x * (self.slope[0] * UNIT) // self.slope[1], np.int64)
+
     def rows(self, i: int, width: int) -> NDArray[np.int64]:
         """The row of bed `i` in every column of the exemplar."""
         x = np.arange(width, dtype=np.int64)
@@ -105,6 +109,7 @@ def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> B
     for _ in range(ROUNDS):
         faces, _ = model(smooth, usable, beds, line.pitch / UNIT)
         beds = _beds(faces, line)
+    line = _settled(line, beds, height)
     faces = levelled(faces, line.pitch // UNIT)
     courses, spans = [], {}
     out = OUTSIDE * line.pitch / UNIT
@@ -119,6 +124,17 @@ def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> B
         raise MethodError("the exemplar holds no whole course; give a larger exemplar, or use method repeat.")
     joints, of_course = _joints(faces, beds, courses, spans)
     return Brickwork(line, beds, courses, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
+
+
+def _settled(line: Line, beds: Array, height: int) -> Line:
+    """The line moved to where the beds are."""
+    inside = (beds >= 1) & (beds < height - 1)
+    if not inside.any():
+        return line
+    exact = beds * UNIT - line.lean(np.arange(beds.shape[1]))
+    places = np.array([line.phase + i * line.pitch for i in _numbers(line, height, beds.shape[1])], np.int64)
+    off = (exact - places[:, None])[inside]
+    return Line(line.phase + int(off.sum()) // len(off), line.pitch, line.slope)
 
 
 def _numbers(line: Line, height: int, width: int) -> list[int]:

@@ -145,10 +145,11 @@ class Chains:
         """Near its place, where its joint lies best above and below those that are there."""
         usual = self.bricks.usual
         at = s * self.rows.width // self.parts if self.parts else s * self.step // UNIT
-        choices = [int((m + 0.5) * usual) for m in range(max(1, int(self.step / UNIT / usual / 2)))]
+        room = (self.rows.width // self.parts if self.parts else self.step // UNIT) // 2
+        choices = [int((m + 0.5) * usual) for m in range(max(1, int(room / usual)))]
         side = self.bricks.common * (i % 2)
         drawn = [draw(self.seed, STAGE, 1 + m, i, s) for m in range(len(choices))]
-        places = np.array(choices, np.int64) + side
+        places = (np.array(choices, np.int64) + side) % max(1, room)  # so that anchors stay in order
         costs = self._joints(self._around_anchor(i, s), places + at) + np.array([below(60, d) for d in drawn])
         return at + int(places[np.argmin(costs)])
 

@@ -65,9 +65,12 @@ class CourseRows:
 
     def row(self, twice: int, u: int) -> int:
         """The row at which course `twice` / 2 begins in a column; exact however far out."""
+        return self.place(twice, u) // UNIT
+
+    def place(self, twice: int, u: int) -> int:
+        """The same in 1/256 px."""
         (a, b), (c, d) = self.pitch, self.slope
-        above = self.phase * 2 * b * d + twice * UNIT * a * d + u * c * 2 * UNIT * b
-        return above // (2 * UNIT * b * d)
+        return self.phase + (twice * UNIT * a * d + u * c * 2 * UNIT * b) // (2 * b * d)
 
     def rows(self, i: int, first: int, count: int, y0: int) -> NDArray[np.int64]:
         """The rows, counted from `y0`, at which course i begins in `count` columns."""

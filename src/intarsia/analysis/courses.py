@@ -169,14 +169,14 @@ class Courses:
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
         """A piece as the kernels read it, its beds as far from the line above as from the one below."""
-        columns = self.scene[1].shape[1]
-        rise, run = self.work.line.slope
-        here, away = (p.source + (p.end - p.first) // 2), (p.first + p.end) // 2
-        x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, columns - 1)
+        line = self.work.line
+        here, away = p.source + (p.end - p.first) // 2, (p.first + p.end) // 2
+        x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
         if p.left == kernels.OPEN:  # a board lies still: only its whole length tells where it is
             x = np.arange(p.low, p.high)
-        off = self.work.beds[p.course][x] + self.work.beds[p.course + 1][x] - 2 * (x * rise // run)
-        ty = int(off.sum()) // (2 * len(x)) + here * rise // run - (self.rows.row(2 * i + 1, away) - y0)
+        off = (self.work.beds[p.course][x] + self.work.beds[p.course + 1][x]) * UNIT - 2 * line.lean(x)
+        place = int(off.sum()) // (2 * len(x)) + int(line.lean(np.array(here)))
+        ty = (place - self.rows.place(2 * i + 1, away) + UNIT // 2) // UNIT + y0
         return (
             p.first - first, p.end - first, p.source - p.first + first, ty, p.course, p.left, p.right, p.low, p.high, 0,
         )  # fmt: skip
