@@ -42,7 +42,7 @@ def least_cut_cost(cost: np.ndarray, gap: np.ndarray) -> int:
 
 def chain_cost(chain, length, sizes, start, joint, pair, closing, rules) -> int:
     """What a chain of elements (with or without a cut last one) costs; FAR where it does not fit."""
-    _, slack, least, cut, again = rules
+    _, slack, least, cut, again, _ = rules
     elements, is_cut = chain
     total, u = 0, 0
     for n, m in enumerate(elements):

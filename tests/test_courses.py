@@ -251,7 +251,7 @@ def test_chains_are_the_best(seed: int) -> None:
     length, sizes = 17, 3 + draws(3, seed, 5)
     start, joint = draws((3, length + 1), seed + 20, 30), draws(length + 1, seed + 40, 30)
     pair, closing = draws((3, 3), seed + 60, 30), draws(3, seed + 80, 30)
-    rules = np.array([seed % 3, seed % 2, 2, 25, 0], np.int64)
+    rules = np.array([seed % 3, seed % 2, 2, 25, 0, -1], np.int64)
     out = np.empty((length + 2, 3), np.int64)
     n = chains.link(length, sizes, start, joint, pair, closing, rules, out)
     chain = out[:n]

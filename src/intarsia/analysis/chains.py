@@ -27,7 +27,7 @@ STAGE = 2012
 LONG = 512  # px from anchor to anchor
 HAND = 16  # bricks that a chain chooses among
 TURN = 100  # what a brick costs that it is not the turn of
-TWICE, AGAIN, NEAR = 2000, 900, 800  # what it costs to show a brick twice in a row; soon again; near itself
+TWICE, AGAIN, NEAR = 2000, 1500, 500  # what it costs to show a brick twice in a row; soon again; near itself
 LOOSE = 15  # two bricks that are no neighbours in the exemplar
 ODD, TALL = 150, 80  # bricks of courses of other lengths; much longer ones than usual
 BORDER, CUT = 30, 250  # a brick cut by the border of the exemplar; cut to fit
@@ -200,9 +200,10 @@ class Chains:
         sizes = self.bricks.sizes[hand]
         pair = self._pairs(hand)
         n, t, _ = self._name(i, s + 1)
-        follow = self._pairs([*hand, self._hand(n, t)[0]])[:-1, -1]
+        following = self._hand(n, t)[0]
+        follow = self._pairs([*hand, following])[:-1, -1]
         slack = 1 + int(length / self.bricks.usual)
-        rules = np.array([0, slack, self.bricks.least, CUT, AGAIN], np.int64)
+        rules = np.array([0, slack, self.bricks.least, CUT, AGAIN, _at(hand, following)], np.int64)
         joint = self._joints(around, np.arange(length + 1) + first)
         out = np.empty((length + 2, 3), np.int64)
         start = self._starts(hand, around, first, length)
@@ -247,3 +248,7 @@ class Chains:
                 if p.brick in places and low < high:
                     cost[places[p.brick], low:high] += fall[low - at : high - at] // off
         return np.ascontiguousarray(cost, np.int64)
+
+
+def _at(hand: list[int], brick: int) -> int:
+    return hand.index(brick) if brick in hand else -1

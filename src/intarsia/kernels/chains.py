@@ -22,9 +22,11 @@ def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: An
     `joint` (length + 1,): what a joint costs by where it lies; `pair` (K, K): what one after another costs;
     `closing` (K,): before what follows the chain. `rules`: the first element; by how many px the chain may miss
     its length; the least px that the last element may be cut to, and what cutting it costs; what an element costs
-    that was shown two before. The last element may be cut, so that there always is a chain.
+    that was shown two before; which element follows the chain, or -1. The last element may be cut, so that there
+    always is a chain.
     """
     first, slack, least, cut, again = rules[0], rules[1], rules[2], rules[3], rules[4]
+    following = rules[5]
     count = len(sizes)
     best = np.full((length + slack + 1, count), FAR, np.int64)
     back = np.full((length + slack + 1, count), -1, np.int64)
@@ -54,6 +56,8 @@ def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: An
                 continue
             if abs(length - u) <= slack:
                 cost = best[u, k] + closing[k] + STRETCH * abs(length - u)
+                if following >= 0 and back[u, k] == following:
+                    cost += again
                 if cost < least_cost:
                     end, last, tail, least_cost = u, k, -1, cost
             rest = length - u
@@ -63,7 +67,7 @@ def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: An
                 if sizes[m] > rest:
                     cost = best[u, k] + pair[k, m] + joint[u] + start[m, u] + closing[m] + cut
                     cost += SLIVER * max(0, least - rest) // least
-                    if m == back[u, k]:
+                    if m == back[u, k] or k == following:
                         cost += again
                     if cost < least_cost:
                         end, last, tail, least_cost = u, k, m, cost
