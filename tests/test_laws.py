@@ -7,7 +7,7 @@ from dataclasses import replace
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.analysis import Mosaic, Sampling, Tiling
+from intarsia.analysis import Courses, Mosaic, Sampling, Tiling
 from intarsia.canvas import Canvas
 from intarsia.geometry import Box, Wrap
 from intarsia.methods.base import METHODS
@@ -159,6 +159,41 @@ class TestBestTileOfRealVectors(TestBestTile):
     """Vectors of fractions of a px, which a wrap strains."""
 
     method = ia.BestTile(lattice=((9.1, 0.05), (-0.07, 5.93)), band=3)
+
+
+class TestNearRegularOfOneVector(MethodContract):
+    """Wrapped sizes are a whole number of courses, here of 8 px; along them any width closes."""
+
+    method = ia.NearRegular(lattice=((0, 8),))
+    examples = 6
+    least = 30
+
+    def cases(self) -> SearchStrategy[Case]:
+        def whole(case: Case) -> Case:
+            height, width = case.size
+            return replace(case, size=(-(-height // 8) * 8 if case.wrap.y else height, width))
+
+        return super().cases().map(whole)
+
+    def map_of_window(self, case: Case, box: Box) -> SourceMap:
+        exemplar = case.exemplars[0]
+        courses = Courses.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
+        yx = courses.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
+        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+
+class TestNearRegularOfUprightCourses(TestNearRegularOfOneVector):
+    """Courses that lean and stand upright, 6 px wide."""
+
+    method = ia.NearRegular(lattice=((6, 0.4),))
+    examples = 4
+
+    def cases(self) -> SearchStrategy[Case]:
+        def whole(case: Case) -> Case:
+            height, width = case.size
+            return replace(case, size=(height, max(1, round(width / 6.0267)) * 6 if case.wrap.x else width))
+
+        return MethodContract.cases(self).map(whole)
 
 
 class TestRandomTiling(MethodContract):

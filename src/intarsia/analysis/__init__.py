@@ -2,6 +2,7 @@
 
 from .boundary import boundary_poses, grown, slack_of
 from .cell import check_lattice, lattice_of
+from .courses import Courses
 from .features import Features, contrast, features, pose_array
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
@@ -27,6 +28,7 @@ from .variants import Variants, isometry_ids, variants
 
 __all__ = [
     "Candidates",
+    "Courses",
     "Features",
     "FewPlaces",
     "Growth",

@@ -103,7 +103,7 @@ class Mosaic:
         sparse = {kind: _thinned(found, method.slack) for kind, found in places.items()}
         return cls(
             sheet.picture, sheet.usable, grid, laid, places, sparse, around, (canvas.height, canvas.width),
-            half, method.slack, seed, _nearest(sheet.usable), sheet,
+            half, method.slack, seed, nearest(sheet.usable), sheet,
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
@@ -259,7 +259,7 @@ class Mosaic:
         return at[0] < y0 + height and at[1] < x0 + width and at[0] + shape[0] > y0 and at[1] + shape[1] > x0
 
 
-def _nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
+def nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
     if usable.all():
         return None
     return np.asarray(distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)

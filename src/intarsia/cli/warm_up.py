@@ -89,6 +89,7 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     patch: dict[str, Any] = {"patch": 6} if "patch" in names else {}
     if "lattice" in names:
         _find_lattice()
+        _lay_courses(threads)
         patch |= {"lattice": ((5, 0), (0, 5))} | ({"block": 4, "border": 2} if "block" in names else {"band": 2})
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
@@ -110,3 +111,19 @@ def _find_lattice() -> None:
     rows, columns = np.mgrid[:48, :48]
     pixels = (rows % 8 * 20 + columns % 6 * 15 + (rows * 73 + columns * 151) % 11).astype(np.uint8)
     lattice_of(Exemplar.of(pixels), "near-regular")
+
+
+def _lay_courses(threads: int | None) -> None:
+    """Grow bricks, and boards without joints, from one lattice vector."""
+    import numpy as np
+
+    from ..methods.base import make
+    from ..run import Run
+    from ..synthesis import synthesize
+
+    rows, columns = np.mgrid[:48, :64]
+    grain = (rows * 73 + columns * 151) % 31
+    beds, joints = rows % 12 < 2, (columns + rows // 12 * 8) % 16 < 2
+    for mortar in (beds | joints, beds):
+        pixels = np.where(mortar, 10, 150 + grain).astype(np.uint8)
+        synthesize(pixels, (24, 40), make("near-regular", {"lattice": ((0, 12),)}), run=Run(threads, None, CANCEL))

@@ -8,6 +8,9 @@ parallelograms of whole periods, upright where the lattice allows it; positions 
 real lattice vectors; a seam may hang outside the exemplar; every position is used equally often; gaps are cut in along
 the cheapest seam, each inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
 
+A lattice of one vector (brick courses of free joints, boards) is laid course by course from whole bricks, which is not
+in the source.
+
 Departures of the variant plain: vectors are real, positions rounded from exact multiples; draws belong to places, so
 that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
 
@@ -26,6 +29,9 @@ from ..params import AUTO, check, param
 from .base import Ability
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from .. import analysis, sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
@@ -97,23 +103,30 @@ class NearRegular:
         else:
             lattice = self.lattice
             analysis.check_lattice(lattice, exemplars[0])
-        if plain and self.isometries not in ("none", (0,)):
-            raise ParameterError(f"isometries={self.isometries}: variant=plain lays all blocks upright; leave it out.")
+        upright = "variant=plain lays all blocks" if plain else "a lattice of one vector has courses that are laid"
+        if self.isometries not in ("none", (0,)) and (plain or len(lattice) == 1):
+            raise ParameterError(f"isometries={self.isometries}: {upright} upright; leave it out.")
         poses = analysis.settled_poses(self.isometries, lattice, exemplars[0], self.channel_weights)
         return replace(self, lattice=lattice, block=block, border=border, isometries=poses)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Place the random blocks of the canvas, then fill the gaps; too small an exemplar gives one tile (S1-39)."""
-        method, whole = self.settled(exemplars, canvas), (0, 0, canvas.height, canvas.width)
-        pose = None
-        if self.variant == "plain":
-            yx = analysis.Sampling.of(method, exemplars[0], canvas, seed).window(*whole, run)
-        else:
-            try:
-                mosaic = analysis.Mosaic.of(method, exemplars[0], canvas, seed)
-            except analysis.FewPlaces:
-                run.notes.append(FEW)
-                yx = analysis.Tiling.of(method, method.border or 0, exemplars[0]).layout(canvas).window(*whole)
-            else:
-                yx, pose = mosaic.sheet.to_exemplar(mosaic.window(*whole, run))
+        """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
+        method = self.settled(exemplars, canvas)
+        yx, pose = self._laid(method, exemplars[0], canvas, seed, run)
         return sourcemap.SourceMap(yx, None, pose, (exemplars[0].source,), canvas.wrap, self.blend)
+
+    def _laid(
+        self, method: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, run: Run
+    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+        """The map's pixels and poses; too small an exemplar gives one tile (S1-39)."""
+        whole = (0, 0, canvas.height, canvas.width)
+        if method.variant == "plain":
+            return analysis.Sampling.of(method, exemplar, canvas, seed).window(*whole, run), None
+        if len(method.lattice or ()) == 1:
+            return analysis.Courses.of(method, exemplar, canvas, seed).window(*whole, run), None
+        try:
+            mosaic = analysis.Mosaic.of(method, exemplar, canvas, seed)
+        except analysis.FewPlaces:
+            run.notes.append(FEW)
+            return analysis.Tiling.of(method, method.border or 0, exemplar).layout(canvas).window(*whole), None
+        return mosaic.sheet.to_exemplar(mosaic.window(*whole, run))

@@ -1,0 +1,99 @@
+"""Cheapest paths across a strip: along bed joints, down vertical joints, and for cuts that must not turn back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .jit import kernel
+
+BARRED = 1 << 40
+
+
+@kernel
+def accumulate(cost: Any) -> Any:
+    """Sum up costs (n, k) along the cheapest paths from the first row, one step aside a row at most; int64."""
+    n, k = cost.shape
+    total = np.empty((n, k), np.int64)
+    for j in range(k):
+        total[0, j] = cost[0, j]
+    for t in range(1, n):
+        for j in range(k):
+            best = total[t - 1, j]
+            if j > 0 and total[t - 1, j - 1] < best:
+                best = total[t - 1, j - 1]
+            if j + 1 < k and total[t - 1, j + 1] < best:
+                best = total[t - 1, j + 1]
+            total[t, j] = best + cost[t, j]
+    return total
+
+
+@kernel
+def trace(total: Any, end: int) -> Any:
+    """Walk the cheapest path back from column `end` of the last row: its column in every row (n,) int64.
+
+    Of equal ways straight on comes first, then the left one.
+    """
+    n, k = total.shape
+    path = np.empty(n, np.int64)
+    j = end
+    path[n - 1] = j
+    for t in range(n - 1, 0, -1):
+        best = j
+        if j > 0 and total[t - 1, j - 1] < total[t - 1, best]:
+            best = j - 1
+        if j + 1 < k and total[t - 1, j + 1] < total[t - 1, best]:
+            best = j + 1
+        j = best
+        path[t - 1] = j
+    return path
+
+
+@kernel
+def cheapest(cost: Any) -> Any:
+    """The cheapest path down a field of costs (n, k): its column in every row; of equal ends the middle one."""
+    total = accumulate(cost)
+    n, k = cost.shape
+    end = k // 2
+    for j in range(k):
+        if total[n - 1, j] < total[n - 1, end]:
+            end = j
+    return trace(total, end)
+
+
+@kernel
+def least_cut(cost: Any, gap: Any) -> Any:
+    """The least cut between two sheets, line by line: from which pixel on the second one shows, (n,) int64.
+
+    `cost` (n, K + 1): what it costs in a line to cut before pixel k; `gap` (n, K): what it costs that a pixel shows
+    one sheet and its neighbour in the next line the other. A cut may go any way along the lines. Of equal cuts the
+    one that goes straight on, else the one further left.
+    """
+    n, count = cost.shape
+    total = np.empty((n, count), np.int64)
+    came = np.empty((n, count), np.int64)
+    total[0] = cost[0]
+    for t in range(1, n):
+        for k in range(count):
+            total[t, k], came[t, k] = total[t - 1, k], k
+        for k in range(1, count):
+            over = total[t, k - 1] + gap[t - 1, k - 1] + gap[t, k - 1]
+            if over < total[t, k]:
+                total[t, k], came[t, k] = over, came[t, k - 1]
+        for k in range(count - 2, -1, -1):
+            over = total[t, k + 1] + gap[t - 1, k] + gap[t, k]
+            if over < total[t, k]:
+                total[t, k], came[t, k] = over, came[t, k + 1]
+        for k in range(count):
+            total[t, k] += cost[t, k]
+    path = np.empty(n, np.int64)
+    k = count // 2
+    for j in range(count):
+        if total[n - 1, j] < total[n - 1, k]:
+            k = j
+    for t in range(n - 1, -1, -1):
+        path[t] = k
+        if t > 0:
+            k = came[t, k]
+    return path
