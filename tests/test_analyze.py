@@ -104,6 +104,7 @@ class TestTold:
         ia.write("flat.png", np.full((40, 40, 3), 90, np.uint8))
         assert told("flat.png")["suggested"] == {
             "method": "repeat", "parameters": {}, "flatten": False, "why": ["All of it has one colour."],
+            "rule": "one-colour",
         }  # fmt: skip
 
     def test_what_is_suggested_can_be_done(self) -> None:

@@ -83,7 +83,7 @@ BAD = {
     GROW + "--patch 0x5": 2,
     GROW + "--patch many": 2,
     GROW + "--patch 1x2x3": 2,
-    GROW + "--patch 8 --overlap 8": 2,
+    GROW + "--method image-quilting --patch 8 --overlap 8": 2,
     GROW + "--overlap -1": 2,
     GROW + "--tolerance nan": 2,
     GROW + "--tolerance -1": 2,
@@ -276,13 +276,13 @@ def test_a_file_that_appears_meanwhile_is_not_replaced(corpus: Path, monkeypatch
     monkeypatch.chdir(corpus)
     from intarsia.cli import batch
 
-    kept = batch.synthesize
+    kept = batch.carry_out
 
     def slow(*args: Any, **more: Any) -> Any:
         Path("late_ao.png").write_bytes(b"somebody else's")
         return kept(*args, **more)
 
-    monkeypatch.setattr(batch, "synthesize", slow)
+    monkeypatch.setattr(batch, "carry_out", slow)
     result = run("grow", "a.png", "-q", "--map", "ao=mask.png", "-o", "late.png")
     assert result.exit_code == 2
     assert Path("late_ao.png").read_bytes() == b"somebody else's"
@@ -318,7 +318,7 @@ def test_every_error_has_its_code(
     monkeypatch.chdir(corpus)
     from intarsia.cli import batch
 
-    monkeypatch.setattr(batch, "synthesize", _raises(error))
+    monkeypatch.setattr(batch, "carry_out", _raises(error))
     result = run("grow", "a.png", "-o", "out.png")
     assert result.exit_code == code
     assert result.stderr.startswith(start)
@@ -329,7 +329,7 @@ def test_a_traceback_only_on_request(corpus: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.chdir(corpus)
     from intarsia.cli import batch
 
-    monkeypatch.setattr(batch, "synthesize", _raises(KeyError("x")))
+    monkeypatch.setattr(batch, "carry_out", _raises(KeyError("x")))
     assert "Traceback" in run("--debug", "grow", "a.png", "-o", "out.png").stderr
     assert "Traceback" in run("grow", "a.png", "-o", "out.png", "--debug").stderr
     monkeypatch.setenv("INTARSIA_DEBUG", "1")

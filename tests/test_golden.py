@@ -46,7 +46,15 @@ def wrapped(run: ia.Run) -> ia.Synthesis:
 
 
 def automatic(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(bricks(80, 96, 5), 150, ia.ImageQuilting(), seed=1, run=run)
+
+
+def chosen(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize(bricks(80, 96, 5), 150, seed=1, run=run)
+
+
+def tried(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(texture(70, 64, 3, 5), (110, 120), ia.Auto(trials=4), seed=2, wrap="x", run=run)
 
 
 def exact(run: ia.Run) -> ia.Synthesis:
@@ -88,7 +96,10 @@ def by_segments(run: ia.Run) -> ia.Synthesis:
 
 
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
-    f.__name__: f for f in (plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent, by_segments)
+    f.__name__: f
+    for f in (
+        plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent, by_segments, chosen, tried
+    )
 }
 
 GOLDEN = {
@@ -131,6 +142,14 @@ GOLDEN = {
     "by_segments": (
         "a0770d2104f0c5446687e6305e1d20709a90e17fd141579b52625d74578a963f",
         "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
+    ),
+    "chosen": (
+        "66821918ce9b9ab3edf3e601c40ce5dc8aaa43691f333db4374c5d276845d865",
+        "8e295c7fc56f117e802b8905f8c733e33c184e46e5e0bb022738838908d08e35",
+    ),
+    "tried": (
+        "",
+        "",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

@@ -16,6 +16,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Ashikhmin": "methods.ashikhmin",
+    "Auto": "auto",
     "BestTile": "methods.best_tile",
     "Blend": "sourcemap",
     "Box": "geometry",
@@ -55,6 +56,7 @@ _HOMES = {
 
 __all__ = [
     "Ashikhmin",
+    "Auto",
     "BestTile",
     "Blend",
     "Box",
@@ -94,6 +96,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from .analysis.light import flattened
+    from .auto import Auto
     from .canvas import Canvas
     from .errors import CancelledError, InputError, IntarsiaError, MethodError, ParameterError
     from .exemplar import Exemplar

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import distance_transform_cdt
 
 from .analysis import default_patch, features, seam_total
+from .auto import AUTO_METHOD, Auto
 from .errors import IntarsiaError, ParameterError
 from .geometry import Wrap
 from .methods.base import METHODS, Method, make, method_class
@@ -22,7 +23,7 @@ from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
 from .starts import USUAL, Margins, Scene, extension, repair, with_hole
-from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out
+from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out, named
 
 LEAST_PATCH = 12
 SUPPLY = 8  # at least 1/SUPPLY of the windows of the exemplar must be free of marked pixels
@@ -33,7 +34,7 @@ PIXELWISE = "efros-leung"
 def extend(
     picture: ExemplarLike,
     margins: Margins | None = None,
-    method: Method | str = DEFAULT_METHOD,
+    method: Method | Auto | str = DEFAULT_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     seed: int = 0,
@@ -58,15 +59,14 @@ def extend(
     """
     first, donors = as_exemplars([picture])[0], tuple(as_exemplars(list(sources))) if sources else ()
     scene = extension(first, margins or Margins(right=USUAL), donors, Wrap(wrap))
-    chosen = make(method, {}) if isinstance(method, str) else method
-    made = carry_out(scene.exemplars, scene.canvas, chosen, seed, blend, run)
+    made = carry_out(scene.exemplars, scene.canvas, named(method), seed, blend, run)
     return replace(made, recipe=made.recipe | scene.recipe)
 
 
 def heal(
     picture: ExemplarLike,
     hole: ArrayLike,
-    method: Method | str = DEFAULT_METHOD,
+    method: Method | Auto | str = DEFAULT_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     grow: int = 0,
@@ -95,8 +95,8 @@ def heal(
     """
     first, donors = as_exemplars([picture])[0], tuple(as_exemplars(list(sources))) if sources else ()
     scene = repair(first, hole, donors, Wrap(wrap), grow)
-    chosen = exacting(method, {}) if isinstance(method, str) else method
-    return fill_holes(scene, chosen, seed, run)
+    chosen = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
+    return fill_holes(scene, for_holes(scene, chosen), seed, run)
 
 
 def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
@@ -124,6 +124,14 @@ def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, 
         raise refused
     best = replace(best, recipe=best.recipe | scene.recipe)
     return _pixelwise(scene, best, seed, run, edge) if edge else best
+
+
+def for_holes(scene: Scene, method: Method | Auto) -> Method:
+    """Return the method for the holes of a scene; a chosen one takes of all patches the best, unless told otherwise."""
+    if not isinstance(method, Auto):
+        return method
+    slug, told = method.first(scene.exemplars, scene.canvas)
+    return exacting(slug, told)
 
 
 def check_edge(edge: int) -> None:

@@ -14,25 +14,25 @@ from typing import Any
 
 import numpy as np
 
-from .analysis import Tiling, default_patch, features
-from .analysis.besttile import BAND, unlikeness
+from .analysis import Tiling
+from .analysis.besttile import BAND
 from .analysis.elements import ElementSize
-from .analysis.lattice import Lattice, Lattices, find_lattice
-from .analysis.light import Slope, slope_of
-from .analysis.sizes import elements
+from .analysis.lattice import Lattice, Lattices
+from .analysis.light import Slope
 from .analysis.tile_layout import UNIT, periods_along, read_offsets
+from .auto import Auto
 from .canvas import Canvas
 from .errors import MethodError, ParameterError
 from .exemplar import Exemplar
 from .geometry import Wrap
 from .image import Kind, Plane
+from .measure import Facts
 from .methods.base import make
 from .render import render
 from .run import Run
 from .sourcemap import Blend, SourceMap
 from .synthesis import ExemplarLike, as_exemplars
 
-EQUAL = 0.15  # periods that differ less are one picture, repeated
 CELLS = 8  # periods that a tile holds at most to be a rectangle
 
 
@@ -41,13 +41,14 @@ class Suggestion:
     """A way to grow an exemplar, and what speaks for it.
 
     ``parameters`` are those of the method named ``method``; vectors are x before y. ``flatten``: whether to take a
-    slope of light off first.
+    slope of light off first. ``rule``: the name of the rule that chose.
     """
 
     method: str
     parameters: dict[str, Any]
     flatten: bool
     why: tuple[str, ...]
+    rule: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +160,7 @@ class Findings:
                 },
                 "flatten": self.suggested.flatten,
                 "why": list(self.suggested.why),
+                "rule": self.suggested.rule,
             },
         }
 
@@ -177,11 +179,8 @@ def analyze(exemplar: ExemplarLike) -> Findings:
         where it cannot be read, or nothing of it may be used.
     """
     found = as_exemplars([exemplar])[0]
-    picture = features([found]).pictures[0]
-    lattices = find_lattice(picture, found.usable)
-    size = elements(found)
-    light = slope_of(found, _spacing(lattices.accepted, size))
-    return Findings(found, lattices, size, light, _suggested(found, lattices, size, light))
+    facts = Facts([found], Canvas(2 * found.height, 2 * found.width))
+    return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts))
 
 
 def xy(lattice: Lattice) -> tuple[tuple[float, float], ...]:
@@ -212,42 +211,13 @@ def _told(one: Lattice) -> dict[str, Any]:
     }
 
 
-def _spacing(lattice: Lattice | None, size: ElementSize) -> float:
-    """How far apart its elements lie, px: by the lattice where there is one, else about their size."""
-    if lattice is None or lattice.kind == "1-D":
-        return float(size.size)
-    (p, q), (r, s) = lattice.vectors
-    return min(float(size.size), math.sqrt(abs(p * s - q * r)) / UNIT)
-
-
-def _suggested(exemplar: Exemplar, lattices: Lattices, size: ElementSize, light: Slope) -> Suggestion:
-    """Choose a method by what was measured; the first rule that fits decides."""
-    picture = features([exemplar]).pictures[0]
-    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
-    if (picture[usable] == picture[usable][:1]).all():
-        return Suggestion("repeat", {}, False, ("All of it has one colour.",))
-    flatten, best = light.strong and not exemplar.toroidal, lattices.accepted
-    why: list[str] = []
-    method: str = "near-regular"
-    parameters: dict[str, Any] = {} if best is None else {"lattice": xy(best)}
-    if best is None:
-        patch = default_patch([exemplar])
-        method, parameters = "image-quilting", {"patch": patch}
-        seen = f"its elements are about {size.size} px large" if size.found else "the size of its elements is not seen"
-        why += ["It repeats by no lattice.", f"Patches of {patch} px suit it: {seen}."]
-    elif best.kind == "1-D":
-        why += ["Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."]
-    else:
-        apart = unlikeness(picture, best.vectors, usable)
-        why += [f"It repeats by a lattice, and its periods differ by {100 * apart:.0f} % of its contrast."]
-        method = "best-tile" if apart < EQUAL else method
-        why += ["So one of them is enough." if apart < EQUAL else "Each of them is used."]
-    if flatten:
-        why += [
-            f"{100 * light.share:.0f} % of what its parts differ by is one slope of light, {light.factor:.1f} "
-            "times brighter on one side: flatten it, if that is light and not the texture."
-        ]
-    return Suggestion(method, parameters, flatten, tuple(why))
+def _suggested(facts: Facts) -> Suggestion:
+    """Choose a method as ``method="auto"`` does, by the table of rules."""
+    choice = Auto().decide(facts)
+    told = {k: v for k, v in choice.told.items() if k != "overlap"}
+    flatten = not facts.constant and facts.light.strong and not facts.exemplar.toroidal
+    why = [*choice.why, *(w[0].upper() + w[1:] for w in choice.warnings)]
+    return Suggestion(choice.method.slug, told, flatten, tuple(why), choice.rule)
 
 
 def _rectangle(tiling: Tiling, exemplar: Exemplar) -> tuple[int, int] | None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import __version__, params
+from .auto import AUTO_METHOD, Auto, Choice
 from .canvas import Canvas
 from .draws import check_seed
 from .errors import InputError, MethodError, ParameterError
@@ -19,12 +20,14 @@ from .exemplar import Exemplar
 from .geometry import Box, Wrap
 from .guide import Guide
 from .image import Plane
+from .measure import Score
 from .methods.base import Ability, Method, make
 from .render import render
 from .run import Run
 from .sourcemap import HOLE, Blend, SourceMap
+from .trials import carried_out
 
-DEFAULT_METHOD = "image-quilting"
+DEFAULT_METHOD = AUTO_METHOD
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -33,7 +36,8 @@ ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] 
 class Synthesis:
     """What a synthesis made: a map, the exemplars that it points into, and the recipe that repeats it.
 
-    Pictures are renderings of it: ``render()`` for the base plane, ``render("normal")`` for another.
+    Pictures are renderings of it: ``render()`` for the base plane, ``render("normal")`` for another. ``choice`` says
+    why the method was chosen, where it was not named, and ``trials`` holds the scores of what was tried.
     """
 
     exemplars: tuple[Exemplar, ...]
@@ -41,6 +45,8 @@ class Synthesis:
     blend: Blend
     method: Method
     recipe: dict[str, Any] = field(default_factory=dict)
+    choice: Choice | None = None
+    trials: tuple[Score, ...] = ()
 
     def render(
         self, plane: str | None = None, *, feather: int | None = None, box: Box | None = None, run: Run | None = None
@@ -64,7 +70,7 @@ class Synthesis:
 def synthesize(
     exemplar: ExemplarLike | Sequence[ExemplarLike],
     size: int | tuple[int, int] | None = None,
-    method: Method | str = DEFAULT_METHOD,
+    method: Method | Auto | str = DEFAULT_METHOD,
     *,
     seed: int = 0,
     wrap: Wrap | str = Wrap.NONE,
@@ -82,8 +88,9 @@ def synthesize(
     size : int or (height, width), optional
         Size of the output in px; a number is a square. Default: that of `start` or of the guide's target, else
         twice the (first) exemplar.
-    method : Method or str
-        For example ``ImageQuilting(patch=96)``, or the name of a method.
+    method : Method, Auto or str
+        For example ``ImageQuilting(patch=96)``, or the name of a method. ``"auto"`` chooses by what the exemplar is
+        like; ``Auto(trials=4)`` also keeps the best of four.
     seed : int
         0 to 2**64 - 1; the same seed gives the same bytes, on any machine and any number of threads.
     wrap : {"none", "x", "y", "both"}
@@ -108,22 +115,44 @@ def synthesize(
     """
     exemplars = as_exemplars(exemplar)
     canvas = _canvas(exemplars, size, wrap, start, guide)
-    chosen = make(method, {}) if isinstance(method, str) else method
-    return carry_out(exemplars, canvas, chosen, seed, blend, run)
+    return carry_out(exemplars, canvas, named(method), seed, blend, run)
+
+
+def named(method: Method | Auto | str) -> Method | Auto:
+    """Return the method of a name; ``auto`` is the choice of one."""
+    if isinstance(method, str):
+        return Auto() if method == AUTO_METHOD else make(method, {})
+    return method
 
 
 def carry_out(
-    exemplars: tuple[Exemplar, ...], canvas: Canvas, method: Method, seed: int, blend: Blend | None, run: Run | None
+    exemplars: tuple[Exemplar, ...],
+    canvas: Canvas,
+    method: Method | Auto | Choice,
+    seed: int,
+    blend: Blend | None,
+    run: Run | None,
 ) -> Synthesis:
     """Fill a canvas with a method: what :func:`synthesize` does once all is understood."""
-    check_abilities(method, exemplars, canvas)
-    seed = check_seed(seed)
-    settled = method.settled(exemplars, canvas)
-    smap = settled.synthesize(exemplars, canvas, seed, run or Run())
+    seed, run = check_seed(seed), run or Run()
+    if isinstance(method, Auto):
+        method = method.choose(exemplars, canvas)
+        run.notes.extend(method.warnings)
+    if isinstance(method, Choice):
+        kept = carried_out(method, exemplars, canvas, seed, run)
+        settled, smap, asked, seed = kept.best.method, kept.best.map, seed, kept.best.seed
+    else:
+        check_abilities(method, exemplars, canvas)
+        kept, settled = None, method.settled(exemplars, canvas)
+        smap = settled.synthesize(exemplars, canvas, seed, run)
     if bool(smap.holes.any()):
         raise MethodError(f"{settled.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
     joined = blend or settled.blend
-    return Synthesis(exemplars, smap, joined, settled, _recipe(settled, exemplars, canvas, seed, joined))
+    recipe = _recipe(settled, exemplars, canvas, seed, joined)
+    if kept is None:
+        return Synthesis(exemplars, smap, joined, settled, recipe)
+    recipe["auto"] = kept.choice.recipe | ({"trials": len(kept.scores), "seed": asked} if kept.scores else {})
+    return Synthesis(exemplars, smap, joined, settled, recipe, kept.choice, kept.scores)
 
 
 def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:

@@ -16,7 +16,8 @@ from ..image import Kind, Plane, Transfer
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..starts import Scene
-from ..synthesis import Synthesis, carry_out, recipe_settings, synthesize
+from ..synthesis import Synthesis, carry_out, recipe_settings
+from .choosing import command_of, explained, told
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
 from .outputs import Staging, check_all
@@ -67,13 +68,16 @@ class Batch:
         """Say what would be made."""
         told = []
         for order in self.orders:
-            about = _about(order, self.wish, None) | {
+            self._warn(order)
+            about = self._about(order, None) | {
                 "patches": patches_of(order, self.wish.wrap, self.wish.begin is not None),
                 "memory_mib": order.memory >> 20,
             }
             told.append(about)
             patches = "" if about["patches"] is None else f"{about['patches']} patches, "
             self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
+            if self.wish.explain:
+                self._explain(order, about)
         self.report.result({"dry_run": True, **(told[0] if len(told) == 1 else {"results": told})})
 
     def carry_out(self, threads: int | None) -> None:
@@ -96,6 +100,7 @@ class Batch:
         probe = None if place is None else Probe(place[0][1], place[0][0])
         run = Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL, probe=probe)
         grown = self._grow(order, scene, run)
+        self._warn(order)
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
@@ -118,21 +123,41 @@ class Batch:
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         self.report.note(f"{order.line}, {clock['total']:.1f} s")
-        return _about(order, self.wish, grown) | {"timings": {k: round(v, 3) for k, v in clock.items()}}
+        about = self._about(order, grown)
+        if self.wish.explain:
+            self._explain(order, about)
+        return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
+
+    def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
+        """What JSON says of a result, and of how its method was chosen."""
+        about = _about(order, self.wish, grown)
+        if order.choice is None:
+            return about
+        choice = order.choice if grown is None or grown.choice is None else grown.choice
+        auto = told(choice, self.wish.explain)
+        if grown is not None and grown.trials:
+            auto["scores"] = [score.as_dict() for score in grown.trials]
+        if self.wish.begin is None and self.wish.labels is None:
+            method, seed = (order.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
+            auto["command"] = command_of(order, method, seed, self.shelf.inputs, self.wish, self.targets)
+        return about | {"auto": auto}
+
+    def _warn(self, order: Order) -> None:
+        """Tell what speaks against the exemplar, once."""
+        for line in () if order.choice is None else order.choice.warnings:
+            self.shelf.warn(line)
+
+    def _explain(self, order: Order, about: dict[str, Any]) -> None:
+        if order.choice is not None and not self.report.quiet:
+            self.report.say("\n".join(explained(about, order.choice.warnings)))
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
         begin, blend = self.wish.begin, blend_of(self.wish, order.method)
-        if begin is None and self.wish.start is None:
-            width, height = order.size
-            grown = synthesize(
-                list(scene.exemplars), (height, width), order.method,
-                seed=order.seed, wrap=self.wish.wrap, guide=order.guide, blend=blend, run=run,
-            )  # fmt: skip
-        elif begin is not None and begin.holes:
+        if begin is not None and begin.holes:
             grown = fill_holes(scene, order.method, order.seed, run, begin.edge)
         else:
-            grown = carry_out(scene.exemplars, scene.canvas, order.method, order.seed, blend, run)
-        more: dict[str, Any] = dict(scene.recipe)
+            grown = carry_out(scene.exemplars, scene.canvas, order.choice or order.method, order.seed, blend, run)
+        more: dict[str, Any] = scene.recipe | dict(self.wish.said)
         if said := self.shelf.inputs.recipe():
             more["inputs"] = said
         if self.targets.depth is not None:

@@ -7,9 +7,10 @@ from typing import Any
 
 import click
 
+from ..auto import AUTO_METHOD
 from ..errors import ParameterError, ResourceError
-from ..methods.base import METHODS, make, method_class
-from ..params import parameters, parse
+from ..methods.base import METHODS
+from .choosing import EXPLAIN, TRIALS, chosen_of
 from .options import (
     FILE,
     common,
@@ -25,7 +26,7 @@ from .report import Report
 from .request import Inputs, Targets, Wish
 from .values import Seed, Seeds, Size
 
-DEFAULT_METHOD = "image-quilting"
+DEFAULT_METHOD = AUTO_METHOD
 SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
 """As files.sample_names() lists them; asking it here would import numpy for a help text."""
 
@@ -35,9 +36,11 @@ OWN = (
         help="Size of the output in px, one number for a square; by default twice the exemplar.",
     ),
     opt(
-        "method", "--method", "-m", type=click.Choice(list(METHODS)), default=DEFAULT_METHOD, show_default=True,
-        help="How to grow; `intarsia methods` tells of each.",
+        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *METHODS]), default=DEFAULT_METHOD,
+        show_default=True,
+        help="How to grow; auto chooses by what the exemplar is like; `intarsia methods` tells of each.",
     ),
+    TRIALS,
     opt(
         "wrap", "--wrap", type=click.Choice(["none", "x", "y", "both"]), default="none", show_default=True,
         help="Along which axes the output must continue in itself (tile).",
@@ -58,12 +61,11 @@ PARAMETERS = tuple(method_option(p, owners, len(owners) == len(METHODS)) for p, 
 
 def wish_of(method: str, feather: int | None, mixing: str | None, **given: Any) -> Wish:
     """Understand the options on method and canvas."""
-    size, wrap = given.pop("size", None), given.pop("wrap")
-    own = {p.name: p for p in parameters(method_class(method))}
-    values = {n: parse(own.get(n, UNION[n][0]), text) for n, text in given.items() if text is not None}
-    if feather is not None and "feather" in own:  # a method may have a feather of its own
-        values["feather"], feather = feather, None
-    return Wish(make(method, values), size, wrap, feather, mixing)
+    size, wrap, trials = given.pop("size", None), given.pop("wrap"), given.pop("trials", None)
+    explain = given.pop("explain", False)
+    if explain and method != AUTO_METHOD:
+        raise ParameterError(f"--explain belongs to --method auto; drop it, or --method {method}.")
+    return Wish(chosen_of(method, trials, given, UNION), size, wrap, feather, mixing, explain=explain)
 
 
 @click.command(
@@ -71,7 +73,7 @@ def wish_of(method: str, feather: int | None, mixing: str | None, **given: Any) 
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
     "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
 )
-@gathered(*OWN, *PARAMETERS, into="wish", make=wish_of)
+@gathered(*OWN, EXPLAIN, *PARAMETERS, into="wish", make=wish_of)
 @click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
 @click.option(
     "--seeds", type=Seeds(), metavar="1..9|1,4,7", help="A batch, one output for each seed; put {seed} into -o."

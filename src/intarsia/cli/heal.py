@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ..auto import AUTO_METHOD
 from ..methods.base import METHODS, Ability, method_class
 from .grow import OWN, PARAMETERS, check_stdout, wish_of
 from .options import DONORS, FILE, common, gathered, grown_target_options, input_options, opt, report_options
@@ -34,7 +35,8 @@ USABLE = opt(
 
 def _wish(**given: Any) -> Wish:
     """What was asked for; of all patches the best is taken if nothing else is said."""
-    if given["tolerance"] is None and any(p == "tolerance" for p in _names(given["method"])):
+    named = given["method"] != AUTO_METHOD
+    if named and given["tolerance"] is None and any(p == "tolerance" for p in _names(given["method"])):
         given["tolerance"] = "0"
     return wish_of(feather=None, mixing=None, **given)
 
@@ -51,7 +53,8 @@ def _method() -> list[Any]:
     options = []
     for o in OWN:
         if o.field == "method":
-            options.append(replace(o, facts=o.facts | {"type": click.Choice(able), "help": "How to fill the holes."}))
+            offered = click.Choice([AUTO_METHOD, *able])
+            options.append(replace(o, facts=o.facts | {"type": offered, "help": "How to fill the holes."}))
         elif o.field == "wrap":
             options.append(replace(o, facts=o.facts | {"help": "Along which axes the picture continues in itself."}))
     return options

@@ -6,9 +6,10 @@ from typing import Any
 
 import click
 
+from ..auto import AUTO_METHOD
 from ..errors import ParameterError
-from ..methods.base import METHODS, Ability, make, method_class
-from ..params import parameters, parse
+from ..methods.base import METHODS, Ability, method_class
+from .choosing import chosen_of
 from .grow import DEFAULT_METHOD, SAMPLES, check_stdout
 from .grow import OWN as GROWN
 from .options import (
@@ -46,7 +47,8 @@ OWN = (
         help="Pixels this near to a boundary count as partly of both labels.",
     ),
     opt(
-        "method", "--method", "-m", type=click.Choice(GUIDED), default=DEFAULT_METHOD, show_default=True,
+        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *GUIDED]), default=DEFAULT_METHOD,
+        show_default=True,
         help="How to grow; `intarsia methods` tells of each.",
     ),
     *(o for o in GROWN if o.field in ("wrap", "feather", "mixing")),
@@ -63,9 +65,7 @@ PARAMETERS = tuple(method_option(p, owners, len(owners) == len(GUIDED)) for p, o
 def _wish(method: str, labels: tuple[str, ...], target: str, **given: Any) -> Wish:
     told = Labels(labels, target, given.pop("weight"), given.pop("reach"))
     wrap, feather, mixing = given.pop("wrap"), given.pop("feather"), given.pop("mixing")
-    own = {p.name: p for p in parameters(method_class(method))}
-    values = {n: parse(own.get(n, UNION[n][0]), text) for n, text in given.items() if text is not None}
-    return Wish(make(method, values), None, wrap, feather, mixing, labels=told)
+    return Wish(chosen_of(method, None, given, UNION), None, wrap, feather, mixing, labels=told)
 
 
 @click.command(

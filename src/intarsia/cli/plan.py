@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..auto import Auto, Choice
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..files import check_depth, check_writable, format_of, read_mask, read_set, recipe_path
 from ..geometry import Wrap, spread
 from ..guide import Guide
-from ..healing import check_edge
+from ..healing import check_edge, for_holes
 from ..methods.base import Method
 from ..sourcemap import Blend, Mixing, SourceMap
 from ..starts import Margins, Scene, extension, repair
@@ -41,6 +42,8 @@ class Order:
     memory: int
     distance_map: str | None = None
     guide: Guide | None = None
+    choice: Choice | None = None
+    sets: tuple[Set, ...] = ()
 
     @property
     def paths(self) -> list[str]:
@@ -134,12 +137,10 @@ def orders_of(
     if check is not None:
         check(scene)
     exemplars, canvas = scene.exemplars, scene.canvas
-    check_abilities(wish.method, exemplars, canvas)
-    healed = wish.begin is not None and bool(wish.begin.holes)
     if wish.begin is not None:
         check_edge(wish.begin.edge)
-    method = wish.method if healed else wish.method.settled(exemplars, canvas)
-    fields |= {"w": canvas.width, "h": canvas.height}
+    method, choice = chosen_for(wish, scene, targets)
+    fields |= {"w": canvas.width, "h": canvas.height, "method": method.slug}
     memory = memory_of(exemplars, canvas)
     orders = []
     for seed in seeds:
@@ -149,11 +150,29 @@ def orders_of(
         asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
         maps = [None if t is None else filled(t, fields) for t in asked]
         size = (canvas.width, canvas.height)
-        orders.append(Order(lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2], canvas.guide))
+        orders.append(
+            Order(
+                lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2], canvas.guide, choice, tuple(sets)
+            )
+        )  # fmt: skip
     if orders:
         check_formats(orders[0], exemplars, targets)
         check_distance_map(orders[0], targets)
     return orders
+
+
+def chosen_for(wish: Wish, scene: Scene, targets: Targets) -> tuple[Method, Choice | None]:
+    """Return the method for a scene, settled but for holes, and why it was chosen where it was not named."""
+    exemplars, canvas, method = scene.exemplars, scene.canvas, wish.method
+    if wish.begin is not None and wish.begin.holes:
+        method = for_holes(scene, method)
+        check_abilities(method, exemplars, canvas)
+        return method, None
+    if isinstance(method, Auto):
+        choice = replace(method, laying=targets.distance_map is not None).choose(exemplars, canvas)
+        return choice.method, choice
+    check_abilities(method, exemplars, canvas)
+    return method.settled(exemplars, canvas), None
 
 
 def _endings(found: Set) -> dict[str, str]:

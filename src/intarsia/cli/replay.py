@@ -95,6 +95,8 @@ def command(
             "the picture may differ."
         )
     wish = with_files(wish, recipe, inputs, beside, picture)
+    if "auto" in recipe:
+        wish = replace(wish, said={"auto": recipe["auto"]})
     inputs = inputs_of(recipe, inputs, beside, picture)
     if targets.depth is None and "depth" in recipe:
         if recipe["depth"] not in DEPTHS:

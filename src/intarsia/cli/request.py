@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
+from ..auto import Auto
 from ..errors import ParameterError
 from ..methods.base import Method
 
@@ -91,10 +93,11 @@ class Wish:
     """What to grow: the method with its parameters, the size (width, height), how it closes and how it is joined.
 
     `begin` says what is there already, if anything is; `start` names a saved map to continue, and how deep from its
-    holes it may be replaced. With `labels` the size is that of their target.
+    holes it may be replaced. With `labels` the size is that of their target. `explain`: tell how the method was chosen.
+    `said` is what the recipe says besides.
     """
 
-    method: Method
+    method: Method | Auto
     size: tuple[int, int] | None = None
     wrap: str = "none"
     feather: int | None = None
@@ -102,6 +105,8 @@ class Wish:
     begin: Begin | None = None
     labels: Labels | None = None
     start: tuple[str, int | None] | None = None
+    explain: bool = False
+    said: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def files(self) -> tuple[str, ...]:

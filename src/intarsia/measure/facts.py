@@ -1,0 +1,205 @@
+"""What is known of an exemplar and of what is asked for: each fact is measured when a rule asks for it.
+
+Source: no single paper; the measurements A-01 to A-13 of our list. Whatever a rule compares is made of sums of whole
+numbers, so that the same rule fires on every machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis import allowed_isometries, features, segments
+from ..analysis.besttile import unlikeness
+from ..analysis.elements import ElementSize
+from ..analysis.features import Features
+from ..analysis.lattice import Lattice, Lattices, find_lattice
+from ..analysis.light import Slope, slope_of
+from ..analysis.sizes import elements
+from ..analysis.tile_layout import UNIT
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..image import Kind
+from .regions import Regions, regions_of
+from .structure import Border, Structure, border_of, structure_of
+
+WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
+MIDDLE = 320  # and segments on its middle
+NAMES = 16  # a picture of so few colours holds names, not light
+RIGHT = 9  # neighbours of 10 that must be equal in a picture of names
+SAMPLED = 1 << 18  # px in which colours are counted
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One fact: its value as JSON holds it, how sure it is from 0 to 1, and what it means in a few words."""
+
+    value: Any
+    confidence: float
+    says: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {"value": self.value, "confidence": round(self.confidence, 3), "says": self.says}
+
+
+class Facts:
+    """All that rules may ask about an exemplar, the first that may be sampled, and about the canvas."""
+
+    def __init__(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
+        self.exemplars, self.canvas = tuple(exemplars), canvas
+        sampled = [e for e in exemplars if e.usable is None or e.usable.any()]
+        self.exemplar = (sampled or list(exemplars))[0]
+
+    @property
+    def side(self) -> int:
+        """The shorter side of the exemplar, px."""
+        return min(self.exemplar.height, self.exemplar.width)
+
+    @cached_property
+    def picture(self) -> NDArray[np.int16]:
+        """The exemplar as methods compare it."""
+        return features([self.exemplar]).pictures[0]
+
+    @cached_property
+    def constant(self) -> bool:
+        """Whether all that may be used of it has one colour."""
+        seen = self.picture if self.exemplar.usable is None else self.picture[self.exemplar.usable]
+        seen = seen.reshape(-1, self.picture.shape[2])
+        return not len(seen) or bool((seen == seen[:1]).all())
+
+    @cached_property
+    def names(self) -> bool:
+        """Whether it holds a few exact colours in patches: names of regions, masks, line art (A-13)."""
+        base = self.exemplar.base
+        if base.kind is Kind.LABEL:
+            return True
+        if base.is_float:
+            return False
+        step = max(1, math.isqrt(self.exemplar.height * self.exemplar.width // SAMPLED))
+        seen = base.samples[::step, ::step]
+        codes = np.zeros(seen.shape[:2], np.uint64)
+        for c in range(seen.shape[2]):
+            codes = codes * np.uint64(65599) + seen[..., c].astype(np.uint64)
+        if not 2 <= len(np.unique(codes)) <= NAMES:
+            return False
+        equal = int((codes[1:] == codes[:-1]).sum()) + int((codes[:, 1:] == codes[:, :-1]).sum())
+        return 10 * equal >= RIGHT * max(2 * codes.size - sum(codes.shape), 1)
+
+    @cached_property
+    def lattices(self) -> Lattices:
+        """By which steps it repeats (A-01)."""
+        return self.exemplar.memo("lattices", lambda: find_lattice(self.picture, self.exemplar.usable))
+
+    @property
+    def lattice(self) -> Lattice | None:
+        """The lattice, where there is one that is sure enough."""
+        return self.lattices.accepted
+
+    @cached_property
+    def variation(self) -> float:
+        """How much its periods differ: 0 not at all, 1 as any two places do (A-02); 1 without two vectors."""
+        if self.lattice is None or self.lattice.kind == "1-D":
+            return 1.0
+        usable = self.exemplar.usable
+        everywhere = np.ones(self.picture.shape[:2], bool) if usable is None else usable
+        return unlikeness(self.picture, self.lattice.vectors, everywhere)
+
+    @cached_property
+    def element(self) -> ElementSize:
+        """How large its elements are, by its correlation with itself (A-04)."""
+        return elements(self.exemplar)
+
+    @cached_property
+    def reduction(self) -> int:
+        """How many times smaller the copy is on which the slower facts are measured."""
+        return max(1, -(-max(self.exemplar.height, self.exemplar.width) // WORK_SIDE))
+
+    @cached_property
+    def small(self) -> Exemplar:
+        """That copy; the exemplar itself where it is small enough."""
+        n, e = self.reduction, self.exemplar
+        if n == 1 or min(e.height, e.width) < 8 * n:
+            return e
+        planes = {}
+        for name, plane in e.planes.items():
+            if (plane.height, plane.width) == (e.height, e.width):
+                rows, columns = e.height // n, e.width // n
+                blocks = plane.samples[: rows * n, : columns * n].reshape(rows, n, columns, n, -1)
+                if plane.kind is Kind.LABEL or plane.is_float:
+                    planes[name] = plane.like(blocks[:, 0, :, 0])
+                else:
+                    total = blocks.sum(axis=(1, 3), dtype=np.int64) // (n * n)
+                    planes[name] = plane.like(total.astype(plane.pixels.dtype))
+        usable = e.usable
+        if usable is not None:
+            usable = usable[: e.height // n * n, : e.width // n * n]
+            usable = np.asarray(usable.reshape(e.height // n, n, e.width // n, n).all(axis=(1, 3)))
+        return Exemplar(planes, usable, e.toroidal, e.name)
+
+    @cached_property
+    def middle(self) -> Exemplar:
+        """The middle of the exemplar in full, on which its grain is measured; all of it where it is small enough."""
+        e = self.exemplar
+        rows, columns = (slice(max(0, n - MIDDLE) // 2, max(0, n - MIDDLE) // 2 + MIDDLE) for n in (e.height, e.width))
+        whole = all((p.height, p.width) == (e.height, e.width) for p in e.planes.values())
+        usable = None if e.usable is None else e.usable[rows, columns]
+        if max(e.height, e.width) <= MIDDLE or not whole or (usable is not None and not usable.any()):
+            return e
+        return Exemplar({n: p.like(p.samples[rows, columns]) for n, p in e.planes.items()}, usable, False, e.name)
+
+    @cached_property
+    def _seen(self) -> Features:
+        return features([self.small])
+
+    @cached_property
+    def segment(self) -> tuple[int, int]:
+        """Patch and boundary zone by the vote of segments over 12 scales, px (A-04)."""
+        found = segments(self.middle)
+        return found.patch, found.zone
+
+    @cached_property
+    def structure(self) -> Structure:
+        """How edgy and how directed it is (A-05)."""
+        return structure_of(self._seen.pictures[0], self.small.usable)
+
+    @cached_property
+    def symmetry(self) -> tuple[int, ...]:
+        """The isometries that keep its look (A-09)."""
+        return allowed_isometries([self.small])
+
+    @cached_property
+    def border(self) -> Border:
+        """Whether it continues in itself across its borders (A-10)."""
+        return border_of(self._seen.pictures[0], self.small.usable)
+
+    @cached_property
+    def regions(self) -> Regions:
+        """Whether it shows two textures side by side (A-08)."""
+        return regions_of(self._seen.pictures[0], self.small.usable)
+
+    @cached_property
+    def light(self) -> Slope:
+        """How unevenly it is lit (A-03)."""
+        apart = float(self.element.size)
+        if self.lattice is not None and self.lattice.kind == "2-D":
+            (p, q), (r, s) = self.lattice.vectors
+            apart = min(apart, math.sqrt(abs(p * s - q * r)) / UNIT)
+        return slope_of(self.small, apart / self.reduction)
+
+    @property
+    def enlargement(self) -> float:
+        """Area of the output over that of the exemplar (A-12)."""
+        area = sum(e.height * e.width for e in self.exemplars)
+        return self.canvas.height * self.canvas.width / area
+
+    @property
+    def across(self) -> float:
+        """How many elements lie side by side along the shorter side (A-12)."""
+        return self.side / max(self.element.size, 1)

@@ -1,0 +1,411 @@
+"""The automatic choice: which rule fires on which class, what is told of it, and what restricts it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torture
+from click.testing import CliRunner, Result
+
+import intarsia as ia
+from intarsia.cli.app import cli
+from intarsia.cli.choosing import options_of
+from intarsia.exemplar import Exemplar
+from intarsia.measure import Facts, score
+from intarsia.measure.regions import regions_of
+from intarsia.measure.report import measurements
+from intarsia.measure.structure import border_of, structure_of
+from intarsia.methods.base import METHODS, method_class
+from intarsia.rules import RULES
+from intarsia.sourcemap import HOLE, identity
+from intarsia.testing import noise, texture
+from intarsia.trials import variants
+
+CANVAS = ia.Canvas(200, 200)
+
+
+def choice_of(pixels: Any, canvas: ia.Canvas = CANVAS, **asked: Any) -> Any:
+    return ia.Auto(**asked).choose([pixels if isinstance(pixels, Exemplar) else Exemplar.of(pixels)], canvas)
+
+
+def speckle(height: int, width: int, seed: int = 3) -> np.ndarray:
+    """Noise without any element: whole numbers only."""
+    return (noise(height, width, seed) >> np.uint64(56)).astype(np.uint8)
+
+
+def picture(name: str) -> np.ndarray:
+    return np.asarray(getattr(torture, name)())
+
+
+CLASSES = {
+    "brick": {"rows", "periods"},
+    "checkerboard": {"equal-periods"},
+    "constant": {"one-colour"},
+    "stripes": {"rows", "periods", "equal-periods"},
+    "noise_pink": {"isotropic", "elements", "grain"},
+    "wood_knot": {"elements", "grain", "rows"},
+    "gradient": {"elements"},
+}
+
+
+class TestRules:
+    def test_every_rule_names_a_method_and_says_why(self) -> None:
+        assert len({r.name for r in RULES}) == len(RULES)
+        assert {r.method for r in RULES} <= set(METHODS)
+        assert {"near-regular", "best-tile", "image-quilting", "segment-based"} <= {r.method for r in RULES}
+        assert all(r.when for r in RULES)
+        assert RULES[-1].when == "everything else"
+
+    @pytest.mark.parametrize("name", [n for n in CLASSES if hasattr(torture, n)])
+    def test_classes_are_told_apart(self, name: str) -> None:
+        found = choice_of(picture(name))
+        assert found.rule in CLASSES[name], found.why
+        assert found.why
+
+    def test_a_brick_wall_leads_to_near_regular_and_its_lattice(self) -> None:
+        found = choice_of(picture("brick"))
+        assert found.method.slug == "near-regular"
+        assert found.method.lattice == found.told["lattice"]
+
+    def test_noise_leads_to_patches(self) -> None:
+        found = choice_of(speckle(96, 96))
+        assert found.method.slug in ("image-quilting", "segment-based")
+        assert found.facts.lattice is None
+
+    def test_patches_are_turned_only_where_all_isometries_keep_the_look(self) -> None:
+        y, x = np.mgrid[:96, :96]
+        leaning = np.clip(speckle(96, 96).astype(int) // 2 + ((x + 3 * y) % 37) * 3, 0, 255).astype(np.uint8)
+        for pixels in (leaning, speckle(96, 96)):
+            found = choice_of(pixels)
+            if found.method.slug == "image-quilting":
+                turned = found.method.isometries == (0, 5, 6, 7)
+                assert turned == (len(found.facts.symmetry) == 8)
+
+    def test_the_first_rule_that_holds_leads_and_nothing_else_is_measured(self) -> None:
+        found = choice_of(picture("brick"))
+        assert "symmetry" not in vars(found.facts)
+        assert "segment" not in vars(found.facts)
+
+    def test_the_same_exemplar_gives_the_same_choice(self) -> None:
+        first, second = choice_of(texture(90, 80, 3)), choice_of(texture(90, 80, 3))
+        assert first.method == second.method
+        assert (first.rule, first.why) == (second.rule, second.why)
+
+    def test_8_bit_16_bit_and_float_give_the_same_choice(self) -> None:
+        pixels = texture(90, 80, 3)
+        deep = choice_of(pixels.astype(np.uint16) * 257)
+        assert deep.method == choice_of(pixels).method
+
+
+class TestAsked:
+    def test_a_parameter_restricts_the_choice(self) -> None:
+        wall = picture("brick")
+        assert choice_of(wall, given={"patch": 20}).method.slug == "image-quilting"
+        assert choice_of(wall, given={"candidates": 3}).method.slug == "patch-sampling"
+        assert choice_of(wall, given={"jumps": 2}).method.slug == "ashikhmin"
+        assert choice_of(wall, given={"border": 8}).method.slug == "near-regular"
+        assert choice_of(wall, given={"border": 8}).method.border == 8
+
+    def test_parameters_that_no_method_has_together_are_refused(self) -> None:
+        with pytest.raises(ia.ParameterError, match="no method has all of"):
+            ia.Auto(given={"jumps": 1, "candidates": 2})
+
+    def test_a_value_that_no_method_allows_is_refused_as_it_would_be(self) -> None:
+        with pytest.raises(ia.ParameterError, match="tolerance=-1"):
+            ia.Auto(given={"tolerance": -1})
+        with pytest.raises(ia.ParameterError, match="patch=700 is larger"):
+            choice_of(texture(60, 60, 3), given={"patch": 700})
+
+    @pytest.mark.parametrize("trials", [0, -1, 65, True, 2.0])
+    def test_trials_are_checked(self, trials: Any) -> None:
+        with pytest.raises(ia.ParameterError, match="trials="):
+            ia.Auto(trials=trials)
+
+    def test_a_start_map_a_guide_and_several_exemplars_lead_to_methods_that_can(self) -> None:
+        e = Exemplar.of(picture("brick"))
+        held = np.zeros((e.height, e.width), np.uint8)
+        held[:20] = HOLE
+        started = ia.Canvas(e.height, e.width, start=replace(identity([e.source], 0), which=held))
+        assert choice_of(e, started).rule == "begun"
+        both = ia.Auto().choose([e, Exemplar.of(picture("brick"))], CANVAS)
+        assert (both.rule, both.method.slug) == ("several", "image-quilting")
+
+    def test_a_wrapped_canvas_that_no_period_fits_falls_to_the_next_method(self) -> None:
+        tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (5, 5))
+        made = ia.synthesize(tile, (101, 101), wrap="both")
+        assert made.map.yx.shape == (101, 101, 2)
+        assert not made.map.holes.any()
+
+    def test_what_is_begun_is_never_searched_for_a_lattice(self) -> None:
+        e = Exemplar.of(picture("brick"))
+        held = np.zeros((e.height, e.width), np.uint8)
+        held[:20] = HOLE
+        found = choice_of(e, ia.Canvas(e.height, e.width, start=replace(identity([e.source], 0), which=held)))
+        assert "lattices" not in vars(found.facts)
+
+
+class TestSynthesis:
+    def test_the_recipe_names_the_method_and_replays_without_auto(self) -> None:
+        pixels = texture(70, 64, 3)
+        made = ia.synthesize(pixels, 100, seed=4)
+        assert made.recipe["method"] == made.method.slug != "auto"
+        assert made.recipe["auto"]["rule"] == made.choice.rule
+        again = ia.synthesize(pixels, 100, made.method, seed=4)
+        assert again.map.digest == made.map.digest
+        assert again.choice is None
+        assert "auto" not in again.recipe
+
+    def test_extending_and_healing_choose_what_they_chose_before(self) -> None:
+        pixels = texture(60, 60, 3)
+        hole = np.zeros((60, 60), bool)
+        hole[20:30, 25:40] = True
+        assert ia.heal(pixels, hole).map.digest == ia.heal(pixels, hole, "image-quilting").map.digest
+        margins = ia.Margins(right=20)
+        assert ia.extend(pixels, margins).map.digest == ia.extend(pixels, margins, ia.ImageQuilting()).map.digest
+
+    def test_warnings_are_notes_of_the_run(self) -> None:
+        run = ia.Run()
+        ia.synthesize(texture(20, 20, 3), 40, run=run)
+        assert any("only 20 px" in note for note in run.notes)
+
+
+class TestTrials:
+    def test_the_best_score_is_kept_and_can_be_repeated(self) -> None:
+        pixels = texture(70, 64, 3)
+        made = ia.synthesize(pixels, 120, ia.Auto(trials=5), seed=1)
+        totals = [s.total for s in made.trials]
+        assert 1 < len(totals) <= 5
+        element = made.choice.facts.element.size
+        assert score(made.exemplars, made.map, element).total == min(totals)
+        again = ia.synthesize(pixels, 120, made.method, seed=made.recipe["seed"])
+        assert again.map.digest == made.map.digest
+
+    def test_more_trials_are_never_worse_by_the_score(self) -> None:
+        pixels = texture(70, 64, 3)
+        few, many = (ia.synthesize(pixels, 120, ia.Auto(trials=n), seed=1) for n in (2, 6))
+        assert min(s.total for s in many.trials) <= min(s.total for s in few.trials)
+
+    def test_what_was_asked_for_is_never_varied(self) -> None:
+        found = choice_of(texture(70, 64, 3), given={"patch": 20, "context": 0.5}, trials=8)
+        tried = variants(found, CANVAS, 3)
+        assert {m.patch for m, _ in tried} == {20}
+        assert {m.context for m, _ in tried} == {0.5}
+        assert len({seed for _, seed in tried}) == 8
+        assert tried[0] == (found.method, 3)
+
+    def test_a_method_without_chance_is_made_once(self) -> None:
+        tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (6, 6))
+        found = choice_of(tile, trials=5)
+        assert found.method.slug == "best-tile"
+        assert len(variants(found, CANVAS, 0)) == 1
+
+
+def moved(e: Exemplar, yx: np.ndarray) -> ia.SourceMap:
+    return ia.SourceMap(yx.astype(np.int32), None, None, (e.source,), ia.Wrap.NONE, ia.Blend(0))
+
+
+class TestScore:
+    """Each blind spot of a score by windows alone has its own term."""
+
+    @pytest.fixture
+    def exemplar(self) -> Exemplar:
+        return Exemplar.of(texture(96, 96, 3))
+
+    def test_the_exemplar_itself_is_best(self, exemplar: Exemplar) -> None:
+        whole = score([exemplar], identity([exemplar.source], 0), 12)
+        shards = np.indices((96, 96)).transpose(1, 2, 0)
+        broken = shards[(np.arange(96) * 37) % 96]
+        assert whole.strange == whole.lost == whole.seams == whole.blur == 0
+        worse = score([exemplar], moved(exemplar, broken), 12)
+        assert worse.strange > 0.05
+        assert worse.seams > 0.1
+        assert worse.total > whole.total
+
+    def test_one_smooth_place_again_and_again_is_lost_blurred_and_copied(self, exemplar: Exemplar) -> None:
+        one = np.broadcast_to(np.array((40, 40)), (96, 96, 2))
+        told = score([exemplar], moved(exemplar, one), 12)
+        assert told.blur > 0.9
+        assert told.lost > 0.3
+        assert told.copies > 10
+
+    def test_copies_of_a_whole_part_are_seen(self, exemplar: Exemplar) -> None:
+        y, x = np.mgrid[:96, :96]
+        twice = score([exemplar], moved(exemplar, np.dstack([y % 48, x % 48])), 12)
+        assert twice.copies > score([exemplar], moved(exemplar, np.dstack([y, x])), 96).copies
+
+    def test_a_step_of_tone_costs_seams(self) -> None:
+        y, x = np.mgrid[:96, :96]
+        slope = Exemplar.of((texture(96, 96, 3) // 8 + (x * 2)[:, :, None]).astype(np.uint8))
+        even = np.dstack([y, np.minimum(x, 95)])
+        stepped = np.dstack([y, np.where(x < 48, x, x - 48)])
+        assert score([slope], moved(slope, stepped), 12).seams > score([slope], moved(slope, even), 12).seams + 0.01
+
+
+class TestMeasurements:
+    def test_two_textures_side_by_side_are_seen_and_one_is_not(self) -> None:
+        left, right = speckle(96, 48) // 4, 180 + speckle(96, 48) // 16
+        two = np.hstack([left, right]).astype(np.int16)[:, :, None]
+        assert regions_of(two, None).two
+        assert not regions_of(texture(96, 96, 3).astype(np.int16), None).two
+
+    def test_structure_tells_direction(self) -> None:
+        y, x = np.mgrid[:64, :64]
+        down = structure_of(((x % 8) * 20).astype(np.int16)[:, :, None], None)
+        assert down.coherence == pytest.approx(1)
+        assert down.angle == pytest.approx(90)
+        assert structure_of(speckle(64, 64).astype(np.int16)[:, :, None], None).coherence < 0.1
+
+    def test_a_tileable_exemplar_is_seen(self) -> None:
+        y, x = np.mgrid[:64, :64]
+        wave = np.rint(100 + 60 * np.sin(2 * np.pi * x / 64) + 30 * np.cos(4 * np.pi * y / 64))
+        assert border_of(wave.astype(np.int16)[:, :, None], None).closed
+        assert not border_of((x + y).astype(np.int16)[:, :, None], None).closed
+
+    def test_every_measurement_has_a_value_a_confidence_and_words(self) -> None:
+        for pixels in (picture("brick"), texture(60, 64, 3), picture("constant"), picture("tiny")):
+            told = measurements(Facts([Exemplar.of(pixels)], CANVAS))
+            assert {"lattice", "variation", "elements", "structure", "symmetry", "border", "size", "kind"} <= set(told)
+            for m in told.values():
+                assert 0 <= m.confidence <= 1
+                assert m.says
+            json.dumps({k: m.as_dict() for k, m in told.items()}, allow_nan=False)
+
+    def test_a_large_exemplar_is_measured_reduced_and_says_so(self) -> None:
+        facts = Facts([Exemplar.of(np.tile(texture(128, 128, 3), (9, 9, 1)))], CANVAS)
+        assert facts.reduction == 3
+        assert facts.small.height == 384
+        assert "1/3" in measurements(facts)["reduced"].says
+
+    def test_names_are_told_from_light(self) -> None:
+        assert Facts([Exemplar.of(picture("labels"))], CANVAS).names
+        assert not Facts([Exemplar.of(texture(60, 64, 3))], CANVAS).names
+
+
+class TestWarnings:
+    @pytest.mark.parametrize(
+        ("make", "words"),
+        [
+            (lambda: texture(20, 24, 3), "only 20 px"),
+            (lambda: np.hstack([speckle(160, 80) // 4, 180 + speckle(160, 80) // 16]).astype(np.uint8), "two textures"),
+        ],
+    )
+    def test_exemplars_that_cannot_work_are_told_of(self, make: Callable[[], np.ndarray], words: str) -> None:
+        assert any(words in w for w in choice_of(make()).warnings)
+
+    def test_a_good_exemplar_has_none(self) -> None:
+        assert choice_of(picture("brick")).warnings == ()
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    ia.write("wall.png", picture("brick"))
+    ia.write("blobs.png", texture(90, 80, 3))
+    return tmp_path
+
+
+def run(*args: object, code: int = 0) -> Result:
+    result = CliRunner().invoke(cli, [str(a) for a in args])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+@pytest.mark.usefixtures("folder")
+class TestCommands:
+    def test_explain_tells_measurements_rule_method_and_command(self) -> None:
+        said = run("grow", "wall.png", "-o", "out.png", "--size", 150, "--explain").stderr
+        for word in ("lattice", "elements", "rule", "method", "parameters", "command"):
+            assert f"\n{word} " in said
+        assert "near-regular" in said
+
+    @pytest.mark.parametrize("exemplar", ["wall.png", "blobs.png"])
+    def test_the_command_repeats_the_picture_without_auto(self, exemplar: str) -> None:
+        done = run("grow", exemplar, "-o", "out.png", "--size", "150x140", "--trials", 3, "--wrap", "x", "--json")
+        told = json.loads(done.stdout)
+        words = shlex.split(told["auto"]["command"])
+        assert words[:2] == ["intarsia", "grow"]
+        assert words[words.index("--method") + 1] == told["method"]
+        run(*words[1:], "--force")
+        first = np.asarray(ia.read("out.png").base.pixels)
+        run("grow", exemplar, "-o", "auto.png", "--size", "150x140", "--trials", 3, "--wrap", "x")
+        assert (np.asarray(ia.read("auto.png").base.pixels) == first).all()
+
+    def test_json_holds_the_choice_and_measurements_if_asked(self) -> None:
+        plain = json.loads(run("grow", "wall.png", "-o", "a.png", "--json", "--size", 140).stdout)["auto"]
+        assert set(plain) == {"rule", "why", "command"}
+        full = json.loads(run("grow", "wall.png", "-o", "b.png", "--json", "--explain", "--trials", 2).stdout)["auto"]
+        assert set(full) == {"rule", "why", "command", "measurements", "scores"}
+        assert len(full["scores"]) == 2
+        assert {"value", "confidence", "says"} == set(full["measurements"]["lattice"])
+
+    def test_dry_run_explains_without_growing(self) -> None:
+        said = run("grow", "wall.png", "-o", "out.png", "--explain", "--dry-run").stderr
+        assert "rule" in said
+        assert not Path("out.png").exists()
+
+    def test_an_option_restricts_the_choice(self) -> None:
+        told = json.loads(run("grow", "wall.png", "-o", "out.png", "--patch", 20, "--json").stdout)
+        assert told["method"] == "image-quilting"
+        assert told["parameters"]["patch"] == 20
+
+    @pytest.mark.parametrize(
+        "args",
+        [
+            "--jumps 1 --candidates 2",
+            "--trials 0",
+            "--method image-quilting --trials 2",
+            "--method repeat --explain",
+            "--tolerance -1",
+            "--patch 700",
+        ],
+    )
+    def test_errors_are_one_line(self, args: str) -> None:
+        result = run("grow", "wall.png", "-o", "out.png", *args.split(), code=2)
+        assert result.stderr.startswith("intarsia: ")
+        assert result.stderr.count("\n") == 1
+        assert not Path("out.png").exists()
+
+    def test_the_method_is_part_of_the_name(self) -> None:
+        run("grow", "wall.png", "-o", "{method}.png", "--size", 140)
+        assert Path("near-regular.png").exists()
+
+    def test_analyze_suggests_what_auto_chooses(self) -> None:
+        for name in ("wall.png", "blobs.png"):
+            found = json.loads(run("analyze", name, "--json").stdout)["suggested"]
+            made = json.loads(run("grow", name, "-o", f"grown_{name}", "--json").stdout)
+            assert (found["rule"], found["method"]) == (made["auto"]["rule"], made["method"])
+
+    def test_replay_follows_the_recipe(self) -> None:
+        run("grow", "blobs.png", "-o", "out.png", "--trials", 3)
+        run("replay", "out.png", "-o", "again.png", "-e", "blobs.png")
+        assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
+
+
+def test_the_page_lists_every_rule() -> None:
+    text = (Path(__file__).parent.parent / "docs" / "auto.md").read_text(encoding="utf-8")
+    for rule in RULES:
+        assert f"| `{rule.name}` | {rule.when} | `{rule.method}` |" in text
+
+
+def test_options_give_the_same_method() -> None:
+    from intarsia.params import parameters, parse
+
+    for slug in METHODS:
+        cls = method_class(slug)
+        names = {p.name: p for p in parameters(cls)}
+        given = {"lattice": ((12.5, 0.25), (3.0, 9.75))} if "lattice" in names else {}
+        given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
+        method = cls(**given)
+        words = options_of(method)
+        read = {}
+        for option, text in zip(words[::2], words[1::2], strict=True):
+            name = option[2:].replace("-", "_")
+            read[name] = parse(names[name], text)
+        assert cls(**read) == method
