@@ -1,8 +1,8 @@
 """Write the tables of the documentation that follow from the code: ``make tables``.
 
 Between ``<!-- parameters: SLUG -->`` and ``<!-- end -->`` stands the table of a method's parameters, after
-``<!-- options: COMMAND -->`` that of a command's options, after ``<!-- methods -->`` that of all methods. A test
-compares them with the code.
+``<!-- options: COMMAND -->`` that of a command's options, after ``<!-- methods -->`` that of all methods, after ``<!-- rules -->`` those of
+the choice. A test compares them with the code.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ import click
 from intarsia.cli.app import COMMANDS, cli
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
+from intarsia.rules import RULES
 
 ROOT = Path(__file__).resolve().parent.parent
-BLOCK = re.compile(r"(<!-- (parameters|options|methods)(?:: ([\w-]+))? -->\n).*?(<!-- end -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- (parameters|options|methods|rules)(?:: ([\w-]+))? -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def documents() -> list[Path]:
@@ -79,6 +80,11 @@ def method_table() -> str:
     )
 
 
+def rule_table() -> str:
+    """Return the rules of the automatic choice as a table."""
+    return rows(("rule", "when", "method"), ((f"`{r.name}`", r.when, f"`{r.method}`") for r in RULES))
+
+
 def filled(path: Path, text: str) -> str:
     """Return the text of a document with its tables as the code has them."""
 
@@ -86,6 +92,8 @@ def filled(path: Path, text: str) -> str:
         kind, name = match[2], match[3]
         if kind == "parameters":
             return match[1] + parameter_table(name) + match[4]
+        if kind == "rules":
+            return match[1] + rule_table() + match[4]
         if kind == "options":
             assert name in COMMANDS
             return match[1] + option_table(name) + match[4]

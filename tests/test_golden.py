@@ -148,8 +148,8 @@ GOLDEN = {
         "8e295c7fc56f117e802b8905f8c733e33c184e46e5e0bb022738838908d08e35",
     ),
     "tried": (
-        "",
-        "",
+        "5bbbd2d8affe8372ef741b6cb3f81b5076b4d38aeab7f6a3e55033ad6cec4015",
+        "2e2d1e2252a9f7a90ce3faa0bccd57e0fcdce3f2b5a723e693955d7a554ec3e7",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

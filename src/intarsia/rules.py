@@ -146,17 +146,17 @@ def warnings_of(f: Facts) -> tuple[str, ...]:
     out: list[str] = []
     if f.side < SMALL:
         out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
-    elif f.lattice is not None:
+    if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
+        return tuple(out)
+    if f.side >= SMALL and f.lattice is not None:
         longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
         if f.side < FEW_PERIODS * longest:
             out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
-    elif f.across < FEW_ELEMENTS and not f.constant:
+    elif f.side >= SMALL and f.across < FEW_ELEMENTS:
         out.append(
             f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
             "a larger exemplar varies more."
         )
-    if f.constant:
-        return tuple(out)
     if f.regions.two:
         out.append(
             "the exemplar seems to show two textures side by side; crop it to one (--crop), or paint with both "

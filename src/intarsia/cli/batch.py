@@ -100,7 +100,6 @@ class Batch:
         probe = None if place is None else Probe(place[0][1], place[0][0])
         run = Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL, probe=probe)
         grown = self._grow(order, scene, run)
-        self._warn(order)
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
@@ -120,6 +119,7 @@ class Batch:
             if order.distance_map is not None and probe is not None and probe.maps is not None:
                 write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
             staging.commit()
+        self._warn(order)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         self.report.note(f"{order.line}, {clock['total']:.1f} s")
