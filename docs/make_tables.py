@@ -1,8 +1,8 @@
 """Write the tables of the documentation that follow from the code: ``make tables``.
 
 Between ``<!-- parameters: SLUG -->`` and ``<!-- end -->`` stands the table of a method's parameters, after
-``<!-- options: COMMAND -->`` that of a command's options, after ``<!-- methods -->`` that of all methods, after ``<!-- rules -->`` those of
-the choice. A test compares them with the code.
+``<!-- options: COMMAND -->`` that of a command's options, after ``<!-- methods -->`` that of all methods, after
+``<!-- rules -->`` those of the automatic choice. A test compares them with the code.
 """
 
 from __future__ import annotations

@@ -50,9 +50,9 @@ CLASSES = {
     "checkerboard": {"equal-periods"},
     "constant": {"one-colour"},
     "stripes": {"rows", "periods", "equal-periods"},
-    "noise_pink": {"isotropic", "elements", "grain"},
-    "pebbles_black": {"isotropic", "elements", "grain"},
-    "noise_white": {"isotropic", "elements", "grain"},
+    "noise_pink": {"turnable", "elements", "grain"},
+    "pebbles_black": {"turnable", "elements", "grain"},
+    "noise_white": {"turnable", "elements", "grain"},
 }
 
 
@@ -80,14 +80,14 @@ class TestRules:
         assert found.method.slug in ("image-quilting", "segment-based")
         assert found.facts.lattice is None
 
-    def test_patches_are_turned_only_where_all_isometries_keep_the_look(self) -> None:
+    def test_patches_are_turned_only_where_that_keeps_the_look(self) -> None:
         y, x = np.mgrid[:96, :96]
         leaning = np.clip(speckle(96, 96).astype(int) // 2 + ((x + 3 * y) % 37) * 3, 0, 255).astype(np.uint8)
         for pixels in (leaning, speckle(96, 96)):
             found = choice_of(pixels)
             if found.method.slug == "image-quilting":
-                turned = found.method.isometries == (0, 5, 6, 7)
-                assert turned == (len(found.facts.symmetry) == 8)
+                turns = {0, 5, 6, 7} & set(found.facts.symmetry)
+                assert found.method.isometries == (tuple(sorted(turns)) if len(turns) > 1 else "none")
 
     def test_the_first_rule_that_holds_leads_and_nothing_else_is_measured(self) -> None:
         found = choice_of(picture("brick_colours"))

@@ -17,7 +17,6 @@ from .measure import Facts
 EQUAL = 0.15  # periods that differ less are one picture, repeated
 FINE_SIDE = 12  # grain: segments of at most 1/12 of the shorter side,
 FINE_ELEMENT = 0.55  # and of at most so much of what correlates
-ALL = 8  # isometries
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
 FEW_ELEMENTS = 3.0  # across the exemplar: with fewer, repeats show
 FEW_PERIODS = 2.0
@@ -66,8 +65,11 @@ def _fine(f: Facts) -> bool:
     )
 
 
-def _isotropic(f: Facts) -> bool:
-    return f.lattice is None and len(f.symmetry) == ALL and not f.regions.two
+def _turns(f: Facts) -> tuple[int, ...]:
+    """The turns that keep the look, the identity among them; only that one where turning would not help."""
+    if f.lattice is not None or f.regions.two:
+        return (0,)
+    return tuple(p for p in TURNED if p in f.symmetry)
 
 
 def _size(f: Facts) -> str:
@@ -121,12 +123,12 @@ RULES: tuple[Rule, ...] = (
         ),
     ),
     Rule(
-        "isotropic", "image-quilting", "no lattice, and it looks the same mirrored and turned in all eight ways",
-        _isotropic, lambda f: {"isometries": TURNED},
+        "turnable", "image-quilting", "no lattice, and it looks the same turned by a half or by quarters",
+        lambda f: len(_turns(f)) > 1, lambda f: {"isometries": _turns(f)},
         lambda f: (
             "It repeats by no lattice.",
             f"Patches of the size of its elements suit it: {_size(f)}.",
-            "It looks the same turned by quarters, so that patches may be turned, and repeat less.",
+            f"It looks the same turned by {'quarters' if len(_turns(f)) > 2 else 'a half'}: patches may be, and repeat less.",
         ),
     ),
     Rule(

@@ -15,9 +15,8 @@ def measurements(f: Facts) -> dict[str, Measured]:
     out |= {"structure": _structure(f), "regions": _regions(f), "symmetry": _symmetry(f), "border": _border(f)}
     out |= {"light": _light(f), "size": _size(f), "kind": _kind(f)}
     if f.reduction > 1:
-        out["reduced"] = Measured(
-            f.reduction, 1.0, f"structure, regions, symmetry and border are those of a copy 1/{f.reduction}, segments of the middle"
-        )
+        said = f"structure, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
+        out["reduced"] = Measured(f.reduction, 1.0, f"{said}, segments those of the middle")
     return out
 
 
