@@ -192,7 +192,7 @@ class Auto:
         return f"no method can do all that is asked ({words}){extra}; ask for less, or name a method."
 
 
-GENERAL = ("begun", "guided", "several", "turnable", "elements")
+GENERAL = ("begun", "guided", "several", "elements")
 """Rules of the generalist, which can serve every exemplar: what comes after them is not needed."""
 ONLY = "only"
 DECIDED = ("lattice", "patch", "overlap", "isometries", "context")

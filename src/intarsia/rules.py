@@ -128,7 +128,7 @@ RULES: tuple[Rule, ...] = (
         lambda f: (
             "It repeats by no lattice.",
             f"Patches of the size of its elements suit it: {_size(f)}.",
-            f"It looks the same turned by {'quarters' if len(_turns(f)) > 2 else 'a half'}: patches may be, and repeat less.",
+            f"Turned by {'quarters' if len(_turns(f)) > 2 else 'a half'} it looks the same: patches may be, too.",
         ),
     ),
     Rule(
