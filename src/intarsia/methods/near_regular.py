@@ -69,6 +69,10 @@ class NearRegular:
         low=2, high=256, unit="px",
     )  # fmt: skip
     slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
+    bend: int = param(
+        1, "int", "with variant=mosaic: how far parts of a gap's block may move so that lines meet; 0: stiff",
+        low=0, high=8, unit="px",
+    )
     variant: str = param(
         "mosaic", "choice", "blocks of whole periods cut in along joints, or the plain square blocks of the source",
         choices=("mosaic", "plain"),
