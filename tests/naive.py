@@ -218,3 +218,36 @@ def joins(smap: SourceMap, axis: int) -> NDArray[np.bool_]:
             same = which[y, x] == which[b, a] and pose[y, x] == pose[b, a]
             out[y, x] = not same or tuple(step) != tuple(smap.yx[b, a])
     return out
+
+
+def edge_pixels(
+    locked: NDArray[np.bool_], at: tuple[int, int], wrap: tuple[bool, bool], known: NDArray[np.uint8]
+) -> list[tuple[int, int]]:
+    """List the known pixels of a window that must stay and lie within 3 px, corners included, of an unknown one."""
+    out = []
+    for i, j in np.argwhere(known).tolist():
+        y, x = at[0] + i, at[1] + j
+        y, x = y % locked.shape[0] if wrap[0] else y, x % locked.shape[1] if wrap[1] else x
+        inside = 0 <= y < locked.shape[0] and 0 <= x < locked.shape[1]
+        beside = (known[max(i - 3, 0) : i + 4, max(j - 3, 0) : j + 4] == 0).any()
+        if inside and locked[y, x] and beside:
+            out.append((i, j))
+    return out
+
+
+def edge_difference(old: NDArray[np.int16], new: NDArray[np.int16], edge: Sequence[tuple[int, int]]) -> int:
+    """How badly two windows (h, w, C) agree at edge pixels: plainly, in tone, and in grain, by cells of 8 px."""
+    cells: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for i, j in edge:
+        cells.setdefault((i // 8, j // 8), []).append((i, j))
+    plain, tone, grains = 0, 0, [0, 0]
+    for c in range(old.shape[2]):
+        for pixels in cells.values():
+            apart = [int(old[p][c]) - int(new[p][c]) for p in pixels]
+            plain += sum(d * d for d in apart)
+            tone += 8 * sum(apart) ** 2 // len(apart)
+            for k, picture in enumerate((old, new)):
+                values = [int(picture[p][c]) for p in pixels]
+                grains[k] += sum(v * v for v in values) - sum(values) ** 2 // len(values)
+    rough = np.sqrt(grains[0]) - np.sqrt(grains[1])
+    return plain + tone + int(4 * rough * rough)

@@ -204,7 +204,7 @@ BAD = {
     "replay grown.png -e a.png -e deep.png -o out.png": 3,
     "replay grown.png -e a.png -o grown.png": 2,
     "replay unknown.json -e a.png -o out.png": 3,
-    "replay start.json -e a.png -o out.png": 3,
+    "replay start.json -e a.png -o out.png": 2,
     "replay damaged.json -e a.png -o out.png": 3,
     "replay patch.json -e a.png -o out.png": 3,
     "replay inputs.json -e a.png -o out.png": 3,

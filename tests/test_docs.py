@@ -177,6 +177,23 @@ def test_the_table_of_sources_names_tests_that_exist() -> None:
         assert f"def {name}(" in everything, name
 
 
+def test_every_line_of_source_000_has_a_test_or_a_decision() -> None:
+    """Each line of the source is in the table, and each test that the table names is in the file it names."""
+    text = text_of(ROOT / "docs" / "sources-000.md").partition("## Line by line")[2].partition("\n## ")[0]
+    found: set[int] = set()
+    for ids, told in re.findall(r"^\| (S0-[^|]*) \| (.*) \|$", text, re.MULTILINE):
+        ends = [int(n) for n in re.findall(r"S0-(\d\d)", ids)]
+        found |= set(range(ends[0], ends[-1] + 1)) if ".." in ids else set(ends)
+        for path in re.findall(r"tests/\w+\.py", told):
+            assert (ROOT / path).is_file(), path
+        for file, names in re.findall(r"(\w+): ((?:[a-z0-9]+_\w+(?:, )?)+)", told):
+            tests = text_of(ROOT / "tests" / f"test_{file}.py")
+            for name in names.removesuffix(", ").split(", "):
+                assert f"def test_{name}(" in tests, (file, name)
+    gaps = {9, *range(24, 30), *range(36, 40), *range(44, 50), *range(55, 60), 68, 69, *range(75, 80)}
+    assert found == set(range(1, 95)) - gaps
+
+
 def test_the_version_is_the_same_everywhere() -> None:
     assert f"\nversion: {ia.__version__}\n" in text_of(ROOT / "CITATION.cff")
     assert f'\nversion = "{ia.__version__}"\n' in text_of(ROOT / "pyproject.toml")

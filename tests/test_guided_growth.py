@@ -42,6 +42,31 @@ class TestPainting:
         assert (found == target)[only_pure].all()
         assert (found == target).mean() > 0.95
 
+    @pytest.mark.parametrize("few", [1, 2])
+    def test_on_boundaries_fewer_may_be_chosen_than_inside(self, few: int) -> None:
+        """S0-65: any of the n best inside, of the n' best (by default 1) where a window holds a boundary."""
+        method = ia.PatchSampling(
+            patch=8, overlap=3, candidates=5, boundary_candidates=few, repetition="none", isometries=(0,),
+            boundary_isometries=(0,),
+        )  # fmt: skip
+        assert ia.PatchSampling().boundary_candidates == 1
+        marks, target = regions(70, 70), disc(70)
+        growth = Growth(method.laying, [painted(marks)], Canvas(70, 70, guide=Guide(labels(marks), labels(target))))
+        seen = {True: 0, False: 0}
+
+        def choose(window: Any, found: Any, bits: int) -> Any:
+            at_boundary = growth.at_boundary(window)
+            most = few if at_boundary else 5
+            picks = {method.choose(growth, window, found, k << 32, []) for k in range(0, 1 << 32, 1 << 26)}
+            assert picks == {tuple(row) for row in found.rows[:most, 1:].tolist()}
+            seen[at_boundary] += 1
+            return method.choose(growth, window, found, bits, [])
+
+        growth.fill(
+            1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: method.join_in(growth, at, pick, found)
+        )
+        assert min(seen.values()) > 5
+
     @BOTH
     def test_three_labels_and_all_sizes(self, method: Any) -> None:
         marks, target = regions(96, 72, 3), regions(50, 131, 3)[::-1]

@@ -218,11 +218,6 @@ def test_many_pictures_share_a_hole() -> None:
     assert Path("b_ok.png").exists()
 
 
-def test_a_recipe_of_a_healed_picture_says_that_it_cannot_be_replayed() -> None:
-    run("heal", "a.png", "--mask", "h.png", "-o", "out.png", "-q")
-    assert "continued another picture" in run("replay", "out.png", "-e", "a.png", "-o", "n.png", code=3).stderr
-
-
 BAD = {
     "a.png -o out.png": (2, "Missing option '--mask'"),
     "a.png -o out.png --mask all.png": (3, "the hole covers all of a"),

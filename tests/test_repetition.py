@@ -265,3 +265,31 @@ def test_striking_spots_weigh_more() -> None:
     assert upright.shape == turned.shape
     np.testing.assert_allclose(np.median(turned), np.median(upright), rtol=0.2)
     assert turned.argmax() != upright.argmax()
+
+
+def test_uses_are_judged_within_each_group() -> None:
+    """S0-82: a part that alone may be used is not dear for it; a part used more than the others of its group is."""
+    exemplars = [Exemplar.of(texture(60, 60, 1))]
+    feats = features(exemplars)
+    search = PatchSearch(variants(exemplars, feats, (0,), (12, 12)), (12, 12), 4, True)
+    rows, width = spread(400, 12, 4, False)
+    layout = Layout(tuple(rows), tuple(rows), (width, width), 400, 400, False, False)
+    shape = search.valid[0].shape
+    left = np.repeat((np.arange(shape[1]) < shape[1] // 4)[None], shape[0], 0)
+
+    def priced(groups: np.ndarray | None, rows: int, columns: int) -> np.ndarray:
+        """How much dearer every position is than its uses make it."""
+        made = Repetition(search, layout, 0.05, 0)
+        if groups is not None:
+            made.apart(groups.ravel())
+        for n in range(30 * 30):
+            made.add(n // 30, n % 30, (0, n * 7 % rows, n * 5 % columns))
+        before = made._flat.copy()
+        made.account()
+        return (made.told.counts[0].ravel() - before).reshape(shape)
+
+    every, few = shape[0] * search.factor, max(search.factor * (shape[1] // 4) - 12, 1)
+    together, apart_ = priced(None, every, few), priced(left.astype(np.int64), every, few)
+    assert (together[left] > 0).any()
+    assert not apart_[left].any()
+    assert (priced(left.astype(np.int64), 1, 1)[left] > 0).any()

@@ -95,6 +95,20 @@ class Guide:
             h.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
         return h.hexdigest()
 
+    @property
+    def digests(self) -> tuple[str, ...]:
+        """SHA-256 of each source and of the target; of labels by what they are called, so that each stands alone."""
+        return tuple(self._digest(plane) for plane in (*self.sources, self.target))
+
+    def _digest(self, plane: Plane) -> str:
+        pixels, called = plane.pixels, ""
+        if self.is_labels:
+            found, pixels = np.unique(plane.samples, return_inverse=True)
+            called, pixels = ",".join(map(self.told, found.tolist())), pixels.astype(np.uint32)
+        h = hashlib.sha256(f"{plane.width}x{plane.height}|{called}|{pixels.dtype.name}|".encode())
+        h.update(np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<")).data)
+        return h.hexdigest()
+
     def _check_labels(self) -> None:
         if self.target.channels != 1 or self.target.is_float:
             raise InputError("labels are whole numbers in one channel; number the colours first.")

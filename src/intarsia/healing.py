@@ -21,7 +21,7 @@ from .methods.base import METHODS, Method, make, method_class
 from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
-from .starts import USUAL, Margins, Scene, extension, grown_hole, repair, with_hole
+from .starts import USUAL, Margins, Scene, extension, repair, with_hole
 from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out
 
 LEAST_PATCH = 12
@@ -59,7 +59,8 @@ def extend(
     first, donors = as_exemplars([picture])[0], tuple(as_exemplars(list(sources))) if sources else ()
     scene = extension(first, margins or Margins(right=USUAL), donors, Wrap(wrap))
     chosen = make(method, {}) if isinstance(method, str) else method
-    return carry_out(scene.exemplars, scene.canvas, chosen, seed, blend, run)
+    made = carry_out(scene.exemplars, scene.canvas, chosen, seed, blend, run)
+    return replace(made, recipe=made.recipe | scene.recipe)
 
 
 def heal(
@@ -93,7 +94,7 @@ def heal(
     ParameterError, MethodError
     """
     first, donors = as_exemplars([picture])[0], tuple(as_exemplars(list(sources))) if sources else ()
-    scene = repair(first, grown_hole(hole, grow, Wrap(wrap)), donors, Wrap(wrap))
+    scene = repair(first, hole, donors, Wrap(wrap), grow)
     chosen = exacting(method, {}) if isinstance(method, str) else method
     return fill_holes(scene, chosen, seed, run)
 
@@ -121,6 +122,7 @@ def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, 
     if best is None:
         assert refused is not None
         raise refused
+    best = replace(best, recipe=best.recipe | scene.recipe)
     return _pixelwise(scene, best, seed, run, edge) if edge else best
 
 

@@ -7,7 +7,8 @@ that can continue one fills them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,10 +48,11 @@ class Margins:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A canvas that starts with a picture, and the exemplars that it shows or is filled from."""
+    """A canvas that may start with a picture, the exemplars that it is filled from, and what a recipe says of it."""
 
     exemplars: tuple[Exemplar, ...]
     canvas: Canvas
+    recipe: dict[str, Any] = field(default_factory=dict)
 
 
 def extended(sources: Sequence[Source], number: int, margins: Margins) -> SourceMap:
@@ -94,20 +96,23 @@ def extension(
     """Prepare to extend a picture with pieces of itself, or of `donors` alone if any are given."""
     exemplars = _shelf(picture, donors)
     start = replace(extended([e.source for e in exemplars], 0, margins), wrap=wrap)
-    return Scene(exemplars, Canvas(start.height, start.width, wrap, start))
+    sides = [margins.left, margins.right, margins.top, margins.bottom]
+    return Scene(exemplars, Canvas(start.height, start.width, wrap, start), {"extend": sides})
 
 
-def repair(picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar] = (), wrap: Wrap = Wrap.NONE) -> Scene:
+def repair(
+    picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar] = (), wrap: Wrap = Wrap.NONE, grow: int = 0
+) -> Scene:
     """Prepare to fill the holes of a picture with other parts of it, or with pieces of `donors` alone.
 
-    Nothing is sampled from the hole, and no pixel outside of it changes.
+    The holes are enlarged by `grow` px first. Nothing is sampled from the hole, and no pixel outside of it changes.
 
     Raises
     ------
     InputError
         where the hole is nowhere, everywhere, or of another size than the picture.
     """
-    holes = np.asarray(hole, bool)
+    holes = grown_hole(hole, grow, wrap)
     if holes.shape != (picture.height, picture.width):
         raise InputError(
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, {picture.name} "
@@ -122,7 +127,7 @@ def repair(picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar] = (), 
         raise InputError(f"nothing of {picture.name} may be used for healing; mark less, or name another source.")
     exemplars = _shelf(picture if donors else replace(picture, usable=usable), donors)
     start = replace(with_hole(identity([e.source for e in exemplars], 0), holes), wrap=wrap)
-    return Scene(exemplars, Canvas(start.height, start.width, wrap, start, rim=0))
+    return Scene(exemplars, Canvas(start.height, start.width, wrap, start, rim=0), {"heal": {"grow": grow}})
 
 
 def _shelf(picture: Exemplar, donors: Sequence[Exemplar]) -> tuple[Exemplar, ...]:

@@ -165,11 +165,11 @@ def _canvas(
             f"size={size!r}, wrap={wrap!r}: give a size as (height, width) in px, and wrap as none, x, y or both."
         ) from None
     if start is not None:
-        _check_start(start, exemplars)
+        check_start(start, exemplars)
     return Canvas(height, width, wrap, start, guide)
 
 
-def _check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
+def check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
     """A start map must point into the exemplars that are given."""
     if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
         raise InputError(
@@ -220,7 +220,11 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
     if canvas.start is not None:
         recipe["start"] = canvas.start.digest
     if canvas.guide is not None:
-        recipe["guide"] = {"sha256": canvas.guide.digest, "weight": canvas.guide.weight, "reach": canvas.guide.reach}
+        *labels, target = canvas.guide.digests
+        recipe["guide"] = {
+            "sha256": canvas.guide.digest, "labels": labels, "target": target,
+            "weight": canvas.guide.weight, "reach": canvas.guide.reach,
+        }  # fmt: skip
     if canvas.rim is not None:
         recipe["rim"] = canvas.rim
     return recipe

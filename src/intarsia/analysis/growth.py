@@ -142,6 +142,8 @@ class Growth:
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         windows = self.patchwork.open_windows(self.layout, wanted)
         self.guided = self._guided()
+        if self.guided is not None and self.guided.guidance.guide.is_labels:
+            self.repetition.apart(self.guided.guidance.groups(self.finder))
         if inside_only and self.guided is not None:
             windows &= ~self.guided.guidance.boundaries
         self.waves = waves(self.layout, windows)

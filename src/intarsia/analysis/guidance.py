@@ -23,6 +23,7 @@ from ..image import Plane
 from ..params import extent
 from .features import pose_array
 from .repetition import Layout
+from .search import Search
 from .variants import Variants, valid_windows
 
 ONE = 1020  # a label that is there, the full range of a target picture
@@ -81,6 +82,15 @@ class Guidance:
         if not labels:
             return valid
         return [ok & (held & ~labels == 0) for ok, held in zip(valid, self._held, strict=True)]
+
+    def groups(self, search: Search) -> Array:
+        """Number the coarse positions of all variants by the labels that patches there hold, flat."""
+        every = []
+        for valid, held in zip(search.valid, self._held, strict=True):
+            rows, columns = (np.minimum(np.arange(n) * search.factor, size - 1)
+                             for n, size in zip(valid.shape, held.shape, strict=True))  # fmt: skip
+            every.append(held[np.ix_(rows, columns)].ravel())
+        return np.unique(np.concatenate(every), return_inverse=True)[1]
 
     def wanted(self, at: Array) -> tuple[Array, Array]:
         """Return the guide under the windows that begin at `at`: (n, h, w, C) int16, and where the canvas reaches."""

@@ -107,6 +107,7 @@ class Repetition:
         # The uses, and what drift adds to them; the source's rules count at once.
         self._priced = self._flat.copy() if rule is Rule.PRICES else self._flat
         self.laid = 0
+        self._groups: Array | None = None
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.told = Prices(counts, round(strength * STEADY * 65536), rule is not Rule.PRICES)
         self._frames = np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64)
@@ -122,6 +123,10 @@ class Repetition:
         self._places = None if layout.places is None else np.array(layout.places, np.int64).reshape(-1, 2)
         self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
+    def apart(self, groups: Array) -> None:
+        """Judge uses within each group of coarse positions alone: parts of other labels do not compete (S0-82)."""
+        self._groups = groups
+
     def account(self) -> None:
         """Take the uses so far into the prices; to be called between waves.
 
@@ -133,12 +138,19 @@ class Repetition:
         np.copyto(self._priced, self._flat)
         if not self.strength or not self.laid:
             return
-        h, w = self.search.cells
-        even = self.laid * h * w / max(self._flat.size, 1) + 1  # uses, if all parts were used alike
-        if int(self._flat.max(initial=0)) > DRIFT * even * LEAST_STRIKING:
-            uses = self._flat / self._flat_striking  # what strikes was counted more
+        uses = self._flat / self._flat_striking  # what strikes was counted more
+        even = self._even(uses)
+        if int(self._flat.max(initial=0)) > DRIFT * float(np.min(even)) * LEAST_STRIKING:
             excess = np.maximum(uses / even - DRIFT, 0.0) * (usage.ONE / (self.strength * STEADY))
             self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
+
+    def _even(self, uses: Array) -> Any:
+        """Uses of each part if all were used alike: of the exemplar, or of each group."""
+        h, w = self.search.cells
+        if self._groups is None:
+            return self.laid * h * w / max(uses.size, 1) + 1
+        mean = np.bincount(self._groups, uses) / np.maximum(np.bincount(self._groups), 1)
+        return mean[self._groups] + 1
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""

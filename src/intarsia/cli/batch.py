@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -39,8 +40,11 @@ class Batch:
     thumbnails: list[Plane] = field(default_factory=list)
 
     @classmethod
-    def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report) -> Batch:
-        """Read and check everything that can be checked; nothing is written yet."""
+    def plan(
+        cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report,
+        check: Callable[[Scene], None] | None = None,
+    ) -> Batch:  # fmt: skip
+        """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         lots = [[found] for found in sets] if "{stem}" in targets.out else [sets]
@@ -49,7 +53,7 @@ class Batch:
         shelf = Shelf([lot + donors for lot in lots], inputs, report)
         batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
-            found = orders_of(shelf, lot, wish, seeds, targets)
+            found = orders_of(shelf, lot, wish, seeds, targets, check)
             check_all((path for order in found for path in order.paths), targets.force, batch.places)
             batch.orders += found
         return batch
@@ -118,21 +122,19 @@ class Batch:
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
         begin, blend = self.wish.begin, blend_of(self.wish, order.method)
-        if begin is None:
+        if begin is None and self.wish.start is None:
             width, height = order.size
             grown = synthesize(
                 list(scene.exemplars), (height, width), order.method,
                 seed=order.seed, wrap=self.wish.wrap, guide=order.guide, blend=blend, run=run,
             )  # fmt: skip
-        elif begin.holes:
+        elif begin is not None and begin.holes:
             grown = fill_holes(scene, order.method, order.seed, run, begin.edge)
         else:
             grown = carry_out(scene.exemplars, scene.canvas, order.method, order.seed, blend, run)
-        more: dict[str, Any] = {}
+        more: dict[str, Any] = dict(scene.recipe)
         if said := self.shelf.inputs.recipe():
             more["inputs"] = said
-        if begin is not None and begin.margins is not None and not self.shelf.inputs.donors:
-            more["extend"] = list(begin.margins)
         if self.targets.depth is not None:
             more["depth"] = self.targets.depth
         return replace(grown, recipe=grown.recipe | more)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,9 @@ from ..geometry import Wrap, spread
 from ..guide import Guide
 from ..healing import check_edge
 from ..methods.base import Method
-from ..sourcemap import Blend, Mixing
-from ..starts import Margins, Scene, extension, grown_hole, repair
-from ..synthesis import as_exemplars, check_abilities
+from ..sourcemap import Blend, Mixing, SourceMap
+from ..starts import Margins, Scene, extension, repair
+from ..synthesis import as_exemplars, check_abilities, check_start
 from .exemplars import Set, Shelf, stem_of
 from .labels import guide_of
 from .outputs import filled, plane_files
@@ -59,7 +60,11 @@ def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...], guide: Guide | None =
     width, height = wish.size or (2 * exemplars[0].width, 2 * exemplars[0].height)
     if guide is not None:
         width, height = guide.target.width, guide.target.height
-    return Canvas(height, width, Wrap(wish.wrap), guide=guide)
+    start, rim = None, None
+    if wish.start is not None:
+        start, rim = SourceMap.load(wish.start[0]), wish.start[1]
+        check_start(start, exemplars)
+    return Canvas(height, width, Wrap(wish.wrap), start, guide, rim)
 
 
 def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> Scene:
@@ -73,7 +78,10 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
     if begin.margins is not None:
         return extension(picture, Margins(*begin.margins), donors, wrap)
     hole = hole_of(begin.holes[lot if len(begin.holes) > 1 else 0], shelf.lots[lot][0], picture)
-    return repair(picture, grown_hole(hole, begin.grow, wrap), donors, wrap)
+    scene = repair(picture, hole, donors, wrap, begin.grow)
+    return (
+        scene if "alpha" not in begin.holes else replace(scene, recipe={"heal": {"grow": begin.grow, "mask": "alpha"}})
+    )
 
 
 def hole_of(mask: str, found: Set, picture: Exemplar) -> NDArray[np.bool_]:
@@ -109,14 +117,22 @@ def blend_of(wish: Wish, method: Method) -> Blend:
     return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing))
 
 
-def orders_of(shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], targets: Targets) -> list[Order]:
-    """Return the orders of one lot of exemplars, one for each seed, or refuse what cannot work."""
+def orders_of(
+    shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], targets: Targets,
+    check: Callable[[Scene], None] | None = None,
+) -> list[Order]:  # fmt: skip
+    """Return the orders of one lot of exemplars, one for each seed, or refuse what cannot work.
+
+    `check` may refuse what was read.
+    """
     if wish.size is not None:
         Canvas(wish.size[1], wish.size[0])
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
     plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
     scene = scene_of(shelf, lot, wish)
+    if check is not None:
+        check(scene)
     exemplars, canvas = scene.exemplars, scene.canvas
     check_abilities(wish.method, exemplars, canvas)
     healed = wish.begin is not None and bool(wish.begin.holes)

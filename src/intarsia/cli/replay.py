@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import click
@@ -12,30 +12,78 @@ from ..errors import InputError, ParameterError
 from ..methods.base import make, method_class
 from ..params import parameters
 from .grow import check_stdout
-from .options import ALPHA, DEPTHS, FILE, common, grown_target_options, input_options, opt, report_options
+from .heal import USABLE
+from .options import (
+    ALPHA,
+    DEPTHS,
+    DONORS,
+    FILE,
+    common,
+    gathered,
+    grown_target_options,
+    input_options,
+    opt,
+    report_options,
+)
 from .report import Report
-from .request import Begin, Inputs, Targets, Wish
+from .request import Begin, Inputs, Labels, Targets, Wish
 from .values import Colour, Rectangle, Scale
+
+PICTURES = (
+    opt(
+        "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
+    ),
+    opt(
+        "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
+        help="The mask that was given: the hole that was healed, elsewhere the exemplar pixels that could be used.",
+    ),
+    replace(DONORS, facts=DONORS.facts | {"help": "What new pixels were taken from, in place of the picture itself."}),
+)
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Files that were used beside the exemplars, none of which a recipe holds: it knows them by their hashes."""
+
+    usable: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
+    target: str | None = None
+    start: str | None = None
+
+
+BESIDE = (
+    replace(USABLE, field="usable"),
+    opt("labels", "--labels", "-l", multiple=True, type=FILE, metavar="FILE", help="What paint was given as --labels."),
+    opt("target", "--target", "-t", type=FILE, metavar="FILE", help="What paint was given as --target."),
+    opt("start", "--start", type=FILE, metavar="MAP.npz", help="The map that was continued."),
+)
 
 
 @click.command(name="replay")
 @click.argument("picture", type=FILE, metavar="FILE")
 @grown_target_options
-@input_options(
-    opt("files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file.")
-)
+@gathered(*BESIDE, into="beside", make=Beside)
+@input_options(*PICTURES, without=("masks",))
 @common
 @report_options
-def command(picture: str, inputs: Inputs, targets: Targets, report: Report, threads: int | None) -> None:
+def command(
+    picture: str, inputs: Inputs, targets: Targets, beside: Beside, report: Report, threads: int | None
+) -> None:
     """Make a picture again from the recipe in FILE (or in FILE.recipe.json), pixel for pixel.
 
-    The exemplars are checked against the recipe. Give --map and --mask again where they were used; --crop, --scale,
-    --flatten, --alpha, --avoid, --toroidal and --depth are in the recipe. Built-in exemplars (sample:...) need no
-    --exemplar.
+    \b
+    intarsia replay floor.png -o again.png --exemplar planks.png
+    intarsia replay clean.png -o again.png --exemplar wall.png --mask graffiti.png
+    intarsia replay island.png -o again.png --exemplar coast.png --labels coast_labels.png --target map.png
+
+    Give the files again that were used, --map, --mask, --from, --labels and --target too: they are checked against the
+    recipe. Everything else is in it, such as --crop, --flatten and --depth, and a hole that was the picture's own
+    alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
     check_stdout(targets, report)
     from .. import files
     from .batch import Batch
+    from .recipe_check import check_scene
 
     recipe = files.read_recipe(picture)
     if recipe is None:
@@ -46,26 +94,22 @@ def command(picture: str, inputs: Inputs, targets: Targets, report: Report, thre
             f"{picture} was made by intarsia {recipe.get('intarsia', 'of unknown version')}, this is {__version__}; "
             "the picture may differ."
         )
-    inputs = inputs_of(recipe, inputs, picture)
+    wish = with_files(wish, recipe, inputs, beside, picture)
+    inputs = inputs_of(recipe, inputs, beside, picture)
     if targets.depth is None and "depth" in recipe:
         if recipe["depth"] not in DEPTHS:
             raise InputError(f"the depth in the recipe of {picture} is damaged; grow it again.")
         targets = replace(targets, depth=recipe["depth"])
-    batch = Batch.plan(inputs, targets, wish, (seed,), report)
-    check_exemplars(recipe["exemplars"], batch.shelf.get(0))
+    batch = Batch.plan(inputs, targets, wish, (seed,), report, lambda scene: check_scene(recipe, scene, wish))
     batch.carry_out(threads)
 
 
 def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
-    """Read method, size, wrap, blend and seed of a recipe."""
+    """Read method, size, wrap, blend, seed, and what the canvas began with."""
     from ..canvas import Canvas
     from ..draws import check_seed
     from ..sourcemap import Blend
 
-    if "start" in recipe and "extend" not in recipe:
-        raise InputError(f"{name} continued another picture, which its recipe does not hold; grow it again.")
-    if "guide" in recipe:
-        raise InputError(f"{name} followed a target picture, which its recipe does not hold; paint it again.")
     try:
         kinds = {p.name: p.kind for p in parameters(method_class(recipe["method"]))}
         given = {k: _value(kinds.get(k, ""), v) for k, v in recipe["parameters"].items()}
@@ -77,8 +121,7 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
             raise ValueError
         for entry in recipe["exemplars"]:
             str(entry["sha256"])
-        method = make(recipe["method"], given)
-        begin = Begin(_margins(recipe["extend"])) if "extend" in recipe else None
+        method, begin = make(recipe["method"], given), _begin(recipe)
         size = (width, height) if begin is None else None
         feather = Blend(_whole(blend["feather"])).feather
         if size is not None:
@@ -88,10 +131,41 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise InputError(f"the recipe of {name} is damaged, or of an unknown version; grow it again.") from None
+        raise _damaged(name) from None
 
 
-def inputs_of(recipe: dict[str, Any], given: Inputs, name: str) -> Inputs:
+def with_files(wish: Wish, recipe: dict[str, Any], inputs: Inputs, beside: Beside, name: str) -> Wish:
+    """Add to a wish what the recipe knows only by its hash: hole, labels and target, start map."""
+    begin = wish.begin
+    healed, painted = begin is not None and begin.margins is None, "guide" in recipe
+    continued = "start" in recipe and begin is None
+    asked: tuple[tuple[str, bool, object], ...] = (
+        ("--labels", painted, beside.labels), ("--target", painted, beside.target),
+        ("--start", continued, beside.start),
+        ("--from", begin is not None and len(recipe["exemplars"]) > 1, inputs.donors),
+        ("--mask", healed and not (begin and begin.holes), inputs.masks),
+    )  # fmt: skip
+    for option, needed, given in asked:
+        if needed and not given:
+            raise ParameterError(f"{name} was made with {option} FILE, which its recipe does not hold; name the file.")
+        if given and not needed and (healed or option != "--mask"):
+            raise ParameterError(f"{name} was made without {option}; drop it.")
+    try:
+        if begin is not None and healed:
+            wish = replace(wish, begin=replace(begin, holes=begin.holes or inputs.masks))
+        if painted and beside.target is not None:
+            guide = recipe["guide"]
+            wish = replace(
+                wish, labels=Labels(beside.labels, beside.target, float(guide["weight"]), _whole(guide["reach"]))
+            )
+        if continued and beside.start is not None:
+            wish = replace(wish, start=(beside.start, None if "rim" not in recipe else _whole(recipe["rim"])))
+    except (KeyError, TypeError, ValueError):
+        raise _damaged(name) from None
+    return wish
+
+
+def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) -> Inputs:
     """Return the inputs as the recipe had them; what is given now goes first."""
     named = [entry.get("name", "") for entry in recipe["exemplars"]]
     sources = given.files
@@ -104,6 +178,7 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, name: str) -> Inputs:
         return replace(
             given,
             files=sources,
+            masks=beside.usable + (() if "heal" in recipe else given.masks),
             alpha=ALPHA.convert(said.get("alpha", "auto"), None, None) if given.alpha == "auto" else given.alpha,
             avoid=given.avoid or (Colour()(said["avoid"]) if "avoid" in said else None),
             toroidal=given.toroidal or bool(said.get("toroidal", False)),
@@ -115,27 +190,26 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, name: str) -> Inputs:
         raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None
 
 
-def check_exemplars(wanted: list[dict[str, Any]], found: Any) -> None:
-    """Refuse exemplars other than those of the recipe."""
-    if len(wanted) != len(found):
-        raise InputError(f"the recipe has {len(wanted)} exemplars, {len(found)} are given; give the same files.")
-    for entry, exemplar in zip(wanted, found, strict=True):
-        if entry["sha256"] != exemplar.digest:
-            raise InputError(
-                f"{exemplar.name} is another exemplar (sha256 {exemplar.digest[:12]}) than that of the recipe "
-                f"({str(entry['sha256'])[:12]}); give the same file, with the same --map and --mask."
-            )
+def _begin(recipe: dict[str, Any]) -> Begin | None:
+    """What the canvas began with: margins, or holes; those of the picture's own alpha need no file."""
+    if "extend" in recipe:
+        left, right, top, bottom = (_whole(n) for n in recipe["extend"])
+        return Begin((left, right, top, bottom))
+    if "heal" in recipe:
+        told = recipe["heal"]
+        holes = ("alpha",) if told.get("mask") == "alpha" else ()
+        return Begin(None, holes, _whole(told["grow"]), _whole(recipe.get("edge", 0)))
+    return None
+
+
+def _damaged(name: str) -> InputError:
+    return InputError(f"the recipe of {name} is damaged, or of an unknown version; grow it again.")
 
 
 def _value(kind: str, value: Any) -> Any:
     if isinstance(value, list):
         return tuple(reversed(value)) if kind == "extent" else tuple(value)
     return value
-
-
-def _margins(value: Any) -> tuple[int, int, int, int]:
-    left, right, top, bottom = (_whole(n) for n in value)
-    return left, right, top, bottom
 
 
 def _whole(value: Any) -> int:

@@ -90,7 +90,8 @@ class Begin:
 class Wish:
     """What to grow: the method with its parameters, the size (width, height), how it closes and how it is joined.
 
-    `begin` says what is there already, if anything is. With `labels` the size is that of their target.
+    `begin` says what is there already, if anything is; `start` names a saved map to continue, and how deep from its
+    holes it may be replaced. With `labels` the size is that of their target.
     """
 
     method: Method
@@ -100,6 +101,7 @@ class Wish:
     mixing: str | None = None
     begin: Begin | None = None
     labels: Labels | None = None
+    start: tuple[str, int | None] | None = None
 
     @property
     def files(self) -> tuple[str, ...]:

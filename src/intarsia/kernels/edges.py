@@ -11,6 +11,7 @@ from .windows import place
 
 REACH = 3  # px from the hole in which old pixels are its edge
 CELL = 8  # px; a step of tone shows where the differences of a cell have one sign
+GRAIN = 4  # how much a step from rough to smooth counts: of two that fit badly the sum of squares likes the smoother
 TONE = 8  # how much such a step counts: grain hides it from the sum of squares, not from the eye
 
 
@@ -38,13 +39,35 @@ def edge_of(locked: Any, y0: int, x0: int, wrap: Any, known: Any, edge: Any) -> 
 
 
 @kernel
+def grain(flat: Any, begin: int, stride: int, channels: int, edge: Any) -> Any:
+    """Root of the sum of squared deviations from the mean of each cell, over the edge pixels of a window.
+
+    `flat` holds the window from `begin` on, `stride` pixels a row.
+    """
+    h, w = edge.shape
+    total = np.int64(0)
+    for y in range(0, h, CELL):
+        for x in range(0, w, CELL):
+            for c in range(channels):
+                count, values, squares = np.int64(0), np.int64(0), np.int64(0)
+                for i in range(y, min(y + CELL, h)):
+                    for j in range(x, min(x + CELL, w)):
+                        if edge[i, j]:
+                            value = np.int64(flat[begin + (i * stride + j) * channels + c])
+                            count, values, squares = count + 1, values + value, squares + value * value
+                if count:
+                    total += squares - values * values // count
+    return np.sqrt(np.float64(total))
+
+
+@kernel
 def weigh_edge(
     locked: Any, at: Any, wrap: Any, feats: Any, known: Any, flat: Any, table: Any, rows: Any
 ) -> None:  # fmt: skip
     """Add to the distances of candidates (n, 4) what they differ at the edge, which counts as much as all the rest.
 
-    `feats`, `known`: the window that begins at `at`. The candidates come out in the order of the new distances;
-    where nothing must stay, nothing changes.
+    Steps of tone and of grain count besides. `feats`, `known`: the window that begins at `at`. The candidates come
+    out in the order of the new distances; where nothing must stay, nothing changes.
     """
     h, w, channels = feats.shape
     edge = np.empty((h, w), np.uint8)
@@ -56,9 +79,11 @@ def weigh_edge(
         for j in range(w):
             total += known[i, j]
     sums = np.zeros(((h + CELL - 1) // CELL, (w + CELL - 1) // CELL, channels + 1), np.int64)
+    own = grain(feats.ravel(), 0, w, channels, edge)
     for n in range(len(rows)):
         v, u, s = rows[n, 1], rows[n, 2], rows[n, 3]
-        there = np.int64(0)
+        rough = own - grain(flat, table[v, 0] + (u * table[v, 3] + s) * channels, table[v, 3], channels, edge)
+        there = np.int64(GRAIN * rough * rough)
         sums[:] = 0
         for i in range(h):
             for j in range(w):
