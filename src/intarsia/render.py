@@ -247,6 +247,12 @@ def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
             )
 
 
+def check_alike(exemplars: Sequence[Exemplar]) -> None:
+    """Refuse exemplars whose planes cannot lie in one picture, before any work on them."""
+    for name in exemplars[0].planes:
+        _planes(exemplars, name)
+
+
 def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:
     """Find the plane in every exemplar, and how many times larger than the base (negative: smaller)."""
     name = next(iter(exemplars[0].planes)) if name is None else name

@@ -13,7 +13,7 @@ from .grow import check_stdout
 from .options import FILE, gathered, input_options, opt
 from .report import Report
 from .request import Inputs, Targets
-from .values import ParamType
+from .values import FileName, ParamType
 
 if TYPE_CHECKING:
     from ..inspection import Findings
@@ -31,6 +31,7 @@ class Overlay(ParamType):
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         if isinstance(value, tuple):
             return value
+        value = FileName().convert(value, param, ctx)
         kind, equals, path = str(value).partition("=")
         if not equals or not kind.isalpha():
             return "lattice", str(value)
@@ -104,6 +105,8 @@ def command(inputs: Inputs, pictures: Pictures, report: Report) -> None:
         raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
     shelf, seen, results = Shelf([[found] for found in sets], inputs, report), set[str](), []
     plans = [_plan(pictures, found, seen) for found in sets]
+    for number in range(len(sets) if len(sets) > 1 else 0):
+        shelf.get(number)  # a file that cannot be read is refused before the first is worked on
     for number, plan in enumerate(plans):
         with report.watching(1):
             found = analyze(shelf.get(number)[0])

@@ -24,7 +24,7 @@ from .options import (
 )
 from .report import Report
 from .request import Inputs, Labels, Targets, Wish
-from .values import Seed, Seeds
+from .values import Number, Seed, Seeds
 
 GUIDED = tuple(slug for slug in METHODS if Ability.GUIDE in method_class(slug).supports)
 
@@ -38,7 +38,7 @@ OWN = (
         help="Where each label shall be, in the same colours; the output has its size.",
     ),
     opt(
-        "weight", "--weight", type=click.FloatRange(0, 100), default=2.0, show_default=True,
+        "weight", "--weight", type=Number(0, 100), default=2.0, show_default=True,
         help="How closely boundaries follow the target: 1.5 to 2.5 mostly; 0 takes what joins best.",
     ),
     opt(

@@ -18,6 +18,7 @@ from ..geometry import Wrap, spread
 from ..guide import Guide
 from ..healing import check_edge
 from ..methods.base import Method
+from ..render import check_alike
 from ..sourcemap import Blend, Mixing, SourceMap
 from ..starts import Margins, Scene, extension, repair
 from ..synthesis import as_exemplars, check_abilities, check_start
@@ -152,6 +153,7 @@ def orders_of(
         orders.append(Order(lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2], canvas.guide))
     if orders:
         check_formats(orders[0], exemplars, targets)
+        check_alike(exemplars)
         check_distance_map(orders[0], targets)
     return orders
 
