@@ -32,8 +32,6 @@ SOUND = {
     "target": "t.png",
     "saved": "map.npz",
     "picture": "grown.png",
-    "usable": "m.png",
-    "start": "map.npz",
 }
 """Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
 

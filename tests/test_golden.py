@@ -87,8 +87,28 @@ def by_segments(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize(bricks(90, 96, 6), (120, 110), ia.SegmentBased(), seed=8, wrap="x", run=run)
 
 
+def regular(run: ia.Run) -> ia.Synthesis:
+    method = ia.NearRegular(lattice=((17.98, 0.03), (9.01, 9.02)), block=30)
+    return ia.synthesize(bricks(120, 130, 4), (150, 160), method, seed=9, run=run)
+
+
+def courses(run: ia.Run) -> ia.Synthesis:
+    method = ia.NearRegular(lattice=((0, 9),))
+    return ia.synthesize(bricks(100, 120, 9), (108, 130), method, seed=10, wrap="both", run=run)
+
+
+def healed(run: ia.Run) -> ia.Synthesis:
+    hole = np.zeros((90, 80), bool)
+    hole[30:55, 20:50] = True
+    return ia.heal(bricks(90, 80, 2), hole, seed=12, run=run)
+
+
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
-    f.__name__: f for f in (plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent, by_segments)
+    f.__name__: f
+    for f in (
+        plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent,
+        by_segments, regular, courses, healed,
+    )
 }
 
 GOLDEN = {
@@ -131,6 +151,18 @@ GOLDEN = {
     "by_segments": (
         "a0770d2104f0c5446687e6305e1d20709a90e17fd141579b52625d74578a963f",
         "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
+    ),
+    "regular": (
+        "57bcb48de33c0bce70c4cfbcf1d47fb292c57788acd5fd2ae0b3e56fa69894cc",
+        "f77642921e0b3ccf0df98cb3b430962faded4c79b55cdaf7bbfd78703112ef30",
+    ),
+    "courses": (
+        "860f68ea627b7f532384c32c6bfdc847fbb9575d112936126477913707274b3a",
+        "ae5c8f9ef3b5cd2b3c3155ec2a8e12e31402dd76e4887e6dfc974d20ea45a4c1",
+    ),
+    "healed": (
+        "e1cfe4473f0826345e03b75aae4cbe65d89fd8df009a9b841fda9e04ed246204",
+        "a57a7614f1c225fc1fd4c8125e5341242fb58b2f69091a9d256c8b2adf935f39",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
