@@ -80,10 +80,11 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
         method = make(recipe["method"], given)
         begin = Begin(_margins(recipe["extend"])) if "extend" in recipe else None
         size = (width, height) if begin is None else None
-        feather = Blend(_whole(blend["feather"])).feather
+        _whole(blend["feather"])
+        joined = Blend.of(blend)
         if size is not None:
             Canvas(height, width)
-        wish = Wish(method, size, recipe["wrap"], feather, blend["mixing"], begin)
+        wish = Wish(method, size, recipe["wrap"], joined.feather, blend["mixing"], begin, finish=joined.finish)
         return wish, check_seed(_whole(recipe["seed"]))
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import ParameterError
+from ..levelling import Finish
 from ..methods.base import Method
 
 
@@ -100,6 +101,7 @@ class Wish:
     mixing: str | None = None
     begin: Begin | None = None
     labels: Labels | None = None
+    finish: tuple[Finish, ...] | None = None
 
     @property
     def files(self) -> tuple[str, ...]:
