@@ -9,15 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from intarsia.colour import Curve, from_linear, to_linear
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
-from intarsia.image import Kind, Plane
+from intarsia.image import Plane
 from intarsia.sourcemap import SourceMap
-
-
-def light_of(plane: Plane, codes: np.ndarray) -> np.ndarray:
-    return codes if plane.kind is not Kind.COLOUR else to_linear(plane.like(codes))
 
 
 def weight_of(plane: Plane, code: Any) -> Fraction:
@@ -35,10 +30,8 @@ class NaiveLeveller:
     def __init__(self, exemplars: Sequence[Exemplar], smap: SourceMap, codes: np.ndarray, radius: int):
         self.exemplars, self.smap, self.codes = exemplars, smap, codes
         self.plane = exemplars[0].base
-        curved = Curve.of(self.plane).srgb
-        self.shift = 32 if self.plane.is_float else 0 if curved else 28 - 8 * self.plane.pixels.itemsize
-        self.light = light_of(self.plane, codes)
-        self.theirs = [light_of(self.plane, e.base.samples) for e in exemplars]
+        self.shift = 30 if self.plane.is_float else 36 - 8 * self.plane.alpha - 8 * self.plane.pixels.itemsize
+        self.theirs = [e.base.samples for e in exemplars]
         self.radii = [radius]
         while self.radii[-1] // 4 >= 2:
             self.radii.append(self.radii[-1] // 4)
@@ -86,7 +79,7 @@ class NaiveLeveller:
         """A pixel of the picture, without what wider radii have seen to."""
         w = 0 if self.smap.which is None else int(self.smap.which[y, x])
         u, v = (int(n) for n in self.smap.yx[y, x])
-        return Fraction(self.light[y, x, c].item()) * 2**self.shift - self.smooth[band][w].get((u, v, c), 0)
+        return Fraction(self.codes[y, x, c].item()) * 2**self.shift - self.smooth[band][w].get((u, v, c), 0)
 
     def step_of(self, band: int, y: int, x: int, c: int) -> Fraction:
         """Mean of the picture around (y, x), less the mean of the exemplar around the pixel shown there."""
@@ -109,7 +102,7 @@ class NaiveLeveller:
         )
 
     def range(self, c: int) -> tuple[Any, Any]:
-        """Least and most light of what may be used and is seen."""
+        """Least and greatest code of what may be used and is seen."""
         seen = [
             la[u, v, c]
             for e, la in zip(self.exemplars, self.theirs, strict=True)
@@ -125,7 +118,7 @@ class NaiveLeveller:
         for c in range(self.plane.channels - self.plane.alpha):
             low, high = (Fraction(v.item()) for v in self.range(c))
             for y, x in np.ndindex(out.shape[:2]):
-                own = Fraction(self.light[y, x, c].item())
+                own = Fraction(self.codes[y, x, c].item())
                 wanted = own + Fraction(strength) * self.step(y, x, c)
                 kept = min(max(wanted, min(low, own)), max(high, own))
                 if kept != own:
@@ -133,9 +126,4 @@ class NaiveLeveller:
         return out
 
     def coded(self, value: Fraction) -> Any:
-        curved = Curve.of(self.plane).srgb
-        whole = floor(value) if curved else floor(value + Fraction(1, 2))
-        number = float(value) if self.plane.is_float else whole
-        if not curved:
-            return number
-        return from_linear(np.array([[[number]]]), Plane(np.zeros((1, 1, 1), self.plane.pixels.dtype)))[0, 0, 0]
+        return float(value) if self.plane.is_float else floor(value + Fraction(1, 2))

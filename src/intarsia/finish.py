@@ -6,20 +6,20 @@ Both means are over a box of radius r. Further than r from every seam they are o
 changes; at a seam the slow changes of both sides meet in the middle, while detail finer than the box stays. What stays
 is then levelled with r / 4, and so on, down to 2 px: with one radius, pieces that fit at the seam but not around it
 would get a step that they did not have. So every band of the picture is blended over a width that suits it, as Burt
-and Adelson (1983) blend, with boxes in place of their Gaussians and a support that ends. Sums are of whole numbers, so
-that a window is that window of the whole.
+and Adelson (1983) blend, with boxes in place of their Gaussians and a support that ends. All is done to the stored
+numbers, sRGB codes too: a step of light is a factor more than a sum, and in linear light what is added to a bright
+stone turns the gap beside it black. Sums are of whole numbers, so that a window is that window of the whole.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .colour import BITS, Curve, code_shelf, code_steps
 from .errors import InputError, ParameterError
 from .geometry import Box
 from .image import Array
@@ -31,7 +31,7 @@ from .run import Run
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: sums over (2 x 1024 + 1)**2 differences of numbers of 36 bits fit into 64."""
 
-_BITS, _OPACITY = 36, 8  # of a float value, of a weight; opacity takes its bits from the values
+_BITS, _OPACITY = 36, 8  # of a value, of a weight; opacity takes its bits from the values
 _RATIO, _FINEST = 4, 2  # of one radius to the next; the least that follows another
 _ROWS, _COLUMNS, _TOGETHER = 256, 1024, 4  # of a cell, at least; channels at a time
 _NONE, _PLAIN = np.zeros((0, 0), np.int64), np.zeros(0, np.int32)
@@ -46,7 +46,7 @@ class Bench:
     samples: Array  # (N, C) codes of all exemplars
     table: NDArray[np.int64]  # (n, 4): number of the first pixel, height, width, 1 if toroidal
     usable: NDArray[np.bool_] | None  # (N,)
-    curve: Curve
+    alpha: bool  # whether opacity comes last; it stays
     full: Map
     wrap: tuple[bool, bool]
     scale: int
@@ -109,7 +109,7 @@ class Bench:
             for x in range(0, inner.width, columns)
         ]
         weights = self._weights()
-        colours = codes.shape[2] - self.curve.alpha
+        colours = codes.shape[2] - self.alpha
         with run.pool() as each:
             for first in range(0, colours, _TOGETHER):
                 channels = _Channels.of(self, slice(first, min(first + _TOGETHER, colours)), weights, radius)
@@ -145,7 +145,7 @@ class Bench:
 
     def _weights(self) -> NDArray[np.int64] | None:
         """How much every pixel of the exemplars counts; None where all count alike."""
-        opaque = _opacity(self.samples[:, -1]) if self.curve.alpha else None
+        opaque = _opacity(self.samples[:, -1]) if self.alpha else None
         if self.usable is None:
             return opaque
         return self.usable.astype(np.int64) if opaque is None else opaque * self.usable
@@ -165,51 +165,45 @@ class _Channels:
     """Some channels of a plane: their numbers, their range, and the sums of the exemplars."""
 
     span: slice
-    curve: Curve  # of these channels, none of which is opacity
     alpha: bool  # whether opacity comes last in the plane
-    shift: int  # light becomes whole numbers of 2**-shift
-    spread: NDArray[np.float64]  # (C, 2): least and most light of the exemplars
+    shift: int  # codes become whole numbers of 2**-shift
+    spread: NDArray[np.float64]  # (C, 2): least and greatest code of the exemplars
     bands: tuple[_Band, ...]
 
     @classmethod
     def of(cls, bench: Bench, span: slice, weights: NDArray[np.int64] | None, radius: int) -> _Channels:
-        curve = replace(bench.curve, alpha=False)
-        light = _light(bench.samples[:, span], curve)
-        seen = light if weights is None or not weights.any() else light[weights > 0]
-        if not curve.integer:  # what is masked out may hold anything
+        codes = bench.samples[:, span]
+        seen = codes if weights is None or not weights.any() else codes[weights > 0]
+        if codes.dtype.kind == "f":  # what is masked out may hold anything
             seen = np.nan_to_num(seen.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
         spread = np.stack([seen.min(axis=0), seen.max(axis=0)], axis=1).astype(np.float64)
-        if curve.integer:
-            shift = 0 if curve.srgb else BITS - 8 * curve.dtype.itemsize
-        else:
-            room = _BITS - _OPACITY * bench.curve.alpha
+        room = _BITS - _OPACITY * bench.alpha
+        if codes.dtype.kind == "f":
             shift = min(room - math.frexp(float(np.abs(spread).max()))[1], 1000)
-        values, smooth, bands = _whole(light, shift), np.zeros(light.shape, np.int64), []
+        else:
+            shift = room - 8 * codes.itemsize
+        values, smooth, bands = _whole(codes, shift), np.zeros(codes.shape, np.int64), []
         while True:
             bands.append(_Band(radius, smooth, _sums_of_all(bench.table, values - smooth, weights)))
             radius //= _RATIO
             if radius < _FINEST:
-                return cls(span, curve, bench.curve.alpha, shift, spread, tuple(bands))
+                return cls(span, bench.alpha, shift, spread, tuple(bands))
             smooth = smooth.copy()
             add_means(bands[-1].theirs, bands[-1].radius, smooth)
 
     def numbers(self, codes: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return what is added up of a piece of the picture (h, w, C): values, and weights unless all count alike."""
-        values = _whole(_light(codes[..., self.span], self.curve), self.shift)
+        values = _whole(codes[..., self.span], self.shift)
         return values, _opacity(codes[..., -1]) if self.alpha else _NONE
 
     def move(self, codes: Array, steps: NDArray[np.float64], strength: float) -> None:
-        """Add the steps to codes (h, w, C), as light, within the range of the exemplars."""
-        if self.curve.integer:
-            size = self.curve.dtype.itemsize
-            code_of = (code_steps(size), *code_shelf(size)) if self.curve.srgb else (_PLAIN, _PLAIN, 0)
-            move_codes(codes, steps, math.ldexp(strength, -self.shift), self.curve.table, self.spread, code_of)
+        """Add the steps to codes (h, w, C), within the range of the exemplars."""
+        if codes.dtype.kind != "f":
+            move_codes(codes, steps, math.ldexp(strength, -self.shift), self.spread)
             return
-        light = _light(codes, self.curve).astype(np.float64)
-        wanted = light + np.ldexp(steps, -self.shift) * strength
-        low, high = np.minimum(self.spread[:, 0], light), np.maximum(self.spread[:, 1], light)
-        kept = np.clip(wanted, low, high)
-        codes[...] = np.where(kept == light, codes, self.curve.code(kept))
+        own = codes.astype(np.float64)
+        wanted = own + np.ldexp(steps, -self.shift) * strength
+        codes[...] = np.clip(wanted, np.minimum(self.spread[:, 0], own), np.maximum(self.spread[:, 1], own))
 
 
 def _times(box: Box, scale: int) -> Box:
@@ -236,17 +230,11 @@ def _cut_map(part: Map, box: Box, frame: Box) -> Map:
     return _cut(part[0], box, frame), _cut(part[1], box, frame), _cut(part[2], box, frame)
 
 
-def _light(codes: Array, curve: Curve) -> Array:
-    """Return what is averaged of codes (..., C); whatever the layout of the array, the same numbers."""
-    light: Array = curve.linear(np.ascontiguousarray(codes))
-    return light
-
-
-def _whole(light: Array, shift: int) -> NDArray[np.int64]:
-    """Return light as whole numbers; what is not finite, which only masked pixels may be, as 0."""
-    if light.dtype.kind != "f":
-        return np.asarray(light.astype(np.int64) << shift)
-    values = np.nan_to_num(light.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+def _whole(codes: Array, shift: int) -> NDArray[np.int64]:
+    """Return codes as whole numbers of 2**-shift; what is not finite, which only masked pixels may be, as 0."""
+    if codes.dtype.kind != "f":
+        return np.asarray(codes.astype(np.int64) << shift)
+    values = np.nan_to_num(codes.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
     top = math.ldexp(1.0, _BITS)
     return np.asarray(np.rint(np.clip(np.ldexp(values, shift), -top, top)), np.int64)
 

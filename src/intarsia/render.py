@@ -94,7 +94,7 @@ def render(
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
         return planes[0].like(_drawn(job, box, smap, shrink, run))
     usable = usable_pixels(exemplars, job.scale)
-    bench = finish.Bench(job.samples, job.ground.table, usable, job.curve, job.full, job.wrap, job.scale)
+    bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
     codes = bench.finished(lambda wide: _drawn(job, wide, smap, 1, run), box, blend.finish, run)
     if shrink > 1:
         step = _ROWS * shrink
@@ -142,7 +142,6 @@ class _Job:
     ground: Ground
     samples: Array  # (N, C) codes of all exemplars
     mixer: Mixer
-    curve: Curve
     coding: NormalCoding | None
 
     @classmethod
@@ -175,7 +174,6 @@ class _Job:
             ground,
             samples,
             _mixer(planes[0], samples, coding, curve, blend.mixing, usable),
-            curve,
             coding,
         )
 

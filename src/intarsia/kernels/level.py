@@ -171,33 +171,13 @@ def step_sizes(
 
 
 @kernel
-def move_codes(
-    codes: Array,
-    steps: NDArray[np.float64],
-    factor: float,
-    light: NDArray[np.int32],
-    spread: NDArray[np.float64],
-    code_of: tuple[NDArray[np.int32], NDArray[np.int32], int],
-) -> None:
-    """Add `factor` times steps to integer codes (h, w, C), as light, within the range of the exemplars.
-
-    `light` is that of every code, `spread` (C, 2) the range. `code_of` are the lights at which codes begin, and a
-    shelf with its shift, as of :func:`intarsia.kernels.mix.settle_plain`; with none, codes are light.
-    """
-    begins, shelf, shift = code_of
+def move_codes(codes: Array, steps: NDArray[np.float64], factor: float, spread: NDArray[np.float64]) -> None:
+    """Add `factor` times steps to integer codes (h, w, C), within the range `spread` (C, 2) of the exemplars."""
     for y in range(codes.shape[0]):
         for x in range(codes.shape[1]):
             for c in range(codes.shape[2]):
-                if steps[y, x, c] == 0:
-                    continue
-                own = float(light[codes[y, x, c]])
-                wanted = own + factor * steps[y, x, c]
-                kept = min(max(wanted, min(spread[c, 0], own)), max(spread[c, 1], own))
-                if begins.size == 0:
+                if steps[y, x, c] != 0:
+                    own = float(codes[y, x, c])
+                    wanted = own + factor * steps[y, x, c]
+                    kept = min(max(wanted, min(spread[c, 0], own)), max(spread[c, 1], own))
                     codes[y, x, c] = np.int64(np.floor(kept + 0.5))
-                else:
-                    value = np.int64(np.floor(kept))
-                    code = shelf[value >> shift]
-                    while code < begins.size and begins[code] <= value:
-                        code += 1
-                    codes[y, x, c] = code
