@@ -115,7 +115,8 @@ class Bench:
                 channels = _Channels.of(self, slice(first, min(first + _TOGETHER, colours)), weights, radius)
 
                 def level(cell: Box, channels: _Channels = channels) -> None:
-                    here = out[cell.y0 : cell.y1, cell.x0 : cell.x1, channels.span]
+                    there = slice(cell.y0, cell.y1), slice(cell.x0, cell.x1), channels.span
+                    here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
                     place = Box(cell.y0 + dy, cell.x0 + dx, cell.y1 + dy, cell.x1 + dx)  # in `box`
                     wide, steps = _wider(place, radius, codes.shape), np.zeros(here.shape)
                     part = self._part(wide, box)
@@ -129,6 +130,7 @@ class Bench:
                         corner = (place.y0 - near.y0, place.x0 - near.x0)
                         step_sizes(_cut_map(part, place, wide), own, band.theirs, corner, band.radius, steps)
                     channels.move(here, steps, how.strength)
+                    out[there] = here
 
                 each(level, cells)
                 run.tick(1, 1)
