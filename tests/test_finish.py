@@ -269,3 +269,19 @@ def test_the_command_line_levels_draws_again_and_replays(tmp_path: Path, monkeyp
     run(grow + "--level 2000 -o x.png", 2)
     assert "No such option" in run("extend a.png --level 3 -o x.png", 2)  # there, known pixels stay
     assert "No such option" in run("heal a.png --mask a.png --level 3 -o x.png", 2)
+
+
+LIES = (
+    None, 3, [3], [{}], [[]], ["x"], [{"name": "shine"}], [{"name": []}], [{"name": "levelling", "radius": 0}],
+    [{"name": "levelling", "colour": 1}],
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("finish", LIES)
+def test_a_saved_finish_that_lies_is_refused(finish: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    smap = SourceMap(np.zeros((4, 5, 2), np.int32))
+    told = smap.blend.told | {"finish": finish}
+    monkeypatch.setattr(Blend, "told", property(lambda _: told))
+    smap.save(tmp_path / "m.npz")
+    with pytest.raises(ia.InputError, match=r"m\.npz is no map of intarsia"):
+        SourceMap.load(tmp_path / "m.npz")
