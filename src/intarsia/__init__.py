@@ -29,6 +29,7 @@ _HOMES = {
     "InputError": "errors",
     "IntarsiaError": "errors",
     "Kind": "image",
+    "Levelling": "levelling",
     "Margins": "starts",
     "MethodError": "errors",
     "Mixing": "sourcemap",
@@ -68,6 +69,7 @@ __all__ = [
     "InputError",
     "IntarsiaError",
     "Kind",
+    "Levelling",
     "Margins",
     "MethodError",
     "Mixing",
@@ -103,6 +105,7 @@ if TYPE_CHECKING:
     from .healing import extend, heal
     from .image import Kind, Plane
     from .inspection import Findings, analyze
+    from .levelling import Levelling
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung
