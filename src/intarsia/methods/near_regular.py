@@ -70,7 +70,7 @@ class NearRegular:
     )  # fmt: skip
     slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
     bend: int = param(
-        1, "int", "with variant=mosaic: how far parts of a gap's block may move so that lines meet; 0: stiff",
+        0, "int", "with variant=mosaic: how far parts of a gap's block may move so that lines meet; 0: stiff",
         low=0, high=8, unit="px",
     )
     variant: str = param(
