@@ -14,7 +14,8 @@ from .repetition import Layout, Repetition, Rule, striking
 from .scan import Scan, scan_reach
 from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
-from .sizes import check_patch, default_patch
+from .sizes import check_patch, default_patch, large_patch
+from .stitching import Stitch, Stitching
 from .symmetry import allowed_isometries, settled_isometries
 from .tiling import Tiling
 from .trees import similar_pixels, tree_of
@@ -40,6 +41,8 @@ __all__ = [
     "Rule",
     "Scan",
     "Search",
+    "Stitch",
+    "Stitching",
     "Tiling",
     "Variants",
     "Window",
@@ -57,6 +60,7 @@ __all__ = [
     "ground",
     "grown",
     "isometry_ids",
+    "large_patch",
     "lattice_of",
     "layers",
     "pose_array",

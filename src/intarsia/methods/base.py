@@ -51,6 +51,7 @@ class Method(Protocol):
 METHODS = {
     "image-quilting": ("image_quilting", "ImageQuilting"),
     "patch-sampling": ("patch_sampling", "PatchSampling"),
+    "graphcut": ("graphcut", "Graphcut"),
     "near-regular": ("near_regular", "NearRegular"),
     "best-tile": ("best_tile", "BestTile"),
     "random-tiling": ("random_tiling", "RandomTiling"),
