@@ -80,7 +80,7 @@ bench: $(VENV)/.installed-dev
 pictures: $(VENV)/.installed-dev
 	$(call check,-dev)
 	@$(BIN)/python docs/make_pictures.py && $(BIN)/python docs/make_patch_pictures.py && $(BIN)/python docs/make_start_pictures.py
-	@$(BIN)/python docs/make_painting_pictures.py
+	@$(BIN)/python docs/make_painting_pictures.py && $(BIN)/python docs/make_graphcut_pictures.py
 
 tables: $(VENV)/.installed-dev
 	$(call check,-dev)

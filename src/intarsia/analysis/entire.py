@@ -21,8 +21,8 @@ from .search import Candidates, PatchSearch, Search
 from .variants import Variants
 
 Array = NDArray[Any]
-LISTED = 8
-SAMPLES = 48  # a side of what map and exemplar share is looked at in about so many places, to find the last px
+LISTED = 6
+SAMPLES = 32  # a side of what map and exemplar share is looked at in about so many places, to find the last px
 FINE = 256  # mean squared differences are kept in 1 / FINE
 NEVER = 1 << 60
 

@@ -28,6 +28,7 @@ Array = NDArray[Any]
 Box = tuple[int, int, int, int]
 
 SAMPLES = 128  # a side of the canvas is looked at in about so many places when repeats are counted
+REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 TINY = 1057087571  # exp(-1/64) in 2**-30
 GONE = 64 * 20  # beyond, a chance is none
 
@@ -55,8 +56,8 @@ class Stitch:
 
     placement: str = "sub"
     randomness: float = 0.01
-    tries: int = 4
-    usage: float = 0.1
+    tries: int = 2
+    usage: float = 0.05
     gradient: bool = False
     margin: int = 16
 
@@ -151,7 +152,7 @@ class Stitching:
         placements.repeats(
             self.variant, self.yx, v.table, v.toroidal, box, rows, self.wraps, self._step, count
         )  # fmt: skip
-        price = rows[:, 0] + count * round(self.stitch.usage * found.usual) // placements.ONE
+        price = rows[:, 0] + count * round(REPEAT * self.stitch.usage * found.usual) // placements.ONE
         unit = max(round(self.stitch.randomness * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
         picks: list[Pick] = []
@@ -200,7 +201,7 @@ class Stitching:
             total = np.pad(total.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
             within = total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w]
             counts.append((within * (step * step * placements.ONE) // (h * w * f * f)).astype(np.int32))
-        return Prices(counts, round(self.stitch.usage * 65536))
+        return Prices(counts, round(REPEAT * self.stitch.usage * 65536))
 
     # ---- cutting
 

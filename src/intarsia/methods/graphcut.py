@@ -54,7 +54,7 @@ class Graphcut:
         low=1, high=1 << 16, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
-        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
+        AUTO, "extent", "width that two neighbours share; automatic: half of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     placement: str = param(
@@ -65,7 +65,7 @@ class Graphcut:
         0.01, "float", "how far from the best a placement may be, as a share of the exemplar's variance",
         low=1e-6, high=100,
     )  # fmt: skip
-    tries: int = param(3, "int", "placements that are cut in for each window; the cheapest cut is kept", low=1, high=16)
+    tries: int = param(2, "int", "placements that are cut in for each window; the cheapest cut is kept", low=1, high=16)
     reach: int | None = param(
         AUTO, "int", "how far around its window a patch may replace what is there; automatic: a sixth of the patch",
         low=0, high=1 << 16, unit="px",
@@ -85,7 +85,7 @@ class Graphcut:
     isometries: str | tuple[int, ...] = param(
         "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
     )
-    usage: float = param(0.1, "float", "price of using a patch again, in usual distances", low=0, high=100)
+    usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
 
     def __post_init__(self) -> None:
         check(self)
@@ -122,8 +122,8 @@ class Graphcut:
         analysis.check_patch(patch, exemplars, isometries)
         if canvas.guide is not None:
             analysis.check_guide(exemplars, canvas.guide, patch)
-        third = (rows // 3, columns // 3) if rows != columns else rows // 3
-        overlap = third if self.overlap is AUTO else self.overlap
+        half = (rows // 2, columns // 2) if rows != columns else rows // 2
+        overlap = half if self.overlap is AUTO else self.overlap
         reach = min(rows, columns) // 6 if self.reach is AUTO else self.reach
         settled = replace(self, patch=patch, overlap=overlap, reach=reach, isometries=isometries)
         if self.refinements is AUTO:
