@@ -27,7 +27,7 @@ from intarsia.analysis.worst import CELL, WorstSeams
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
-from intarsia.kernels import placements, recut, reduce
+from intarsia.kernels import pieces, placements, recut, reduce
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.testing import texture
 
@@ -70,7 +70,7 @@ class Scene:
     def prices(self) -> np.ndarray:
         out = np.zeros((*self.variant.shape, 2), np.int32)
         box = (0, 0, *self.variant.shape)
-        recut.seam_prices(self.variant, self.yx, self.flat, self.table, self.usable, self.torus, 2, box,
+        pieces.seam_prices(self.variant, self.yx, self.flat, self.table, self.usable, self.torus, 2, box,
                           self.wraps, self.gradient, out)  # fmt: skip
         return out
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..draws import draw
-from ..kernels import placements, recut
+from ..kernels import pieces, placements, recut
 from ..run import Run
 from ..sourcemap import HOLE
 from .entire import EntireSearch, usable_pixels
@@ -239,7 +239,7 @@ class Stitching:
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
         v = self.variants
-        recut.seam_prices(
+        pieces.seam_prices(
             self.variant, self.yx, v.flat, v.table, self.usable, v.toroidal, v.channels, box, self.wraps,
             self.stitch.gradient, self.prices,
         )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .jit import kernel
-from .recut import shown, spot
+from .pieces import shown, spot
 from .windows import place
 
 HOLE = 255
