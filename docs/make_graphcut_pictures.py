@@ -30,7 +30,7 @@ def coloured(made: ia.Synthesis) -> np.ndarray:
 def main() -> None:
     """Write the picture."""
     FOLDER.mkdir(exist_ok=True)
-    exemplar = np.asarray(ia.read("sample:stones").base)[:256, :256, :3]
+    exemplar = np.asarray(ia.read("sample:pebbles").base)[:256, :256, :3]
     made = ia.synthesize(exemplar, (384, 448), ia.Graphcut(), seed=1)
     grown = np.asarray(made.render())[:, :, :3]
     above = grown.shape[0] - exemplar.shape[0]
