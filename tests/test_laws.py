@@ -74,6 +74,27 @@ class TestAutomaticSegmentBased(MethodContract):
     examples = 8
 
 
+class TestGraphcut(MethodContract):
+    method = ia.Graphcut(patch=12, overlap=4)
+
+
+class TestGraphcutOfEntirePatches(MethodContract):
+    """All isometries, the exemplar shifted as a whole, gradient seams."""
+
+    method = ia.Graphcut(patch=10, overlap=3, placement="entire", isometries="both", seam="gradient", usage=0.3)
+    examples = 6
+
+
+class TestGraphcutOfRandomRectangles(MethodContract):
+    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), placement="random", isometries="180", tries=2, reach=7)
+    examples = 6
+
+
+class TestAutomaticGraphcut(MethodContract):
+    method = ia.Graphcut()
+    examples = 6
+
+
 class TestNearRegular(MethodContract):
     """Wrapped sizes are an even number of blocks, here of 9 x 6 px."""
 

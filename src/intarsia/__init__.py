@@ -24,6 +24,7 @@ _HOMES = {
     "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
     "Findings": "inspection",
+    "Graphcut": "methods.graphcut",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
     "InputError": "errors",
@@ -64,6 +65,7 @@ __all__ = [
     "EfrosLeung",
     "Exemplar",
     "Findings",
+    "Graphcut",
     "Guide",
     "ImageQuilting",
     "InputError",
@@ -109,6 +111,7 @@ if TYPE_CHECKING:
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung
+    from .methods.graphcut import Graphcut
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular
     from .methods.patch_sampling import PatchSampling

@@ -20,7 +20,8 @@ from .search import Candidates, PatchSearch, Prices, Search
 from .segment_overlay import segment_overlay
 from .segment_search import SegmentSearch
 from .segments import Segments, SizeRule, segments
-from .sizes import check_patch, default_patch, fitting
+from .sizes import check_patch, default_patch, fitting, large_patch
+from .stitching import Stitch, Stitching
 from .symmetry import allowed_isometries, settled_isometries
 from .tiling import Tiling
 from .trees import similar_pixels, tree_of
@@ -51,6 +52,8 @@ __all__ = [
     "SegmentSearch",
     "Segments",
     "SizeRule",
+    "Stitch",
+    "Stitching",
     "Tiling",
     "Variants",
     "Window",
@@ -70,6 +73,7 @@ __all__ = [
     "ground",
     "grown",
     "isometry_ids",
+    "large_patch",
     "lattice_of",
     "layers",
     "pose_array",
