@@ -4,6 +4,7 @@ from .boundary import boundary_poses, grown, slack_of
 from .cell import check_lattice, lattice_of
 from .courses import Courses
 from .features import Features, contrast, features, pose_array
+from .footing import Footing, footing
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
@@ -32,6 +33,7 @@ __all__ = [
     "Courses",
     "Features",
     "FewPlaces",
+    "Footing",
     "Growth",
     "Guidance",
     "GuidedSearch",
@@ -70,6 +72,7 @@ __all__ = [
     "default_window",
     "features",
     "fitting",
+    "footing",
     "ground",
     "grown",
     "isometry_ids",
