@@ -299,6 +299,19 @@ def case_pixels() -> list[Result]:
     ]
 
 
+def case_graphcut() -> list[Result]:
+    """Large patches of free shape, the worst seams covered anew."""
+    small = np.ascontiguousarray(pixels()[:192, :192])
+
+    def work(**parameters: Any) -> Callable[[], object]:
+        return lambda: ia.synthesize(small, 512, ia.Graphcut(**parameters), run=ONE).render(run=ONE)
+
+    return [
+        timed("graph cut, 512x512 from 192x192", 60, work()),
+        timed("the same, the exemplar shifted as a whole", None, work(placement="entire")),
+    ]
+
+
 def case_best_tile() -> list[Result]:
     """The period of the built-in tiles is given, so that the search for it does not count."""
     tiles, method = pixels("tiles"), ia.BestTile(lattice=((64.0, 0.0), (0.0, 64.0)))
@@ -337,6 +350,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "pixels": case_pixels,
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,
+    "graphcut": case_graphcut,
     "help": case_help,
     "command": case_command,
     "analyze": case_analyze,

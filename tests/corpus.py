@@ -165,6 +165,17 @@ def _sizes_and_numbers() -> None:
     add("odd-floats.exr", OK, exr(3, 2, value=odd))
     add("odd-floats.tif", OK, tiff(odd))
     add("double.tif", OK, tiff(odd.astype(np.float64)))
+    light = picture().astype(np.float32)[:, :, 0] / 64
+    add("light.exr", OK, exr(24, 20, value=light))
+    for name, value in (("nan", np.nan), ("inf", np.inf)):
+        add(f"one-{name}.exr", OK, exr(24, 20, value=np.where(np.indices((20, 24)).sum(0) == 9, value, light)))
+    add("all-nan.exr", OK, exr(24, 20, value=light * np.nan))
+    add("65536x1.png", OK, lambda: pillow("png", picture(1, 65536)))
+    add("1x65536.png", OK, lambda: pillow("png", picture(65536, 1)))
+    add("256-labels.png", OK, lambda: pillow("png", (np.arange(480).reshape(20, 24) % 256).astype(np.uint8)))
+    one = picture()
+    one[7, 5] ^= 255
+    add("one-pixel.png", OK, pillow("png", one))
     add("constant.png", OK, pillow("png", np.full((5, 5, 3), 7, np.uint8)))
     add("two-level.png", OK, pillow("png", np.indices((8, 8)).sum(0).astype(np.uint8) % 2 * 255))
 
@@ -176,6 +187,10 @@ def _modes() -> None:
     hidden[:8, :, 3] = 0
     add("palette.png", OK, lambda: pillow("png", palette))
     add("palette-transparent.png", OK, lambda: pillow("png", palette, transparency=3))
+    add("palette-bad-index.png", OK, _bad_index)
+    add("clear.png", OK, lambda: pillow("png", picture(channels=4) * np.array([1, 1, 1, 0], np.uint8)))
+    add("16-bit.tga", OK, _tga_16)
+    add("gamma.png", OK, lambda: png(24, 20, extra=chunk(b"gAMA", struct.pack(">I", 1))))
     add("palette-alphas.png", OK, lambda: pillow("png", palette, transparency=bytes(range(0, 160, 10))))
     add("la.png", OK, lambda: pillow("png", picture(channels=2)))
     add("hidden-colour.png", OK, lambda: pillow("png", hidden))
@@ -225,6 +240,19 @@ def _modes() -> None:
             add(f"icc-{what}.{format}", OK, lambda f=format, i=icc: pillow(f, rgb, icc_profile=i))
 
 
+def _bad_index() -> bytes:
+    """Pixels of number 5 in a palette of two colours: read as black, as the standard proposes."""
+    head = struct.pack(">IIBBBBB", 24, 20, 8, 3, 0, 0, 0)
+    rows = (b"\0" + bytes([0, 1, 5] * 8)) * 20
+    parts = chunk(b"IHDR", head) + chunk(b"PLTE", bytes([9, 8, 7, 250, 240, 230]))
+    return b"\x89PNG\r\n\x1a\n" + parts + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+def _tga_16() -> bytes:
+    pixels = np.arange(480, dtype="<u2") * 67 & 0x7FFF
+    return struct.pack("<BBBHHBHHHHBB", 0, 0, 2, 0, 0, 0, 0, 0, 24, 20, 16, 0x20) + pixels.tobytes()
+
+
 def _exif(orientation: int) -> Image.Exif:
     exif = Image.Exif()
     exif[0x0112] = orientation
@@ -257,7 +285,7 @@ def _damage() -> None:
     )
     add("short-idat.png", REFUSED, png(9, 9, body=b"\0" + bytes(9)))
     add("bad-idat.png", REFUSED, png(9, 9).replace(b"IDAT", b"IDAX"))
-    add("thumbnail-only.jpg", REFUSED, lambda: _cut_after_thumbnail())
+    add("thumbnail-only.jpg", REFUSED, _cut_after_thumbnail)
     add("zero-bytes.png", REFUSED, b"")
     add("one-byte.png", REFUSED, b"\x89")
     add("noise.tga", REFUSED, bytes(range(7, 200)))
@@ -267,6 +295,7 @@ def _damage() -> None:
     add("tga-as.png", OK, lambda: whole("tga"))
     add("ppm-without-ending", OK, lambda: whole("ppm"))
     add("trailing.png", OK, lambda: whole("png") + b"more")
+    add("polyglot.png", OK, lambda: whole("png") + _zip())
     add("trailing.jpg", OK, lambda: whole("jpeg") + b"more")
 
 
@@ -337,6 +366,7 @@ def _bombs() -> None:
     add("bomb.bmp", REFUSED, lambda: whole("bmp")[:18] + struct.pack("<ii", 1 << 30, 1 << 30) + whole("bmp")[26:])
     add("bomb.tga", REFUSED, lambda: whole("tga")[:12] + struct.pack("<HH", 65535, 65535) + whole("tga")[16:])
     add("bomb.hdr", REFUSED, b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000000 +X 1000000000\n")
+    add("bomb.webp", REFUSED, lambda: b"RIFF\x1e\0\0\0WEBPVP8L\x11\0\0\0\x2f" + b"\xff" * 16)
     add("bomb.jpg", REFUSED, lambda: _jpeg_size(whole("jpeg"), 65500))
     add("entities.svg", REFUSED, b'<?xml version="1.0"?><!DOCTYPE s [<!ENTITY a "aa">]><svg>&a;</svg>')
     add("plain.svg", REFUSED, b"<svg xmlns='http://www.w3.org/2000/svg'/>")

@@ -99,7 +99,8 @@ def _maps() -> None:
     add_map("pickle", REFUSED, zipped(("yx.npy", b"cos\nsystem\n(S'true'\ntR."), ("about.npy", b"")))
     for name, array in (
         ("float", yx + 0.5), ("nan", yx * np.nan), ("int64", yx.astype(np.int64) + (1 << 40)), ("complex", yx * 1j),
-        ("text", yx.astype(str)), ("flat", yx[:, :, 0]), ("deep", yx[..., None]), ("three", np.dstack([yx, yx])[:, :, :3]),
+        ("text", yx.astype(str)), ("flat", yx[:, :, 0]), ("deep", yx[..., None]),
+        ("three", np.dstack([yx, yx])[:, :, :3]),
         ("no rows", yx[:0]), ("no columns", yx[:, :0]), ("scalar", np.int32(1)), ("negative", yx - 1),
         ("outside", yx + 20), ("far outside", yx + (1 << 30)),
     ):  # fmt: skip
@@ -191,7 +192,8 @@ def recipes(sound: dict[str, Any]) -> dict[str, Case]:
             add(f"blend {key} {value!r}", REFUSED, sound | {"blend": sound["blend"] | {key: value}})
     for key, value in (
         ("patch", 0), ("patch", "8"), ("patch", [1, 2, 3]), ("patch", 1e30), ("overlap", 8), ("overlap", 99),
-        ("tolerance", -1), ("tolerance", float("nan")), ("tolerance", {}), ("magic", 1), ("channel_weights", [float("nan")]),
+        ("tolerance", -1), ("tolerance", float("nan")), ("tolerance", {}), ("magic", 1),
+        ("channel_weights", [float("nan")]),
         ("channel_weights", "1"), ("channel_weights", [0, 0, 0]), ("isometries", 9), ("isometries", [9]),
         ("search", 3), ("patch", 700), ("usage", True),
     ):  # fmt: skip
@@ -203,6 +205,9 @@ def recipes(sound: dict[str, Any]) -> dict[str, Case]:
         for key in ("crop", "scale", "avoid", "alpha"):
             add(f"{key} {value!r}", EITHER, sound | {"inputs": {key: value}})
         add(f"depth {value!r}", REFUSED, sound | {"depth": value})
+        add(f"heal {value!r}", REFUSED, sound | {"heal": value})
+        add(f"grown hole {value!r}", REFUSED, sound | {"heal": {"mask": "alpha", "grow": value}})
+        add(f"edge {value!r}", REFUSED, sound | {"heal": {"mask": "alpha", "grow": 0}, "edge": value})
     add("extend far", REFUSED, sound | {"extend": [1 << 30, 1 << 30, 1 << 30, 1 << 30]})
     add("another hash", REFUSED, sound | {"exemplars": [sound["exemplars"][0] | {"sha256": "0" * 64}]})
     add("hash number", REFUSED, sound | {"exemplars": [sound["exemplars"][0] | {"sha256": 7}]})

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia import files
@@ -31,13 +32,11 @@ SOUND = {
     "target": "t.png",
     "saved": "map.npz",
     "picture": "grown.png",
-    "exemplar": "a.png",
-    "image": "a.png",
 }
 """Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
 
 WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "distance_map": "o.tif", "sheet": "o.png",
-           "overlay": "o.png", "best_tile": "o.png"}  # fmt: skip
+           "overlays": "o.png", "best_tile": "o.png"}  # fmt: skip
 """Parameters that name files to write -> a name that their format allows."""
 
 SORT = {"saved": "map", "start": "map", "picture": "recipe"}
@@ -49,8 +48,28 @@ LABELS = ("masks", "usable", "holes", "labels", "target")
 ALSO = {"render": ("files",), "replay": ("files",)}
 """Parameters that a command can do without only for built-in exemplars."""
 
-SMALL = {"grow": ("--size", "26x22"), "extend": ("--right", "5")}
+SMALL = {"grow": ("--size", "26x22"), "extend": ("--right", "5"), "analyze": ("--json",)}
 """What keeps the work of a sound line short."""
+
+BESIDE = {
+    ("replay", "maps"): {"picture": "planes.png"},
+    ("replay", "masks"): {"picture": "healed.png", "usable": "m.png"},
+    ("replay", "usable"): {"picture": "healed.png", "masks": "hole.png"},
+    ("replay", "donors"): {"picture": "donated.png", "masks": "hole.png"},
+    ("replay", "labels"): {"picture": "painted.png", "target": "t.png"},
+    ("replay", "target"): {"picture": "painted.png", "labels": "l.png"},
+    ("replay", "start"): {"picture": "continued.png"},
+}
+"""Command and parameter -> what must stand beside it, so that it is asked for."""
+
+MADE = {
+    "grown": "grow a.png --size 26x22 --patch 8 --save-map map.npz",
+    "planes": "grow a.png --size 26x22 --patch 8 --map height=a.png",
+    "healed": "heal a.png --patch 6 --mask hole.png --usable m.png",
+    "donated": "heal a.png --patch 6 --mask hole.png --from b.png",
+    "painted": "paint a.png --patch 8 --labels l.png --target t.png",
+}
+"""How the pictures that replay repeats are made."""
 
 
 @cache
@@ -60,10 +79,12 @@ def command(name: str) -> click.Command:
     return found
 
 
+@cache
 def parameter(name: str, field: str) -> click.Parameter:
     return next(p for p in command(name).params if p.name == field)
 
 
+@cache
 def names_a_file(p: click.Parameter) -> bool:
     kinds = p.type.types if isinstance(p.type, click.Tuple) else [p.type]
     return any(isinstance(k, click.Path | click.File) for k in kinds) or "FILE" in (p.make_metavar(CONTEXT) or "")
@@ -72,19 +93,20 @@ def names_a_file(p: click.Parameter) -> bool:
 CONTEXT = click.Context(click.Command("intarsia"))
 
 
-def file_parameters(name: str) -> list[str]:
+@cache
+def file_parameters(name: str) -> tuple[str, ...]:
     """The parameters of a command that name files, in their order."""
     found = [str(p.name) for p in command(name).params if names_a_file(p)]
     unknown = set(found) - set(SOUND) - set(WRITTEN)
     assert not unknown, f"{name}: say in SOUND or WRITTEN whether {unknown} are read or written"
-    return found
+    return tuple(found)
 
 
 def said(name: str, field: str, value: str) -> list[str]:
     """A parameter and its value, as words of a command line."""
     p = parameter(name, field)
     option = [] if isinstance(p, click.Argument) else [max(p.opts, key=len)]
-    if field == "maps" and "=" not in value:
+    if field == "maps":
         return [*option, f"height={value}"]
     return [*option, "0,0", value] if isinstance(p.type, click.Tuple) else [*option, value]
 
@@ -93,9 +115,11 @@ def line(name: str, **given: str) -> list[str]:
     """A sound command line with all that a command needs; `given` replaces values, or adds parameters."""
     known = file_parameters(name)
     needed = [f for f in known if parameter(name, f).required or f in ALSO.get(name, ())]
+    for field in tuple(given):
+        given = BESIDE.get((name, field), {}) | given
     words = [name, *SMALL.get(name, ())]
     if any(p.name == "quiet" for p in command(name).params):
-        words.append("-q")
+        words.append("--quiet")
     for field in dict.fromkeys([*needed, *given]):
         words += said(name, field, given.get(field) or (SOUND | WRITTEN)[field])
     return words
@@ -114,21 +138,33 @@ class Role:
         """What is to be read: a picture, a map or a recipe."""
         return SORT.get(self.field, "picture")
 
-    def words(self, path: Path, folder: Path) -> tuple[list[str], bytes | None] | None:
+    def words(self, given: Given) -> tuple[list[str], bytes | None] | None:
         """The command line, and the standard input; None where this file cannot be given so."""
-        plain = os.path.isfile(path) and not path.is_symlink() and path.stat().st_size < 1 << 22
         if self.how == "path":
-            return line(self.command, **{self.field: os.fspath(path)}), None
-        if self.how == "stdin":
-            return (line(self.command, **{self.field: "-"}), path.read_bytes()) if plain else None
+            return line(self.command, **{self.field: given.path}), None
         if self.how == "second":
-            return [*line(self.command), "--several", os.fspath(path)], None
-        if not plain or not path.suffix or path.suffix not in files.formats.SUFFIXES:
+            return [*line(self.command), "--several", given.path], None
+        if given.data is None:
             return None
-        for old in folder.iterdir():
-            old.unlink()
-        (folder / ("x" + path.suffix)).write_bytes(path.read_bytes())
-        return line(self.command, **{self.field: os.fspath(folder)}), None
+        if self.how == "stdin":
+            return line(self.command, **{self.field: "-"}), given.data
+        return None if given.folder is None else (line(self.command, **{self.field: given.folder}), None)
+
+
+@dataclass(frozen=True)
+class Given:
+    """A bad file: its path, its bytes if it has any, and its folder if it is the only picture there."""
+
+    path: str
+    data: bytes | None
+    folder: str | None
+
+    @classmethod
+    def of(cls, path: Path) -> Given:
+        """Look at a file once, to give it in many roles."""
+        plain = os.path.isfile(path) and not path.is_symlink() and path.stat().st_size < 1 << 22
+        alone = plain and path.suffix in files.formats.SUFFIXES
+        return cls(os.fspath(path), path.read_bytes() if plain else None, os.fspath(path.parent) if alone else None)
 
 
 def roles(name: str) -> Iterator[Role]:
@@ -138,7 +174,7 @@ def roles(name: str) -> Iterator[Role]:
             continue
         yield Role(name, field)
         yield Role(name, field, "stdin")
-        if field in ("files", "donors", "exemplar", "image"):
+        if field in ("files", "donors"):
             yield Role(name, field, "folder")
         p = parameter(name, field)
         if isinstance(p, click.Argument) and p.nargs == -1 and any(q.name == "several" for q in command(name).params):
@@ -162,7 +198,9 @@ def make_sound(folder: Path) -> None:
     files.write("hole.png", ia.Plane(((abs(x - 12) < 3) & (abs(y - 10) < 3)).astype(np.uint8) * 255))
     files.write("l.png", ia.Plane(left))
     files.write("t.png", ia.Plane(left[:, ::-1]))
-    made = ia.synthesize("a.png", (22, 26), ia.ImageQuilting(patch=8))
-    made.map.save("map.npz")
-    files.write("grown.png", made.render(), recipe=made.recipe_text)
+    for name, words in MADE.items():
+        result = CliRunner().invoke(cli, [*words.split(), "--output", f"{name}.png", "--quiet"])
+        assert result.exit_code == 0, result.stderr
+    continued = ia.synthesize("a.png", (22, 26), ia.ImageQuilting(patch=8), start=ia.SourceMap.load("map.npz"))
+    files.write("continued.png", continued.render(), recipe=continued.recipe_text)
     os.chdir(here)

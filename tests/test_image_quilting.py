@@ -1,7 +1,7 @@
 """Image quilting line by line: source 002, its defects and their remedies.
 
 Lines that are tested elsewhere: S2-05..S2-07 and the cost of the cut (D2-2) in test_cuts; S2-10 and the reader of
-D2-7 in test_files and test_bad_files; S2-11 in test_random_tiling; S2-12 (knots and dark pebbles that return),
+D2-7 in test_files and test_bad_input; S2-11 in test_random_tiling; S2-12 (knots and dark pebbles that return),
 D0-2..D0-4, D2-5, S0-80 and S0-81 in test_repetition; D2-6 (a patch from the size of the elements) in
 test_elements; S2-13's model of texture elements is not built.
 """

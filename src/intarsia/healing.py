@@ -136,7 +136,9 @@ def for_holes(scene: Scene, method: Method | Auto) -> Method:
 
 def check_edge(edge: int) -> None:
     """Refuse an edge to be filled pixel by pixel where no method can."""
-    if edge < 0 or (edge and PIXELWISE not in METHODS):
+    if edge < 0:
+        raise ParameterError(f"edge={edge} is not allowed; give at least 0 px.")
+    if edge and PIXELWISE not in METHODS:
         raise ParameterError(f"edge={edge} px need the method {PIXELWISE}, which is not there; leave it out.")
 
 

@@ -19,6 +19,7 @@ from .analysis.besttile import BAND
 from .analysis.elements import ElementSize
 from .analysis.lattice import Lattice, Lattices
 from .analysis.light import Slope
+from .analysis.straighten import Straight
 from .analysis.tile_layout import UNIT, periods_along, read_offsets
 from .auto import Auto
 from .canvas import Canvas
@@ -87,6 +88,8 @@ class Findings:
     light : Slope
         How unevenly it is lit.
     suggested : Suggestion
+    straight : (Straight, Lattice) or None
+        The exemplar with its courses laid straight and the lattice that it then has, where that is much surer.
     """
 
     exemplar: Exemplar
@@ -94,6 +97,7 @@ class Findings:
     elements: ElementSize
     light: Slope
     suggested: Suggestion
+    straight: tuple[Straight, Lattice] | None = None
 
     @property
     def lattice(self) -> Lattice | None:
@@ -141,6 +145,7 @@ class Findings:
             "lattice": None if self.lattice is None else _told(self.lattice),
             "candidates": [{**_told(one), "verdict": one.verdict} for one in self.lattices.ranked],
             "reason": self.lattices.reason,
+            "straightened": None if self.straight is None else _bent(*self.straight),
             "feature_size": self.elements.size,
             "elements": {
                 "size": [self.elements.width, self.elements.height],
@@ -180,7 +185,7 @@ def analyze(exemplar: ExemplarLike) -> Findings:
     """
     found = as_exemplars([exemplar])[0]
     facts = Facts([found], Canvas(2 * found.height, 2 * found.width))
-    return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts))
+    return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts), facts.straight)
 
 
 def xy(lattice: Lattice) -> tuple[tuple[float, float], ...]:
@@ -208,6 +213,17 @@ def _told(one: Lattice) -> dict[str, Any]:
         "points": one.points,
         "residual": round(one.residual, 3),
         "reasons": list(one.reasons),
+    }
+
+
+def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
+    """How courses slant, converge and bow, and what they are once they are straight."""
+    return {
+        "slant": round(straight.slant, 4),
+        "converging": round(straight.converging, 3),
+        "off": round(straight.off, 2),
+        "vectors": [list(v) for v in xy(lattice)],
+        "confidence": round(lattice.confidence, 4),
     }
 
 

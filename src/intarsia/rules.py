@@ -48,6 +48,12 @@ def _lattice(f: Facts) -> dict[str, Any]:
     return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in f.lattice.vectors)}
 
 
+def _straight_lattice(f: Facts) -> dict[str, Any]:
+    assert f.straight is not None
+    vectors = f.straight[1].vectors
+    return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in vectors), "straighten": "on"}
+
+
 def _two(f: Facts) -> bool:
     return f.lattice is not None and f.lattice.kind == "2-D"
 
@@ -99,6 +105,11 @@ RULES: tuple[Rule, ...] = (
     Rule(
         "one-colour", "repeat", "all of it has one colour",
         lambda f: f.constant, _nothing, lambda f: ("All of it has one colour.",),
+    ),
+    Rule(
+        "bent-courses", "near-regular", "courses that converge or bow, with a surer lattice once they are straight",
+        lambda f: f.straight is not None, _straight_lattice,
+        lambda f: ("Its courses converge or bow; laid straight they repeat by a lattice, and are grown straight.",),
     ),
     Rule(
         "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {EQUAL}",

@@ -17,7 +17,7 @@ from ..canvas import Canvas
 from ..draws import below, draw
 from ..errors import MethodError
 from ..exemplar import Exemplar
-from ..kernels import blocks
+from ..kernels import bend, blocks
 from ..run import Run
 from .blockgrid import UNIT, BlockGrid, Vector, block_vectors, phased, positions
 from .cell import cell_of
@@ -61,6 +61,8 @@ class Mosaic:
         Half the width of the zone in which gaps are cut, px.
     slack : int
         How far a gap's block may leave the lattice, px.
+    bend : int
+        How far parts of a gap's block may move so that lines meet, px.
     seed : int
         What the draws follow from.
     nearest : int array (2, H, W) or None
@@ -81,6 +83,7 @@ class Mosaic:
     lengths: tuple[int, int]
     half: float
     slack: int
+    bend: int
     seed: int
     nearest: NDArray[np.intp] | None
     sheet: Sheet
@@ -103,7 +106,7 @@ class Mosaic:
         sparse = {kind: _thinned(found, method.slack) for kind, found in places.items()}
         return cls(
             sheet.picture, sheet.usable, grid, laid, places, sparse, around, (canvas.height, canvas.width),
-            half, method.slack, seed, nearest(sheet.usable), sheet,
+            half, method.slack, method.bend, seed, nearest(sheet.usable), sheet,
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
@@ -175,9 +178,20 @@ class Mosaic:
         ty, tx = self._choose(i, j, found[:count], t, equal) if count else (int(shifts[0, 0]), int(shifts[0, 1]))
         owner = np.empty(core.shape, np.uint8)
         sy, sx = np.empty(core.shape, np.int64), np.empty(core.shape, np.int64)
-        blocks.fill_gap(self.picture, self.usable, sides, core, t, ty, tx, owner, sy, sx)
+        shift = self._bent(zone, t, (ty, tx), core)
+        blocks.fill_gap(self.picture, self.usable, sides, core, t, shift, owner, sy, sx)
         own = owner.astype(bool)
         return own, sy[own], sx[own]
+
+    def _bent(self, zone: Array, t: Array, whole: tuple[int, int], core: Array) -> Array:
+        """A gap's shift, pixel by pixel: that of the whole block, bent so that lines meet the neighbours'."""
+        shift = np.empty((*core.shape, 2), np.int64)
+        shift[:] = whole
+        if self.bend:
+            spacing = max(round(2 * self.half), 4)
+            places, values = blocks.shown(self.picture, self.usable, zone, t, 1)
+            bend.bend(self.picture, self.usable, places, values, self.bend, spacing, core, shift)
+        return shift
 
     def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> tuple[int, int]:
         """Draw among the good shifts: one that shows neither what a neighbour shows, nor what lies beside it.

@@ -25,6 +25,10 @@ class Settings(Protocol):
         """How far a gap's block may leave the lattice, px."""
 
     @property
+    def bend(self) -> int:
+        """How far parts of a gap's block may move so that lines meet, px."""
+
+    @property
     def isometries(self) -> str | tuple[int, ...]:
         """Which mirrored and turned blocks may be used."""
 

@@ -13,7 +13,7 @@ from .grow import check_stdout
 from .options import FILE, gathered, input_options, opt
 from .report import Report
 from .request import Inputs, Targets
-from .values import ParamType
+from .values import FileName, ParamType
 
 if TYPE_CHECKING:
     from ..inspection import Findings
@@ -31,6 +31,7 @@ class Overlay(ParamType):
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         if isinstance(value, tuple):
             return value
+        value = FileName().convert(value, param, ctx)
         kind, equals, path = str(value).partition("=")
         if not equals or not kind.isalpha():
             return "lattice", str(value)
@@ -104,6 +105,8 @@ def command(inputs: Inputs, pictures: Pictures, report: Report) -> None:
         raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
     shelf, seen, results = Shelf([[found] for found in sets], inputs, report), set[str](), []
     plans = [_plan(pictures, found, seen) for found in sets]
+    for number in range(len(sets) if len(sets) > 1 else 0):
+        shelf.get(number)  # a file that cannot be read is refused before the first is worked on
     for number, plan in enumerate(plans):
         with report.watching(1):
             found = analyze(shelf.get(number)[0])
@@ -188,6 +191,8 @@ def _page(path: str, told: dict[str, Any]) -> list[str]:
     if lattice is None or lattice["confidence"] < SMALL:
         for n, one in enumerate(told["candidates"][:SHOWN], 1):
             lines += [f"candidate {n}  {_vectors(one)}; confidence {one['confidence']:.2f}. {one['reasons'][-1]}"]
+    if told["straightened"] is not None:
+        lines += [f"courses      {_bent(told['straightened'])}"]
     if told["elements"]["found"]:
         seen = told["elements"]
         lines += [f"elements     about {told['feature_size']} px ({seen['size'][0]} wide, {seen['size'][1]} high)"]
@@ -205,6 +210,16 @@ def _page(path: str, told: dict[str, Any]) -> list[str]:
 
 def _vectors(one: dict[str, Any]) -> str:
     return " and ".join(f"{x:.2f},{y:.2f}" for x, y in one["vectors"]) + " px"
+
+
+def _bent(one: dict[str, Any]) -> str:
+    """One line on courses that are not straight, and what straightening does."""
+    ways = [f"converge by {100 * one['converging']:.0f} %"] if one["converging"] >= 0.01 else []
+    ways += [f"slant by {100 * abs(one['slant']):.0f} %"] if abs(one["slant"]) >= 0.005 else []
+    return (
+        f"{', '.join(ways) or 'bow'}, up to {one['off']:.0f} px off; laid straight (straighten=on) they repeat by "
+        f"{_vectors(one)}, confidence {one['confidence']:.2f}"
+    )
 
 
 def _shape(one: dict[str, Any]) -> str:

@@ -9,6 +9,7 @@ import click
 
 from ..auto import AUTO_METHOD
 from ..errors import ParameterError, ResourceError
+from ..levelling import Finish, Levelling
 from ..methods.base import METHODS
 from .choosing import EXPLAIN, TRIALS, chosen_of
 from .options import (
@@ -26,7 +27,7 @@ from .report import Report
 from .request import Inputs, Targets, Wish
 from .values import Seed, Seeds, Size
 
-DEFAULT_METHOD = AUTO_METHOD
+DEFAULT_METHOD = "image-quilting"
 SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
 """As files.sample_names() lists them; asking it here would import numpy for a help text."""
 
@@ -53,19 +54,29 @@ OWN = (
         "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
         help="How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
     ),
+    opt(
+        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
+        help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
+    ),
 )  # fmt: skip
 
 UNION = method_parameters({o.field for o in OWN})
 PARAMETERS = tuple(method_option(p, owners, len(owners) == len(METHODS)) for p, owners in UNION.values())
 
 
-def wish_of(method: str, feather: int | None, mixing: str | None, **given: Any) -> Wish:
+def finish_of(level: int | None) -> tuple[Finish, ...] | None:
+    """Understand --level; None leaves things as they are."""
+    return None if level is None else (Levelling(level),) if level else ()
+
+
+def wish_of(method: str, feather: int | None, mixing: str | None, level: int | None = None, **given: Any) -> Wish:
     """Understand the options on method and canvas."""
     size, wrap, trials = given.pop("size", None), given.pop("wrap"), given.pop("trials", None)
     explain = given.pop("explain", False)
     if explain and method != AUTO_METHOD:
         raise ParameterError(f"--explain belongs to --method auto; drop it, or --method {method}.")
-    return Wish(chosen_of(method, trials, given, UNION), size, wrap, feather, mixing, explain=explain)
+    chosen, finish = chosen_of(method, trials, given, UNION), finish_of(level)
+    return Wish(chosen, size, wrap, feather, mixing, explain=explain, finish=finish)
 
 
 @click.command(

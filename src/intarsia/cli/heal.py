@@ -15,15 +15,20 @@ from .report import Report
 from .request import Begin, Inputs, Targets, Wish
 from .values import Seed
 
+MOST_GROWN, MOST_EDGE = 1024, 64  # px
+
 HOLES = (
     opt(
         "holes", "--mask", multiple=True, type=FILE, metavar="HOLE|alpha", required=True,
         help="White where the picture is to be healed, of the picture's size; alpha: where the picture is transparent. "
         "One for all pictures, or one for each.",
     ),
-    opt("grow", "--grow", type=click.IntRange(0, 1024), default=0, metavar="N", help="Enlarge the hole by N px first."),
     opt(
-        "edge", "--edge", type=click.IntRange(0, 64), default=0, metavar="N",
+        "grow", "--grow", type=click.IntRange(0, MOST_GROWN), default=0, metavar="N",
+        help="Enlarge the hole by N px first.",
+    ),
+    opt(
+        "edge", "--edge", type=click.IntRange(0, MOST_EDGE), default=0, metavar="N",
         help="Fill N px along the edge of holes again, pixel by pixel; slow.",
     ),
 )  # fmt: skip

@@ -17,10 +17,10 @@ from ..params import Parameter, parameters
 @click.option("--debug", is_flag=True, expose_value=False, hidden=True)
 def command(slug: str | None, as_json: bool) -> None:
     """List the methods, or the parameters of one METHOD."""
-    classes = [method_class(slug)] if slug else [method_class(s) for s in METHODS]
+    classes = [method_class(slug)] if slug is not None else [method_class(s) for s in METHODS]
     if as_json:
         click.echo(json.dumps([_entry(cls) for cls in classes], indent=2))
-    elif slug:
+    elif slug is not None:
         click.echo("\n".join(_page(classes[0])))
     else:
         wide = max(len(cls.slug) for cls in classes)

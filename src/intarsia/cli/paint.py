@@ -10,7 +10,7 @@ from ..auto import AUTO_METHOD
 from ..errors import ParameterError
 from ..methods.base import METHODS, Ability, method_class
 from .choosing import chosen_of
-from .grow import DEFAULT_METHOD, SAMPLES, check_stdout
+from .grow import DEFAULT_METHOD, SAMPLES, check_stdout, finish_of
 from .grow import OWN as GROWN
 from .options import (
     FILE,
@@ -25,7 +25,7 @@ from .options import (
 )
 from .report import Report
 from .request import Inputs, Labels, Targets, Wish
-from .values import Seed, Seeds
+from .values import Number, Seed, Seeds
 
 GUIDED = tuple(slug for slug in METHODS if Ability.GUIDE in method_class(slug).supports)
 
@@ -39,7 +39,7 @@ OWN = (
         help="Where each label shall be, in the same colours; the output has its size.",
     ),
     opt(
-        "weight", "--weight", type=click.FloatRange(0, 100), default=2.0, show_default=True,
+        "weight", "--weight", type=Number(0, 100), default=2.0, show_default=True,
         help="How closely boundaries follow the target: 1.5 to 2.5 mostly; 0 takes what joins best.",
     ),
     opt(
@@ -51,7 +51,7 @@ OWN = (
         show_default=True,
         help="How to grow; `intarsia methods` tells of each.",
     ),
-    *(o for o in GROWN if o.field in ("wrap", "feather", "mixing")),
+    *(o for o in GROWN if o.field in ("wrap", "feather", "mixing", "level")),
 )  # fmt: skip
 
 UNION = {
@@ -65,7 +65,8 @@ PARAMETERS = tuple(method_option(p, owners, len(owners) == len(GUIDED)) for p, o
 def _wish(method: str, labels: tuple[str, ...], target: str, **given: Any) -> Wish:
     told = Labels(labels, target, given.pop("weight"), given.pop("reach"))
     wrap, feather, mixing = given.pop("wrap"), given.pop("feather"), given.pop("mixing")
-    return Wish(chosen_of(method, None, given, UNION), None, wrap, feather, mixing, labels=told)
+    finish = finish_of(given.pop("level"))
+    return Wish(chosen_of(method, None, given, UNION), None, wrap, feather, mixing, labels=told, finish=finish)
 
 
 @click.command(

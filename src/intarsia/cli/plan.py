@@ -19,6 +19,7 @@ from ..geometry import Wrap, spread
 from ..guide import Guide
 from ..healing import check_edge, for_holes
 from ..methods.base import Method
+from ..render import check_alike
 from ..sourcemap import Blend, Mixing, SourceMap
 from ..starts import Margins, Scene, extension, repair
 from ..synthesis import as_exemplars, check_abilities, check_start
@@ -117,7 +118,8 @@ def blend_of(wish: Wish, method: Method) -> Blend:
         return Blend(0)
     own = method.blend
     feather = own.feather if wish.feather is None else wish.feather
-    return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing))
+    finish = own.finish if wish.finish is None else wish.finish
+    return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing), finish)
 
 
 def orders_of(
@@ -157,6 +159,7 @@ def orders_of(
         )  # fmt: skip
     if orders:
         check_formats(orders[0], exemplars, targets)
+        check_alike(exemplars)
         check_distance_map(orders[0], targets)
     return orders
 

@@ -12,7 +12,7 @@ from ..errors import InputError, ParameterError
 from ..methods.base import make, method_class
 from ..params import parameters
 from .grow import check_stdout
-from .heal import USABLE
+from .heal import MOST_EDGE, MOST_GROWN, USABLE
 from .options import (
     ALPHA,
     DEPTHS,
@@ -49,6 +49,10 @@ class Beside:
     labels: tuple[str, ...] = ()
     target: str | None = None
     start: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.start == "-":
+            raise ParameterError("a map is read from a file; give --start the name of a .npz.")
 
 
 BESIDE = (
@@ -125,10 +129,11 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
             str(entry["sha256"])
         method, begin = make(recipe["method"], given), _begin(recipe)
         size = (width, height) if begin is None else None
-        feather = Blend(_whole(blend["feather"])).feather
+        _whole(blend["feather"])
+        joined = Blend.of(blend)
         if size is not None:
             Canvas(height, width)
-        wish = Wish(method, size, recipe["wrap"], feather, blend["mixing"], begin)
+        wish = Wish(method, size, recipe["wrap"], joined.feather, blend["mixing"], begin, finish=joined.finish)
         return wish, check_seed(_whole(recipe["seed"]))
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
@@ -161,7 +166,7 @@ def with_files(wish: Wish, recipe: dict[str, Any], inputs: Inputs, beside: Besid
                 wish, labels=Labels(beside.labels, beside.target, float(guide["weight"]), _whole(guide["reach"]))
             )
         if continued and beside.start is not None:
-            wish = replace(wish, start=(beside.start, None if "rim" not in recipe else _whole(recipe["rim"])))
+            wish = replace(wish, start=(beside.start, None if "rim" not in recipe else _whole(recipe["rim"], 0)))
     except (KeyError, TypeError, ValueError):
         raise _damaged(name) from None
     return wish
@@ -200,7 +205,7 @@ def _begin(recipe: dict[str, Any]) -> Begin | None:
     if "heal" in recipe:
         told = recipe["heal"]
         holes = ("alpha",) if told.get("mask") == "alpha" else ()
-        return Begin(None, holes, _whole(told["grow"]), _whole(recipe.get("edge", 0)))
+        return Begin(None, holes, _whole(told["grow"], 0, MOST_GROWN), _whole(recipe.get("edge", 0), 0, MOST_EDGE))
     return None
 
 
@@ -214,7 +219,9 @@ def _value(kind: str, value: Any) -> Any:
     return value
 
 
-def _whole(value: Any) -> int:
+def _whole(value: Any, low: int | None = None, high: int | None = None) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError
+    if (low is not None and value < low) or (high is not None and value > high):
         raise ValueError
     return value

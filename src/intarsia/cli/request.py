@@ -8,6 +8,7 @@ from typing import Any
 
 from ..auto import Auto
 from ..errors import ParameterError
+from ..levelling import Finish
 from ..methods.base import Method
 
 
@@ -107,6 +108,7 @@ class Wish:
     start: tuple[str, int | None] | None = None
     explain: bool = False
     said: Mapping[str, Any] = field(default_factory=dict)
+    finish: tuple[Finish, ...] | None = None
 
     @property
     def files(self) -> tuple[str, ...]:

@@ -76,6 +76,16 @@ class Scale(ParamType):
         return int(times)
 
 
+class Number(click.FloatRange):
+    """A number in a range, which NaN is not."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        found = super().convert(value, param, ctx)
+        if found != found:
+            self.fail(f"{value} is no number; give {self.min:g} to {self.max:g}.", param, ctx)
+        return found
+
+
 class Place(ParamType):
     """A pixel as X,Y; gives (x, y)."""
 

@@ -33,12 +33,12 @@ def read_recipe(path: str | os.PathLike[str]) -> dict[str, Any] | None:
     if start >= 0:
         return _parse(text[start + len(MARK) :], shown(path))
     beside = recipe_path(path)
-    return _from_file(beside) if beside.is_file() else None
+    return _from_file(beside) if os.path.isfile(beside) else None
 
 
 def _from_file(path: Path) -> dict[str, Any]:
     name = shown(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"{name} does not exist, or is no ordinary file; name a recipe.")
     try:
         with path.open("rb") as file:

@@ -241,12 +241,12 @@ def best_shifts(picture: Any, usable: Any, places: Any, values: Any, sampled: in
 
 @kernel
 def fill_gap(
-    picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, tx: int, owner: Any, out_y: Any, out_x: Any,
+    picture: Any, usable: Any, sides: Any, core: Any, t: Any, shift: Any, owner: Any, out_y: Any, out_x: Any,
 ) -> None:  # fmt: skip
     """Cut a gap's block into its window: write the exemplar pixel of every pixel that the gap decides.
 
-    `sides`, `core`: as :func:`ring` makes them; `t` (4, 2): the neighbours' shifts, (ty, tx) the gap's, relative
-    to the window's first pixel. `owner` (h, w): 1 where `out_y`, `out_x` were written.
+    `sides`, `core`: as :func:`ring` makes them; `t` (4, 2): the neighbours' shifts, `shift` (h, w, 2) the gap's,
+    relative to the window's first pixel. `owner` (h, w): 1 where `out_y`, `out_x` were written.
     """
     h, w = core.shape
     channels = picture.shape[2]
@@ -255,7 +255,7 @@ def fill_gap(
     take = np.ones((h, w), np.uint8)
     for y in range(h):
         for x in range(w):
-            side = sides[y, x]
+            side, ty, tx = sides[y, x], shift[y, x, 0], shift[y, x, 1]
             mine = readable(usable, y + ty, x + tx)
             theirs = side >= 0 and readable(usable, y + t[side, 0], x + t[side, 1])
             state[y, x] = NEW if core[y, x] else OLD
@@ -273,7 +273,7 @@ def fill_gap(
             side = sides[y, x]
             owner[y, x] = core[y, x] or (side >= 0 and take[y, x])
             if take[y, x] or side < 0:
-                out_y[y, x], out_x[y, x] = y + ty, x + tx
+                out_y[y, x], out_x[y, x] = y + shift[y, x, 0], x + shift[y, x, 1]
             else:
                 out_y[y, x], out_x[y, x] = y + t[side, 0], x + t[side, 1]
 

@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 
 from ..analysis import allowed_isometries, features, segments
 from ..analysis.besttile import unlikeness
+from ..analysis.cell import lattices_of
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features
-from ..analysis.lattice import Lattice, Lattices, find_lattice
+from ..analysis.footing import improved
+from ..analysis.lattice import Lattice, Lattices
 from ..analysis.light import Slope, slope_of
 from ..analysis.sizes import elements
+from ..analysis.straighten import Straight
 from ..analysis.tile_layout import UNIT
 from ..canvas import Canvas
 from ..exemplar import Exemplar
@@ -95,12 +98,17 @@ class Facts:
     @cached_property
     def lattices(self) -> Lattices:
         """By which steps it repeats (A-01)."""
-        return self.exemplar.memo("lattices", lambda: find_lattice(self.picture, self.exemplar.usable))
+        return lattices_of(self.exemplar)
 
     @property
     def lattice(self) -> Lattice | None:
         """The lattice, where there is one that is sure enough."""
         return self.lattices.accepted
+
+    @cached_property
+    def straight(self) -> tuple[Straight, Lattice] | None:
+        """How its courses are laid straight, and the lattice they then have, where that is much surer."""
+        return improved(self.exemplar)
 
     @cached_property
     def variation(self) -> float:
