@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from ..colour import code_values
-from ..errors import InputError, ParameterError
+from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..guide import Guide
@@ -130,15 +130,8 @@ def label_sets(ids: Array, patch: tuple[int, int]) -> Array:
     return out
 
 
-def check_guide(
-    exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[int, int], search: str = "fast"
-) -> None:
-    """Refuse a guide that does not fit its exemplars, or a label without a patch wholly inside it (S0-66).
-
-    The pyramid search knows no guide.
-    """
-    if search == "pyramid":
-        raise ParameterError("search=pyramid follows no guide; choose search=fast or search=exact.")
+def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[int, int]) -> None:
+    """Refuse a guide that does not fit its exemplars, or a label without a patch wholly inside it (S0-66)."""
     check_sources(exemplars, guide)
     missing = _without_pure_patch(exemplars, guide, extent(patch))
     if missing:

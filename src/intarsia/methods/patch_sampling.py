@@ -146,7 +146,7 @@ class PatchSampling:
         isometries = analysis.settled_isometries(self.isometries, exemplars, settled.footprint)
         analysis.check_patch(settled.footprint, exemplars, isometries)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, settled.footprint, self.search)
+            analysis.check_guide(exemplars, canvas.guide, settled.footprint)
         if self.search == "pyramid":
             analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
         bounds = self.boundary_isometries
