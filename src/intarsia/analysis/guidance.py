@@ -138,8 +138,9 @@ def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[
         rows, columns = extent(patch)
         largest = pure_patch(exemplars, guide)
         remedy = f"choose a patch of at most {largest} px" if largest else "mark larger regions beside the exemplar"
+        told = " and ".join(f"{e.name} ({e.width}x{e.height} px)" for e in exemplars[:4])
         raise InputError(
-            f"no patch of {columns}x{rows} px beside the exemplar lies wholly in label "
+            f"no patch of {columns}x{rows} px of {told} lies wholly in label "
             f"{', '.join(map(guide.told, missing[:8]))}; {remedy}."
         )
 
