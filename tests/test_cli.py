@@ -95,7 +95,8 @@ class TestListings:
 import os, sys
 from click.testing import CliRunner
 from intarsia.cli.app import cli
-calls = [["--help"], ["grow", "--help"], ["render", "-h"], ["replay", "-h"], ["analyze", "-h"], ["warm-up", "-h"],
+from intarsia.cli.app import COMMANDS
+calls = [["--help"], *([name, "-h"] for name in COMMANDS), *([name, "--frobnicate"] for name in COMMANDS),
          ["methods"], ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
          ["grow", "a", "-o", "b", "--size", "x"], ["grow", "a.png", "-o", "b.png", "--patch", "0"],
          ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"],
