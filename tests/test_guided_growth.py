@@ -98,10 +98,8 @@ class TestPainting:
     def test_turned_patches_follow_boundaries_that_the_exemplar_lacks(self, method: Any) -> None:
         marks, target = regions(90, 90), regions(90, 90).T  # the exemplar's boundary lies across, the target's upright
         guide = Guide(labels(marks), labels(target))
-        plain, turned = (
-            ia.synthesize(painted(marks), None, replace(method, isometries="none", boundary_isometries=i), guide=guide, seed=1).map
-            for i in ("none", "both")
-        )
+        methods = [replace(method, isometries="none", boundary_isometries=i) for i in ("none", "both")]
+        plain, turned = (ia.synthesize(painted(marks), None, m, guide=guide, seed=1).map for m in methods)
         assert agreement(turned, target, marks) > max(agreement(plain, target, marks), 0.97)
 
     @BOTH
