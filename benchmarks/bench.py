@@ -323,6 +323,19 @@ def case_healing() -> list[Result]:
     return [timed("healing a hole of 128x128 px in 256x256 px", 8, work)]
 
 
+def case_graphcut() -> list[Result]:
+    """Large patches of free shape, the worst seams covered anew."""
+    small = np.ascontiguousarray(pixels()[:192, :192])
+
+    def work(**parameters: Any) -> Callable[[], object]:
+        return lambda: ia.synthesize(small, 512, ia.Graphcut(**parameters), run=ONE).render(run=ONE)
+
+    return [
+        timed("graph cut, 512x512 from 192x192", 60, work()),
+        timed("the same, the exemplar shifted as a whole", None, work(placement="entire")),
+    ]
+
+
 def case_best_tile() -> list[Result]:
     """The period of the built-in tiles is given, so that the search for it does not count."""
     tiles, method = pixels("tiles"), ia.BestTile(lattice=((64.0, 0.0), (0.0, 64.0)))
@@ -363,6 +376,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "pixels": case_pixels,
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,
+    "graphcut": case_graphcut,
     "help": case_help,
     "command": case_command,
     "analyze": case_analyze,

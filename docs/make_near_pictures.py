@@ -16,10 +16,16 @@ FOLDER = Path(__file__).resolve().parent / "images"
 GAP = 16
 
 
-def beside(method: ia.NearRegular | ia.BestTile) -> np.ndarray:
+def rgb(plane: ia.Plane) -> np.ndarray:
+    """Three channels."""
+    pixels = plane.samples
+    return np.repeat(pixels, 3, axis=2) if plane.channels == 1 else pixels[:, :, :3]
+
+
+def beside(method: ia.NearRegular | ia.BestTile, sample: str = "sample:tiles", height: int = 400) -> np.ndarray:
     """The exemplar, and what grows from it."""
-    exemplar = np.asarray(ia.read("sample:tiles").base)[:, :, :3]
-    grown = np.asarray(ia.synthesize("sample:tiles", (400, 560), method, seed=3).render())[:, :, :3]
+    exemplar = rgb(ia.read(sample).base)
+    grown = rgb(ia.synthesize(sample, (height, 560), method, seed=3).render())
     above = (grown.shape[0] - exemplar.shape[0]) // 2
     below = grown.shape[0] - exemplar.shape[0] - above
     left = np.pad(exemplar, ((above, below), (0, GAP), (0, 0)), constant_values=255)
@@ -41,6 +47,7 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     pictures = {
         "near-regular": beside(ia.NearRegular()),
+        "straightened": beside(ia.NearRegular(), "sample:brick", 512),
         "best-tile": beside(ia.BestTile()),
         "analyzed": analyzed(),
     }

@@ -91,7 +91,7 @@ def misses(made: ia.Synthesis, y: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 def test_mortar_lines_of_a_warped_wall_meet() -> None:
-    """Torture case 5: the median miss is at most half a pixel, and smaller than without bending."""
+    """Torture case 5: the median miss is at most half a pixel, also where blocks stay stiff, and less if they bend."""
     stiff, bent = [], []
     for seed in (5, 6, 7):
         picture, y, x = warped(192, seed)
@@ -99,5 +99,6 @@ def test_mortar_lines_of_a_warped_wall_meet() -> None:
         for reach, found in ((0, stiff), (1, bent)):
             made = ia.synthesize(picture, 360, ia.NearRegular(lattice=lattice, bend=reach), seed=1)
             found.append(misses(made, y, x))
-    assert all(np.median(m) <= 0.5 for m in bent)
+    assert all(np.median(m) <= 0.45 for m in bent)
+    assert np.median(np.concatenate(stiff)) <= 0.5
     assert np.median(np.concatenate(bent)) < 0.85 * np.median(np.concatenate(stiff))

@@ -19,6 +19,7 @@ FLOORS: dict[str, float] = {
     "draws": 0,
     "lazy": 0,
     "params": 0,
+    "levelling": 0,
     "run": 0,
     "kernels": 1,
     "image": 2,

@@ -88,7 +88,7 @@ def by_segments(run: ia.Run) -> ia.Synthesis:
 
 
 def regular(run: ia.Run) -> ia.Synthesis:
-    method = ia.NearRegular(lattice=((17.98, 0.03), (9.01, 9.02)), block=30)
+    method = ia.NearRegular(lattice=((17.98, 0.03), (9.01, 9.02)), block=30, bend=1)
     return ia.synthesize(bricks(120, 130, 4), (150, 160), method, seed=9, run=run)
 
 
@@ -103,11 +103,23 @@ def healed(run: ia.Run) -> ia.Synthesis:
     return ia.heal(bricks(90, 80, 2), hole, seed=12, run=run)
 
 
+def sewn(run: ia.Run) -> ia.Synthesis:
+    usable = np.ones((50, 54), bool)
+    usable[20:24, 40:] = False
+    one, two = Exemplar.of(bricks(50, 54, 4), usable=usable), Exemplar.of(texture(40, 44, 3, 6), toroidal=True)
+    method = ia.Graphcut(patch=18, isometries="180", seam="gradient")
+    return ia.synthesize([one, two], (80, 90), method, seed=9, wrap="x", run=run)
+
+
+def shifted(run: ia.Run) -> ia.Synthesis:
+    return ia.synthesize(bricks(60, 64, 8), (90, 84), ia.Graphcut(patch=24, placement="entire"), seed=10, run=run)
+
+
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
     f.__name__: f
     for f in (
         plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent,
-        by_segments, regular, courses, healed,
+        by_segments, regular, courses, healed, sewn, shifted,
     )
 }
 
@@ -164,6 +176,14 @@ GOLDEN = {
         "e1cfe4473f0826345e03b75aae4cbe65d89fd8df009a9b841fda9e04ed246204",
         "a57a7614f1c225fc1fd4c8125e5341242fb58b2f69091a9d256c8b2adf935f39",
     ),
+    "sewn": (
+        "bff9165cf4b2f39d78e72ba2009ec417c656b99107b57a8b8de64e476e9f4b1a",
+        "d805cc67d80cbcdc09102cebcaf6868050b1cb4ebcfd1ac55b64b76dbb470f1e",
+    ),
+    "shifted": (
+        "f69648d91ed824aa54b7e97cc700c5b267d325217807333837aa84f921ab19ff",
+        "6432405147a1db7bf8486b3ba7e15bb8779a7d8b79d8235d50a072842a205be1",
+    ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
 
@@ -203,7 +223,7 @@ def newer_features() -> str:
 @pytest.mark.parametrize("cores", ["Nehalem", "Haswell"])
 def test_the_linear_algebra_of_another_cpu_changes_no_map(cores: str) -> None:
     """Law 4: OpenBLAS as if on an older CPU, with one thread."""
-    names = ["plain", "exact", "started", "by_rows", "coherent"]
+    names = ["plain", "exact", "started", "by_rows", "coherent", "sewn", "shifted"]
     assert elsewhere(names, OPENBLAS_CORETYPE=cores, OPENBLAS_NUM_THREADS="1") == {n: GOLDEN[n] for n in names}
 
 

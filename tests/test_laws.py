@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.analysis import Courses, Mosaic, Sampling, Tiling
+from intarsia.analysis import Courses, Mosaic, Sampling, Tiling, footing
 from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
 from intarsia.methods.base import METHODS
 from intarsia.sourcemap import SourceMap
 from intarsia.testing import MethodContract
 from intarsia.testing.cases import Case
+
+
+def fan(e: Exemplar) -> Exemplar:
+    """The exemplar with dark joints between courses that converge and slant."""
+    y, x = np.mgrid[: e.height, : e.width]
+    u = 2 * x / e.width - 1
+    down = (y - e.height / 2) * (1 + 0.15 * u) - 0.03 * x
+    pixels = np.where((down % 8 < 2)[..., None], 0, e.base.samples // 2 if not e.base.is_float else e.base.samples / 2)
+    return Exemplar.of(e.base.like(pixels.astype(e.base.pixels.dtype)), usable=e.usable, toroidal=e.toroidal)
 
 
 class TestImageQuilting(MethodContract):
@@ -72,6 +83,27 @@ class TestSegmentBasedOfRectangles(MethodContract):
 class TestAutomaticSegmentBased(MethodContract):
     method = ia.SegmentBased()
     examples = 8
+
+
+class TestGraphcut(MethodContract):
+    method = ia.Graphcut(patch=12, overlap=4)
+
+
+class TestGraphcutOfEntirePatches(MethodContract):
+    """All isometries, the exemplar shifted as a whole, gradient seams."""
+
+    method = ia.Graphcut(patch=10, overlap=3, placement="entire", isometries="both", seam="gradient", usage=0.3)
+    examples = 6
+
+
+class TestGraphcutOfRandomRectangles(MethodContract):
+    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), placement="random", isometries="180", tries=2, reach=7)
+    examples = 6
+
+
+class TestAutomaticGraphcut(MethodContract):
+    method = ia.Graphcut()
+    examples = 6
 
 
 class TestNearRegular(MethodContract):
@@ -180,6 +212,31 @@ class TestNearRegularOfOneVector(MethodContract):
         courses = Courses.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
         yx = courses.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
         return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+
+class TestStraightenedNearRegular(TestNearRegularOfOneVector):
+    """Courses of 8 px that converge by a third and slant, laid straight first."""
+
+    method = replace(TestNearRegularOfOneVector.method, straighten="on")
+    least = 40
+
+    def cases(self) -> SearchStrategy[Case]:
+        return super().cases().map(lambda case: replace(case, exemplars=tuple(fan(e) for e in case.exemplars)))
+
+    def map_of_window(self, case: Case, box: Box) -> SourceMap:
+        exemplar = case.exemplars[0]
+        base = footing(self.method, exemplar)
+        courses = Courses.of(self.method, base.exemplar, Canvas(*case.size, case.wrap), case.seed)
+        yx = base.to_exemplar(courses.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0))
+        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
+
+    def test_the_exemplars_are_laid_straight(self) -> None:
+        def law(case: Case) -> None:
+            straight = footing(self.method, case.exemplars[0]).straight
+            assert straight is not None
+            assert straight.off > 1
+
+        self.for_all(law)
 
 
 class TestNearRegularOfUprightCourses(TestNearRegularOfOneVector):

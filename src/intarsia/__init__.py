@@ -24,11 +24,13 @@ _HOMES = {
     "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
     "Findings": "inspection",
+    "Graphcut": "methods.graphcut",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
     "InputError": "errors",
     "IntarsiaError": "errors",
     "Kind": "image",
+    "Levelling": "levelling",
     "Margins": "starts",
     "MethodError": "errors",
     "Mixing": "sourcemap",
@@ -63,11 +65,13 @@ __all__ = [
     "EfrosLeung",
     "Exemplar",
     "Findings",
+    "Graphcut",
     "Guide",
     "ImageQuilting",
     "InputError",
     "IntarsiaError",
     "Kind",
+    "Levelling",
     "Margins",
     "MethodError",
     "Mixing",
@@ -103,9 +107,11 @@ if TYPE_CHECKING:
     from .healing import extend, heal
     from .image import Kind, Plane
     from .inspection import Findings, analyze
+    from .levelling import Levelling
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung
+    from .methods.graphcut import Graphcut
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular
     from .methods.patch_sampling import PatchSampling

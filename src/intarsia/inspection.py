@@ -16,10 +16,13 @@ import numpy as np
 
 from .analysis import Tiling, default_patch, features
 from .analysis.besttile import BAND, unlikeness
+from .analysis.cell import lattices_of
 from .analysis.elements import ElementSize
-from .analysis.lattice import Lattice, Lattices, find_lattice
+from .analysis.footing import improved
+from .analysis.lattice import Lattice, Lattices
 from .analysis.light import Slope, slope_of
 from .analysis.sizes import elements
+from .analysis.straighten import Straight
 from .analysis.tile_layout import UNIT, periods_along, read_offsets
 from .canvas import Canvas
 from .errors import MethodError, ParameterError
@@ -86,6 +89,8 @@ class Findings:
     light : Slope
         How unevenly it is lit.
     suggested : Suggestion
+    straight : (Straight, Lattice) or None
+        The exemplar with its courses laid straight and the lattice that it then has, where that is much surer.
     """
 
     exemplar: Exemplar
@@ -93,6 +98,7 @@ class Findings:
     elements: ElementSize
     light: Slope
     suggested: Suggestion
+    straight: tuple[Straight, Lattice] | None = None
 
     @property
     def lattice(self) -> Lattice | None:
@@ -140,6 +146,7 @@ class Findings:
             "lattice": None if self.lattice is None else _told(self.lattice),
             "candidates": [{**_told(one), "verdict": one.verdict} for one in self.lattices.ranked],
             "reason": self.lattices.reason,
+            "straightened": None if self.straight is None else _bent(*self.straight),
             "feature_size": self.elements.size,
             "elements": {
                 "size": [self.elements.width, self.elements.height],
@@ -177,11 +184,11 @@ def analyze(exemplar: ExemplarLike) -> Findings:
         where it cannot be read, or nothing of it may be used.
     """
     found = as_exemplars([exemplar])[0]
-    picture = features([found]).pictures[0]
-    lattices = find_lattice(picture, found.usable)
+    lattices, straight = lattices_of(found), improved(found)
     size = elements(found)
     light = slope_of(found, _spacing(lattices.accepted, size))
-    return Findings(found, lattices, size, light, _suggested(found, lattices, size, light))
+    suggested = _suggested(found, lattices, size, light, straight)
+    return Findings(found, lattices, size, light, suggested, straight)
 
 
 def xy(lattice: Lattice) -> tuple[tuple[float, float], ...]:
@@ -212,6 +219,17 @@ def _told(one: Lattice) -> dict[str, Any]:
     }
 
 
+def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
+    """How courses slant, converge and bow, and what they are once they are straight."""
+    return {
+        "slant": round(straight.slant, 4),
+        "converging": round(straight.converging, 3),
+        "off": round(straight.off, 2),
+        "vectors": [list(v) for v in xy(lattice)],
+        "confidence": round(lattice.confidence, 4),
+    }
+
+
 def _spacing(lattice: Lattice | None, size: ElementSize) -> float:
     """How far apart its elements lie, px: by the lattice where there is one, else about their size."""
     if lattice is None or lattice.kind == "1-D":
@@ -220,7 +238,13 @@ def _spacing(lattice: Lattice | None, size: ElementSize) -> float:
     return min(float(size.size), math.sqrt(abs(p * s - q * r)) / UNIT)
 
 
-def _suggested(exemplar: Exemplar, lattices: Lattices, size: ElementSize, light: Slope) -> Suggestion:
+def _suggested(
+    exemplar: Exemplar,
+    lattices: Lattices,
+    size: ElementSize,
+    light: Slope,
+    straight: tuple[Straight, Lattice] | None,
+) -> Suggestion:
     """Choose a method by what was measured; the first rule that fits decides."""
     picture = features([exemplar]).pictures[0]
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
@@ -230,7 +254,10 @@ def _suggested(exemplar: Exemplar, lattices: Lattices, size: ElementSize, light:
     why: list[str] = []
     method: str = "near-regular"
     parameters: dict[str, Any] = {} if best is None else {"lattice": xy(best)}
-    if best is None:
+    if straight is not None:
+        parameters = {"lattice": xy(straight[1]), "straighten": "on"}
+        why += ["Its courses converge or bow; laid straight they repeat by a lattice, and are grown straight."]
+    elif best is None:
         patch = default_patch([exemplar])
         method, parameters = "image-quilting", {"patch": patch}
         seen = f"its elements are about {size.size} px large" if size.found else "the size of its elements is not seen"

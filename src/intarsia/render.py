@@ -5,7 +5,8 @@
 Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f + 1) // 2 + 1)), d the
 chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in
 cells, boxes of the output that know their surroundings within the feather; a cell never depends on how the
-canvas was cut. `grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1.
+canvas was cut. `grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1. A finish
+comes last, of a picture that reaches as far beyond the window as the finish does.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from . import finish
 from .colour import Curve
 from .errors import InputError, ParameterError
 from .exemplar import Exemplar
@@ -53,13 +55,13 @@ def render(
     exemplars : sequence of Exemplar
         In the order of their numbers in the map.
     smap : SourceMap
-        Without holes where it is drawn.
+        Without holes where it is drawn, and within the reach of a finish.
     name : str, optional
         The plane; the first of the first exemplar by default. A plane s times larger than the base gives a
         picture s times larger than the map, with a feather of s times as many px; one s times smaller gives
         one s times smaller, averaged in blocks.
     blend : Blend, optional
-        Feather and mixing; those of the map by default.
+        Feather, mixing and finish; those of the map by default.
     box : Box, optional
         The window to draw, in px of the map; along wrapped axes it may lie anywhere. All by default.
     run : Run, optional
@@ -82,16 +84,32 @@ def render(
     planes, scale = _planes(exemplars, name)
     box = box or Box(0, 0, smap.height, smap.width)
     job = _Job.of(exemplars, planes, scale, smap, blend)
-    grow, shrink = max(scale, 1), max(-scale, 1)
-    rows = _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
-    columns = _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    shrink = max(-scale, 1)
+    _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")  # refuses what does not lie on the canvas
+    _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
     if any(v % shrink for v in (box.y0, box.x0, box.height, box.width, smap.height, smap.width)):
         raise ParameterError(
             f"{box.width}x{box.height} px do not suit a plane {shrink}x smaller; give multiples of {shrink}."
         )
-    out = np.zeros(
-        (box.height * grow // shrink, box.width * grow // shrink, planes[0].channels), planes[0].pixels.dtype
-    )
+    if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
+        return planes[0].like(_drawn(job, box, smap, shrink, run))
+    usable = usable_pixels(exemplars, job.scale)
+    bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
+    codes = bench.finished(lambda wide: _drawn(job, wide, smap, 1, run), box, blend.finish, run)
+    if shrink > 1:
+        step = _ROWS * shrink
+        bands = [job.mixer.average(codes[y : y + step], shrink) for y in range(0, box.height, step)]
+        codes = np.concatenate(bands)
+    return planes[0].like(codes)
+
+
+def _drawn(job: _Job, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
+    """Draw a box of the map; smaller planes are averaged at once."""
+    grow = job.scale
+    rows = _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
+    columns = _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    samples = job.samples
+    out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
         (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
         for y, ty, h in _steps(rows, max(_ROWS, job.feather) // grow, shrink)
@@ -110,7 +128,7 @@ def render(
         for start in range(0, len(cells), batch):
             each(draw, cells[start : start + batch])
             run.tick(min(start + batch, len(cells)), len(cells))
-    return planes[0].like(out)
+    return out
 
 
 @dataclass(frozen=True)
@@ -145,6 +163,9 @@ class _Job:
             signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
             coding = NormalCoding(planes[0].pixels.dtype, signed, planes[0].meta.get("normals", "gl") == "dx")
         usable = usable_pixels(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
+        curve = Curve.of(planes[0])
+        if blend.mixing is Mixing.SOURCE:
+            curve = replace(curve, srgb=False)
         return cls(
             (smap.yx, none if smap.which is None else smap.which, none if smap.pose is None else smap.pose),
             (smap.wrap.y, smap.wrap.x),
@@ -152,7 +173,7 @@ class _Job:
             feather,
             ground,
             samples,
-            _mixer(planes[0], samples, coding, blend.mixing, usable),
+            _mixer(planes[0], samples, coding, curve, blend.mixing, usable),
             coding,
         )
 
@@ -208,6 +229,7 @@ def _mixer(
     plane: Plane,
     samples: Array,
     coding: NormalCoding | None,
+    curve: Curve,
     mixing: Mixing,
     usable: NDArray[np.bool_] | None,
 ) -> Mixer:
@@ -215,9 +237,6 @@ def _mixer(
         return Normals(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
         return Labels.of(samples)
-    curve = Curve.of(plane)
-    if mixing is Mixing.SOURCE:
-        curve = replace(curve, srgb=False)
     # Kernels know no half floats; every half is a float32.
     light = (
         curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples)

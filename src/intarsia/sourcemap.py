@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .errors import InputError, ParameterError
 from .geometry import Box, Wrap
+from .levelling import FINISHES, Finish, finish_of, words_of
 
 HOLE = 255
 """Value of ``which`` where no exemplar pixel has been chosen yet."""
@@ -38,16 +39,35 @@ class Mixing(StrEnum):
 
 @dataclass(frozen=True)
 class Blend:
-    """How far from the cut pieces mix: ``feather`` px, 0 for exact copies."""
+    """How pieces are joined: they mix ``feather`` px around the cut, 0 for exact copies; then comes the ``finish``."""
 
     feather: int = 0
     mixing: Mixing = Mixing.MEAN
+    finish: tuple[Finish, ...] = ()
 
     def __post_init__(self) -> None:
         if isinstance(self.feather, bool) or not 0 <= self.feather <= 1024 or self.feather != int(self.feather):
             raise ParameterError(f"feather={self.feather} is not allowed; give 0 to 1024 px.")
         object.__setattr__(self, "feather", int(self.feather))
         object.__setattr__(self, "mixing", Mixing(self.mixing))
+        known = tuple(FINISHES.values())
+        if not isinstance(self.finish, (tuple, list)) or not all(isinstance(f, known) for f in self.finish):
+            raise ParameterError(f"finish={self.finish!r} is not allowed; give a tuple, such as (Levelling(32),).")
+        object.__setattr__(self, "finish", tuple(self.finish))
+        if len({f.name for f in self.finish}) < len(self.finish):  # a second would take the first one's work back
+            raise ParameterError("finish holds two of a kind; give each at most once.")
+
+    @classmethod
+    def of(cls, told: dict[str, Any]) -> Blend:
+        """Read a blend of a saved map or a recipe; a finish that is missing is none."""
+        finish = tuple(finish_of(entry) for entry in told.get("finish", ()))
+        return cls(told["feather"], Mixing(told["mixing"]), finish)
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """What maps and recipes hold of it; without a finish, no word of one."""
+        most = {"feather": self.feather, "mixing": self.mixing.value}
+        return most | ({"finish": [words_of(f) for f in self.finish]} if self.finish else {})
 
 
 @dataclass(frozen=True)
@@ -173,8 +193,7 @@ class SourceMap:
         about = {
             "sources": [asdict(s) for s in self.sources],
             "wrap": self.wrap.value,
-            "feather": self.blend.feather,
-            "mixing": self.blend.mixing.value,
+            **self.blend.told,
         }
         arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
         arrays |= {k: v for k, v in (("which", self.which), ("pose", self.pose)) if v is not None}
@@ -196,7 +215,7 @@ class SourceMap:
                 **arrays,
                 sources=tuple(_source(**s) for s in about["sources"]),
                 wrap=Wrap(about["wrap"]),
-                blend=Blend(about["feather"], Mixing(about["mixing"])),
+                blend=Blend.of(about),
             )
         except Exception as e:  # a damaged archive can fail in any way
             raise InputError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from .exemplar import Exemplar
 from .geometry import Box, Wrap
 from .guide import Guide
 from .image import Plane
+from .levelling import Finish
 from .methods.base import Ability, Method, make
 from .render import render
 from .run import Run
@@ -43,10 +44,17 @@ class Synthesis:
     recipe: dict[str, Any] = field(default_factory=dict)
 
     def render(
-        self, plane: str | None = None, *, feather: int | None = None, box: Box | None = None, run: Run | None = None
+        self,
+        plane: str | None = None,
+        *,
+        feather: int | None = None,
+        finish: tuple[Finish, ...] | None = None,
+        box: Box | None = None,
+        run: Run | None = None,
     ) -> Plane:
-        """Render a plane, the base plane if none is named, all of it or a window, harder or softer."""
-        blend = self.blend if feather is None else Blend(feather, self.blend.mixing)
+        """Render a plane, the base plane if none is named, all of it or a window, harder or softer, levelled or not."""
+        blend = self.blend if feather is None else replace(self.blend, feather=feather)
+        blend = blend if finish is None else replace(blend, finish=finish)
         return render(self.exemplars, self.map, plane, blend, box, run or Run())
 
     @property
@@ -215,7 +223,7 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
         "seed": seed,
         "size": [canvas.width, canvas.height],
         "wrap": canvas.wrap.value,
-        "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
+        "blend": blend.told,
         "exemplars": sources,
     }
     if canvas.start is not None:

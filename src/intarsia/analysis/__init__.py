@@ -4,6 +4,7 @@ from .boundary import boundary_poses, grown, slack_of
 from .cell import check_lattice, lattice_of
 from .courses import Courses
 from .features import Features, contrast, features, pose_array
+from .footing import Footing, footing
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
@@ -20,7 +21,8 @@ from .search import Candidates, PatchSearch, Prices, Search
 from .segment_overlay import segment_overlay
 from .segment_search import SegmentSearch
 from .segments import Segments, SizeRule, segments
-from .sizes import check_patch, default_patch, fitting
+from .sizes import check_patch, default_patch, fitting, large_patch
+from .stitching import Stitch, Stitching
 from .symmetry import allowed_isometries, settled_isometries
 from .tiling import Tiling
 from .trees import similar_pixels, tree_of
@@ -31,6 +33,7 @@ __all__ = [
     "Courses",
     "Features",
     "FewPlaces",
+    "Footing",
     "Growth",
     "Guidance",
     "GuidedSearch",
@@ -51,6 +54,8 @@ __all__ = [
     "SegmentSearch",
     "Segments",
     "SizeRule",
+    "Stitch",
+    "Stitching",
     "Tiling",
     "Variants",
     "Window",
@@ -67,9 +72,11 @@ __all__ = [
     "default_window",
     "features",
     "fitting",
+    "footing",
     "ground",
     "grown",
     "isometry_ids",
+    "large_patch",
     "lattice_of",
     "layers",
     "pose_array",

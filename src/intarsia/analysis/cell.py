@@ -9,7 +9,7 @@ from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
 from .blockgrid import UNIT, Vector
 from .features import features
-from .lattice import find_lattice
+from .lattice import Lattice, Lattices, find_lattice
 
 Pairs = Sequence[Sequence[float]] | None
 
@@ -18,14 +18,28 @@ def lattice_of(
     exemplar: Exemplar, slug: str, channel_weights: tuple[float, ...] | None = None
 ) -> tuple[tuple[float, float], ...]:
     """Find the lattice vectors of an exemplar, (x, y) in px; MethodError where it has none."""
-    found = find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable)
+    found = lattices_of(exemplar, channel_weights)
     if found.accepted is None:
         confidence = found.ranked[0].confidence if found.ranked else 0.0
         raise MethodError(
             f"{slug} finds no lattice in the exemplar (confidence {confidence:.2f}); use method image-quilting, or "
             "give the lattice vectors."
         )
-    return tuple((x / UNIT, y / UNIT) for y, x in found.accepted.vectors)
+    return vectors_of(found.accepted)
+
+
+def lattices_of(exemplar: Exemplar, channel_weights: tuple[float, ...] | None = None) -> Lattices:
+    """What is known of the lattice of an exemplar; looked for once."""
+
+    def looked() -> Lattices:
+        return find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable)
+
+    return exemplar.memo(("lattices", channel_weights), looked)
+
+
+def vectors_of(found: Lattice) -> tuple[tuple[float, float], ...]:
+    """The vectors of a lattice as methods take them: (x, y) px."""
+    return tuple((x / UNIT, y / UNIT) for y, x in found.vectors)
 
 
 def check_lattice(lattice: Pairs, exemplar: Exemplar) -> None:

@@ -31,7 +31,7 @@ __all__ = ["Lattice", "Lattices", "Rule", "find_lattice"]
 
 Mask = NDArray[np.bool_]
 Int64 = NDArray[np.int64]
-Rule = Literal["contrast", "plain"]
+Rule = Literal["contrast", "courses", "plain"]
 
 LEAST_SIDE = 16  # px: a smaller exemplar has no room for a lattice
 SHOWN = 5  # candidates that are reported
@@ -47,8 +47,8 @@ def find_lattice(features: NDArray[np.int16], usable: Mask | None = None, rule: 
         Any size. Above 512 px a side a box-reduced copy is searched, and the vectors are then refined.
     usable : bool array, shape (H, W), optional
         False where pixels do not count.
-    rule : "contrast" or "plain"
-        ``plain`` is the rule of the source, which never refuses.
+    rule : "contrast", "courses" or "plain"
+        ``courses`` looks for one vector only; ``plain`` is the rule of the source, which never refuses.
 
     Returns
     -------
@@ -60,8 +60,8 @@ def find_lattice(features: NDArray[np.int16], usable: Mask | None = None, rule: 
     ParameterError
         where the rule or the mask does not fit.
     """
-    if rule not in ("contrast", "plain"):
-        raise ParameterError(f"rule={rule} is unknown; choose contrast or plain.")
+    if rule not in ("contrast", "courses", "plain"):
+        raise ParameterError(f"rule={rule} is unknown; choose contrast, courses or plain.")
     if usable is not None and usable.shape != features.shape[:2]:
         raise ParameterError(f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal.")
     if usable is not None and usable.all():
@@ -69,11 +69,11 @@ def find_lattice(features: NDArray[np.int16], usable: Mask | None = None, rule: 
     if min(features.shape[:2]) < LEAST_SIDE:
         return Lattices(None, (), f"Below {LEAST_SIDE} px a side nothing can repeat.")
     small, mask, factor = reduced(features, usable, WORK_SIDE)
-    found = _plain(small, mask) if rule == "plain" else _contrast(small, mask)
+    found = _plain(small, mask) if rule == "plain" else _contrast(small, mask, rule == "courses")
     return found if factor == 1 else _at_full_size(found, features, usable, factor)
 
 
-def _contrast(features: NDArray[np.int64], usable: Mask | None) -> Lattices:
+def _contrast(features: NDArray[np.int64], usable: Mask | None, one: bool) -> Lattices:
     """The rule of this package, on an exemplar of its own size."""
     height, width = features.shape[:2]
     prepared = pictures(features, usable)
@@ -81,7 +81,7 @@ def _contrast(features: NDArray[np.int64], usable: Mask | None) -> Lattices:
     if found is None:
         return Lattices(None, (), "The exemplar is constant.")
     waves = waves_of(prepared)
-    ranked = _two(found, candidates(found, waves, height, width), prepared)
+    ranked = [] if one else _two(found, candidates(found, waves, height, width), prepared)
     if ranked and ranked[0].verdict == SURE:
         return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
     rows = [one_vector(c, prepared) for c in courses(found, waves)[:SHOWN]]

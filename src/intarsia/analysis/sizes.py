@@ -39,6 +39,16 @@ def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> 
     return fitting(max(elements(e).size for e in usable), side)
 
 
+def large_patch(exemplars: Sequence[Exemplar]) -> int:
+    """Return a patch side in px for seams of free shape: half as much again, up to 0.4 of the exemplar's side.
+
+    Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats.
+    """
+    plain = default_patch(exemplars)
+    side = min(min(e.height, e.width) for e in _sampled(exemplars))
+    return max(plain, min(3 * plain // 2, 2 * side // 5))
+
+
 def fitting(element: float, side: int) -> int:
     """Return a patch for elements of a size, in an exemplar of which the shorter side is `side` px."""
     wanted = max(element, min(2 * element, USUAL), LEAST)

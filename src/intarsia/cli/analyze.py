@@ -191,6 +191,8 @@ def _page(path: str, told: dict[str, Any]) -> list[str]:
     if lattice is None or lattice["confidence"] < SMALL:
         for n, one in enumerate(told["candidates"][:SHOWN], 1):
             lines += [f"candidate {n}  {_vectors(one)}; confidence {one['confidence']:.2f}. {one['reasons'][-1]}"]
+    if told["straightened"] is not None:
+        lines += [f"courses      {_bent(told['straightened'])}"]
     if told["elements"]["found"]:
         seen = told["elements"]
         lines += [f"elements     about {told['feature_size']} px ({seen['size'][0]} wide, {seen['size'][1]} high)"]
@@ -208,6 +210,16 @@ def _page(path: str, told: dict[str, Any]) -> list[str]:
 
 def _vectors(one: dict[str, Any]) -> str:
     return " and ".join(f"{x:.2f},{y:.2f}" for x, y in one["vectors"]) + " px"
+
+
+def _bent(one: dict[str, Any]) -> str:
+    """One line on courses that are not straight, and what straightening does."""
+    ways = [f"converge by {100 * one['converging']:.0f} %"] if one["converging"] >= 0.01 else []
+    ways += [f"slant by {100 * abs(one['slant']):.0f} %"] if abs(one["slant"]) >= 0.005 else []
+    return (
+        f"{', '.join(ways) or 'bow'}, up to {one['off']:.0f} px off; laid straight (straighten=on) they repeat by "
+        f"{_vectors(one)}, confidence {one['confidence']:.2f}"
+    )
 
 
 def _shape(one: dict[str, Any]) -> str:

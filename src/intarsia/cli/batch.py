@@ -179,6 +179,6 @@ def _about(order: Order, wish: Wish, grown: Synthesis | None) -> dict[str, Any]:
         "method": method.slug,
         "parameters": recipe_settings(method),
         **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
-        "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
+        "blend": blend.told,
     }
     return told if grown is None else told | {"exemplars": grown.recipe["exemplars"]}

@@ -39,7 +39,7 @@ def _begin(**sides: int | None) -> Begin:
     epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
 )
 @gathered(*SIDES, into="begin", make=_begin)
-@gathered(*(o for o in OWN if o.field != "size"), *PARAMETERS, into="wish", make=wish_of)
+@gathered(*(o for o in OWN if o.field not in ("size", "level")), *PARAMETERS, into="wish", make=wish_of)
 @click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
 @grown_target_options
 @input_options(

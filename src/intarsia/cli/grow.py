@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ..errors import ParameterError, ResourceError
+from ..levelling import Finish, Levelling
 from ..methods.base import METHODS, make, method_class
 from ..params import parameters, parse
 from .options import (
@@ -50,20 +51,29 @@ OWN = (
         "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
         help="How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
     ),
+    opt(
+        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
+        help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
+    ),
 )  # fmt: skip
 
 UNION = method_parameters({o.field for o in OWN})
 PARAMETERS = tuple(method_option(p, owners, len(owners) == len(METHODS)) for p, owners in UNION.values())
 
 
-def wish_of(method: str, feather: int | None, mixing: str | None, **given: Any) -> Wish:
+def finish_of(level: int | None) -> tuple[Finish, ...] | None:
+    """Understand --level; None leaves things as they are."""
+    return None if level is None else (Levelling(level),) if level else ()
+
+
+def wish_of(method: str, feather: int | None, mixing: str | None, level: int | None = None, **given: Any) -> Wish:
     """Understand the options on method and canvas."""
     size, wrap = given.pop("size", None), given.pop("wrap")
     own = {p.name: p for p in parameters(method_class(method))}
     values = {n: parse(own.get(n, UNION[n][0]), text) for n, text in given.items() if text is not None}
     if feather is not None and "feather" in own:  # a method may have a feather of its own
         values["feather"], feather = feather, None
-    return Wish(make(method, values), size, wrap, feather, mixing)
+    return Wish(make(method, values), size, wrap, feather, mixing, finish=finish_of(level))
 
 
 @click.command(

@@ -9,7 +9,7 @@ import click
 from ..errors import ParameterError
 from ..methods.base import METHODS, Ability, make, method_class
 from ..params import parameters, parse
-from .grow import DEFAULT_METHOD, SAMPLES, check_stdout
+from .grow import DEFAULT_METHOD, SAMPLES, check_stdout, finish_of
 from .grow import OWN as GROWN
 from .options import (
     FILE,
@@ -49,7 +49,7 @@ OWN = (
         "method", "--method", "-m", type=click.Choice(GUIDED), default=DEFAULT_METHOD, show_default=True,
         help="How to grow; `intarsia methods` tells of each.",
     ),
-    *(o for o in GROWN if o.field in ("wrap", "feather", "mixing")),
+    *(o for o in GROWN if o.field in ("wrap", "feather", "mixing", "level")),
 )  # fmt: skip
 
 UNION = {
@@ -63,9 +63,10 @@ PARAMETERS = tuple(method_option(p, owners, len(owners) == len(GUIDED)) for p, o
 def _wish(method: str, labels: tuple[str, ...], target: str, **given: Any) -> Wish:
     told = Labels(labels, target, given.pop("weight"), given.pop("reach"))
     wrap, feather, mixing = given.pop("wrap"), given.pop("feather"), given.pop("mixing")
+    finish = finish_of(given.pop("level"))
     own = {p.name: p for p in parameters(method_class(method))}
     values = {n: parse(own.get(n, UNION[n][0]), text) for n, text in given.items() if text is not None}
-    return Wish(make(method, values), None, wrap, feather, mixing, labels=told)
+    return Wish(make(method, values), None, wrap, feather, mixing, labels=told, finish=finish)
 
 
 @click.command(

@@ -120,7 +120,8 @@ def blend_of(wish: Wish, method: Method) -> Blend:
         return Blend(0)
     own = method.blend
     feather = own.feather if wish.feather is None else wish.feather
-    return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing))
+    finish = own.finish if wish.finish is None else wish.finish
+    return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing), finish)
 
 
 def orders_of(

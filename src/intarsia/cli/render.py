@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError, ParameterError
 from .exits import CANCEL
-from .grow import check_stdout
+from .grow import check_stdout, finish_of
 from .options import FILE, common, gathered, input_options, opt, report_options, target_options
 from .report import Report
 from .request import Inputs, Targets
@@ -23,8 +23,15 @@ if TYPE_CHECKING:
 class View:
     """Which part of a map to draw, and how soft."""
 
-    def __init__(self, feather: int | None, mixing: str | None, window: tuple[int, int, int, int] | None) -> None:
+    def __init__(
+        self,
+        feather: int | None,
+        mixing: str | None,
+        level: int | None,
+        window: tuple[int, int, int, int] | None,
+    ) -> None:
         self.feather, self.mixing, self.window = feather, mixing, window
+        self.finish = finish_of(level)
 
 
 VIEW_OPTIONS = (
@@ -35,6 +42,11 @@ VIEW_OPTIONS = (
     opt(
         "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
         help="How pieces mix within the feather; by default as it was grown.",
+    ),
+    opt(
+        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
+        help="Even out steps of light and colour so far to either side of seams, 0: leave them; by default as it was "
+        "grown.",
     ),
     opt(
         "window", "--window", type=Rectangle(),
@@ -118,6 +130,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     blend = Blend(
         smap.blend.feather if view.feather is None else view.feather,
         smap.blend.mixing if view.mixing is None else Mixing(view.mixing),
+        smap.blend.finish if view.finish is None else view.finish,
     )
     with report.watching(len(pictures)) as meter, Staging(targets.force) as staging:
         for name, path in pictures.items():
@@ -132,7 +145,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
         "files": [{"path": path, "holds": name} for name, path in pictures.items()],
         "size": [width, height],
         "window": [x, y, width, height],
-        "blend": {"feather": blend.feather, "mixing": blend.mixing.value},
+        "blend": blend.told,
         "exemplars": [{"sha256": e.digest, "size": [e.width, e.height]} for e in exemplars],
         "timings": {"total": round(seconds, 3)},
     }

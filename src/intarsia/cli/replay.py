@@ -127,10 +127,11 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
             str(entry["sha256"])
         method, begin = make(recipe["method"], given), _begin(recipe)
         size = (width, height) if begin is None else None
-        feather = Blend(_whole(blend["feather"])).feather
+        _whole(blend["feather"])
+        joined = Blend.of(blend)
         if size is not None:
             Canvas(height, width)
-        wish = Wish(method, size, recipe["wrap"], feather, blend["mixing"], begin)
+        wish = Wish(method, size, recipe["wrap"], joined.feather, blend["mixing"], begin, finish=joined.finish)
         return wish, check_seed(_whole(recipe["seed"]))
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None

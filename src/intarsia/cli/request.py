@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import ParameterError
+from ..levelling import Finish
 from ..methods.base import Method
 
 
@@ -102,6 +103,7 @@ class Wish:
     begin: Begin | None = None
     labels: Labels | None = None
     start: tuple[str, int | None] | None = None
+    finish: tuple[Finish, ...] | None = None
 
     @property
     def files(self) -> tuple[str, ...]:

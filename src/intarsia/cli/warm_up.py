@@ -61,6 +61,7 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     from ..exemplar import Exemplar
     from ..guide import Guide
     from ..image import Kind, Plane
+    from ..levelling import Levelling
     from ..methods.base import make, method_class
     from ..params import parameters
     from ..run import Run
@@ -99,6 +100,7 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     for plane in planes:
         for feather in (0, 3):
             grown.render(plane, feather=feather, run=run)
+        grown.render(plane, finish=(Levelling(8),), run=run)
 
 
 def _find_lattice() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from .jit import kernel
 
 STIFF, PULL = 10, 4  # of unlike neighbours, and of a displacement, per px squared, in units of UNIT
+WORTH = 20  # per cent of the misfit that bending must take away, else the block stays stiff: fine stripes would jag
 UNIT = 256  # what a node's data weigh, on the average
 SWEEPS = 8
 
@@ -99,7 +100,7 @@ def spread_moves(moves: Any, spacing: int, field: Any) -> None:
 def bend(
     picture: Any, usable: Any, places: Any, values: Any, reach: int, spacing: int, core: Any, shift: Any
 ) -> None:  # fmt: skip
-    """Bend a block: `shift` (h, w, 2), everywhere that of the whole block, is changed by at most `reach` px.
+    """Bend a block where that pays: `shift` (h, w, 2), that of the whole block, is changed by at most `reach` px.
 
     Parts that would leave the usable exemplar, of those that `core` says the block must fill, stay as they are.
     """
@@ -110,6 +111,13 @@ def bend(
     node_costs(picture, usable, places, values, ty, tx, reach, spacing, cost)
     moves = np.zeros((*cost.shape[:2], 2), np.int64)
     settle(cost, STIFF, PULL, moves)
+    stiff, bent = np.int64(0), np.int64(0)
+    for i in range(cost.shape[0]):
+        for j in range(cost.shape[1]):
+            stiff += cost[i, j, reach, reach]
+            bent += cost[i, j, reach + moves[i, j, 0], reach + moves[i, j, 1]]
+    if 100 * bent > (100 - WORTH) * stiff:
+        return
     field = np.empty((h, w, 2), np.int64)
     spread_moves(moves, spacing, field)
     height, width = usable.shape

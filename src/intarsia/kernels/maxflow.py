@@ -146,6 +146,44 @@ def _drain(
 
 
 @kernel
+def push_flow(
+    kind: NDArray[np.uint8], room: NDArray[np.int32], excess: NDArray[np.int64], stride: int
+) -> NDArray[np.int32]:
+    """Send all that can flow from the new pixels, and what waits in `excess`, to the old ones.
+
+    Returns each pixel's distance to an old one along arcs with room left; the size where there is no way. `room`
+    and `excess` are used up.
+    """
+    size = kind.size
+    level = np.empty(size, np.int32)
+    reached = np.empty(size, np.int32)
+    queue = np.empty(size + 1, np.int32)
+    queued = np.zeros(size, np.uint8)
+    step = np.array([1, -1, stride, -stride])
+    _measure_heights(kind, room, step, level, reached)
+    head, tail = 0, 0
+    for v in range(size):
+        if kind[v] == FREE and excess[v] > 0 and queued[v] == 0:
+            queued[v] = 1
+            queue[tail] = v
+            tail += 1
+        if kind[v] == NEW:
+            for d in range(4):
+                u = v + step[d]
+                room[4 * u + (d ^ 1)] += room[4 * v + d]
+                excess[u] += room[4 * v + d]
+                if room[4 * v + d] > 0 and kind[u] == FREE and queued[u] == 0:
+                    queued[u] = 1
+                    queue[tail] = u
+                    tail += 1
+                room[4 * v + d] = 0
+    while head != tail:
+        head, tail = _drain(kind, room, step, level, excess, queue, queued, head, tail)
+        _measure_heights(kind, room, step, level, reached)
+    return level
+
+
+@kernel
 def grid_min_cut(
     state: NDArray[np.uint8], right: NDArray[np.int32], down: NDArray[np.int32], out: NDArray[np.uint8]
 ) -> int:
@@ -165,29 +203,9 @@ def grid_min_cut(
     size = (height + 2) * stride
     kind = np.empty(size, np.uint8)
     room = np.empty(4 * size, np.int32)
-    level = np.empty(size, np.int32)
     excess = np.zeros(size, np.int64)
-    reached = np.empty(size, np.int32)
-    queue = np.empty(size + 1, np.int32)
-    queued = np.zeros(size, np.uint8)
-    step = np.array([1, -1, stride, -stride])
     _fill_room(state, right, down, kind, room)
-    _measure_heights(kind, room, step, level, reached)
-    head, tail = 0, 0
-    for v in range(size):
-        if kind[v] == NEW:
-            for d in range(4):
-                u = v + step[d]
-                room[4 * u + (d ^ 1)] += room[4 * v + d]
-                excess[u] += room[4 * v + d]
-                if room[4 * v + d] > 0 and kind[u] == FREE and queued[u] == 0:
-                    queued[u] = 1
-                    queue[tail] = u
-                    tail += 1
-                room[4 * v + d] = 0
-    while head != tail:
-        head, tail = _drain(kind, room, step, level, excess, queue, queued, head, tail)
-        _measure_heights(kind, room, step, level, reached)
+    level = push_flow(kind, room, excess, stride)
     for y in range(height):
         for x in range(width):
             out[y, x] = 0 if level[(y + 1) * stride + x + 1] < size else 1

@@ -51,6 +51,7 @@ class Method(Protocol):
 METHODS = {
     "image-quilting": ("image_quilting", "ImageQuilting"),
     "patch-sampling": ("patch_sampling", "PatchSampling"),
+    "graphcut": ("graphcut", "Graphcut"),
     "segment-based": ("segment_based", "SegmentBased"),
     "near-regular": ("near_regular", "NearRegular"),
     "best-tile": ("best_tile", "BestTile"),

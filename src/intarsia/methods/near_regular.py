@@ -8,6 +8,8 @@ parallelograms of whole periods, upright where the lattice allows it; positions 
 real lattice vectors; a seam may hang outside the exemplar; every position is used equally often; gaps are cut in along
 the cheapest seam, each inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
 
+Courses that converge or bow are laid straight first, by a map of whole pixels (S1-52); how is this project's own.
+
 A lattice of one vector (brick courses of free joints, boards) is laid course by course from whole bricks, which is not
 in the source.
 
@@ -70,7 +72,7 @@ class NearRegular:
     )  # fmt: skip
     slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
     bend: int = param(
-        1, "int", "with variant=mosaic: how far parts of a gap's block may move so that lines meet; 0: stiff",
+        0, "int", "with variant=mosaic: how far parts of a gap's block may move so that lines meet; 0: stiff",
         low=0, high=8, unit="px",
     )
     variant: str = param(
@@ -84,6 +86,11 @@ class NearRegular:
     isometries: str | tuple[int, ...] = param(
         "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
     )
+    straighten: str = param(
+        "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
+        "repeat much better, not with given vectors; on: wherever they are not straight; vectors then hold after it",
+        choices=("auto", "on", "off"),
+    )  # fmt: skip
     channel_weights: tuple[float, ...] | None = param(
         AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
         low=0, high=1e6,
@@ -94,30 +101,30 @@ class NearRegular:
 
     @property
     def blend(self) -> sourcemap.Blend:
-        """Exact copies; the plain variant mixes its blocks over 4 px."""
-        return sourcemap.Blend(4 if self.variant == "plain" else 0)
+        """Exact copies; the plain variant mixes its blocks over 4 px, straight courses the steps of edges over 2."""
+        return sourcemap.Blend(4 if self.variant == "plain" else 2 if self.straighten == "on" else 0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
-        """Find the lattice; MethodError where there is none."""
+        """Lay the courses straight and find the lattice; MethodError where there is none."""
         plain = self.variant == "plain"
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
-        if self.lattice is AUTO:
-            lattice = analysis.lattice_of(exemplars[0], self.slug, self.channel_weights)
-        else:
-            lattice = self.lattice
-            analysis.check_lattice(lattice, exemplars[0])
+        footing = analysis.footing(self, exemplars[0])
+        laid, lattice = footing.exemplar, footing.lattice
         upright = "variant=plain lays all blocks" if plain else "a lattice of one vector has courses that are laid"
         if self.isometries not in ("none", (0,)) and (plain or len(lattice) == 1):
             raise ParameterError(f"isometries={self.isometries}: {upright} upright; leave it out.")
-        poses = analysis.settled_poses(self.isometries, lattice, exemplars[0], self.channel_weights)
-        return replace(self, lattice=lattice, block=block, border=border, isometries=poses)
+        poses = analysis.settled_poses(self.isometries, lattice, laid, self.channel_weights)
+        straighten = "off" if footing.straight is None else "on"
+        return replace(self, lattice=lattice, block=block, border=border, isometries=poses, straighten=straighten)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.settled(exemplars, canvas)
-        yx, pose = self._laid(method, exemplars[0], canvas, seed, run)
-        return sourcemap.SourceMap(yx, None, pose, (exemplars[0].source,), canvas.wrap, self.blend)
+        footing = analysis.footing(method, exemplars[0])
+        yx, pose = self._laid(method, footing.exemplar, canvas, seed, run)
+        yx, source = footing.to_exemplar(yx), exemplars[0].source
+        return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
     def _laid(
         self, method: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, run: Run

@@ -15,9 +15,11 @@ from ..exemplar import Exemplar
 from ..geometry import Box, Wrap
 from ..guide import Guide
 from ..image import Kind, Plane, Transfer
+from ..levelling import Levelling
 from ..methods.base import Ability, make
+from ..render import render
 from ..run import Run
-from ..sourcemap import SourceMap, identity
+from ..sourcemap import Blend, SourceMap, identity
 from ..synthesis import synthesize
 from .cases import Case, as_depth, texture
 from .maps import looked_up, replayed, same_map, which_of
@@ -35,7 +37,7 @@ class MethodContract(StartLaws):
     """
 
     def test_every_pixel_is_a_usable_exemplar_pixel(self) -> None:
-        """Law 1: without feather every output pixel is, bit for bit, the usable pixel that the map names."""
+        """Law 1: without feather or finish every output pixel is, bit for bit, the usable pixel that the map names."""
 
         def law(case: Case) -> None:
             out = case.grow(self.method)
@@ -127,6 +129,24 @@ class MethodContract(StartLaws):
                 border[axis] += steps[-1]
                 worst[axis] += steps[:-1].max()
         assert (border <= 1.1 * worst).all()
+
+    def test_a_finished_picture_obeys_the_laws_of_drawing(self, tmp_path: Path) -> None:
+        """Laws 2, 4, 5 and 10 hold with a finish, too: type, threads, windows, and what is saved."""
+        blend = Blend(2, finish=(Levelling(5),))
+
+        def law(case: Case) -> None:
+            out = replace(case.grow(self.method), blend=blend)
+            whole, base = out.render(run=Run(1)), case.exemplars[0].base
+            assert (whole.pixels.dtype, whole.pixels.shape[2:]) == (base.pixels.dtype, base.pixels.shape[2:])
+            assert out.render(run=Run(2)).pixels.tobytes() == whole.pixels.tobytes()
+            y, x = case.size[0] // 3, case.size[1] // 2
+            part = out.render(box=Box(y, x, case.size[0], case.size[1])).pixels
+            assert part.tobytes() == np.ascontiguousarray(whole.pixels[y:, x:]).tobytes()
+            replace(out.map, blend=blend).save(tmp_path / "map.npz")
+            loaded = SourceMap.load(tmp_path / "map.npz")
+            assert render(out.exemplars, loaded).pixels.tobytes() == whole.pixels.tobytes()
+
+        self.for_all(law, 4)
 
     def test_inputs_are_never_written_to(self) -> None:
         """Law 8: arrays given stay as they are, and may be read-only, of any order and any strides."""

@@ -97,5 +97,5 @@ def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
         make(told["method"], values),
         seed=told["seed"],
         wrap=told["wrap"],
-        blend=Blend(**told["blend"]),
+        blend=Blend.of(told["blend"]),
     )

@@ -1,0 +1,173 @@
+"""Graph-cut textures: patches of free shape, whose seams later patches may cover again.
+
+Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synthesis Using Graph Cuts", ACM
+Transactions on Graphics (SIGGRAPH) 2003.
+
+Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
+around its window than `reach`; several placements are drawn and the one with the cheapest cut is kept (`tries`, 1 as
+published); what is shown already costs a little more; the energy of old seams lies on the pixel grid itself, without
+nodes of their own; refinement matches what lies around the bad place, not the bad place itself. Under a guide patches
+are chosen as in image quilting, and nothing is refined.
+
+Cost: for each window and each refinement one FFT search and `tries` maximum flows over the window, about
+2 N_out / pitch^2 of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from ..errors import ParameterError
+from ..lazy import lazy
+from ..params import AUTO, check, extent, param
+from .base import Ability
+
+if TYPE_CHECKING:
+    from .. import analysis, sourcemap
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+else:
+    analysis = lazy("intarsia.analysis")
+    sourcemap = lazy("intarsia.sourcemap")
+
+STAGE = 2403  # keeps this method's draws apart from those of others
+TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
+
+
+@dataclass(frozen=True)
+class Graphcut:
+    """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
+
+    slug: ClassVar[str] = "graphcut"
+    paper: ClassVar[str] = "Kwatra et al. 2003"
+    summary: ClassVar[str] = "patches of free shape, worst seams covered anew"
+    supports: ClassVar[frozenset[Ability]] = frozenset(
+        {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
+    )
+
+    patch: int | tuple[int, int] | None = param(
+        AUTO, "extent", "side of a window; automatic: one and a half elements of the texture",
+        low=1, high=1 << 16, unit="px",
+    )  # fmt: skip
+    overlap: int | tuple[int, int] | None = param(
+        AUTO, "extent", "width that two neighbours share; automatic: half of the patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
+    placement: str = param(
+        "sub", "choice", "what a placement is chosen by: the window, all that the entire exemplar covers, or chance",
+        choices=("sub", "entire", "random"),
+    )  # fmt: skip
+    randomness: float = param(
+        0.01, "float", "how far from the best a placement may be, as a share of the exemplar's variance",
+        low=1e-6, high=100,
+    )  # fmt: skip
+    tries: int = param(2, "int", "placements that are cut in for each window; the cheapest cut is kept", low=1, high=16)
+    reach: int | None = param(
+        AUTO, "int", "how far around its window a patch may replace what is there; automatic: a sixth of the patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
+    refinements: int | None = param(
+        AUTO, "int", "how often the worst seam is covered anew; automatic: as often as there are windows",
+        low=0, high=1 << 24,
+    )  # fmt: skip
+    seam: str = param(
+        "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
+        choices=("difference", "gradient"),
+    )  # fmt: skip
+    channel_weights: tuple[float, ...] | None = param(
+        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
+        low=0, high=1e6,
+    )  # fmt: skip
+    isometries: str | tuple[int, ...] = param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
+    usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+
+    def __post_init__(self) -> None:
+        check(self)
+        if self.patch is not AUTO and self.overlap is not AUTO:
+            for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
+                if overlap >= side:
+                    raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    @property
+    def pitch(self) -> tuple[int, int]:
+        """Step from window to window, (rows, columns) px; known once patch and overlap are."""
+        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
+        return patch[0] - overlap[0], patch[1] - overlap[1]
+
+    @property
+    def footprint(self) -> tuple[int, int]:
+        """Rows and columns of the exemplar that a patch needs."""
+        return extent(self.patch or 0)
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
+        """Decide window, overlap, reach and refinements from the texture's elements and the canvas."""
+        patch = self.patch
+        if patch is AUTO and canvas.guide is None:
+            patch = analysis.large_patch(exemplars)
+        elif patch is AUTO:
+            patch = analysis.default_patch(exemplars, canvas.guide)
+        rows, columns = extent(patch)
+        isometries = analysis.settled_isometries(self.isometries, exemplars, (rows, columns))
+        analysis.check_patch(patch, exemplars, isometries)
+        if canvas.guide is not None:
+            analysis.check_guide(exemplars, canvas.guide, patch)
+        half = (rows // 2, columns // 2) if rows != columns else rows // 2
+        overlap = half if self.overlap is AUTO else self.overlap
+        reach = min(rows, columns) // 6 if self.reach is AUTO else self.reach
+        settled = replace(self, patch=patch, overlap=overlap, reach=reach, isometries=isometries)
+        if self.refinements is AUTO:
+            settled = replace(settled, refinements=math.prod(settled.laying(0).layout(canvas).shape))
+        return settled
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Fill the canvas window by window, then cover the worst seams."""
+        method = self.settled(exemplars, canvas)
+        if canvas.guide is not None:
+            return method.guided(exemplars, canvas, seed, run)
+        growth = analysis.Growth(method.laying(0), exemplars, canvas)
+        stitching = analysis.Stitching(growth, method.stitch)
+        stitching.fill(seed, STAGE, run, method.refinements or 0)
+        stitching.refine(seed, STAGE, run, method.refinements or 0)
+        return growth.map(self.blend)
+
+    def guided(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Grow under a guide: patches are chosen window by window as it says, and cut in with old seams remembered."""
+
+        def fill(growth: analysis.Growth, stage: int, part: tuple[int, int]) -> None:
+            stitching = analysis.Stitching(growth, self.stitch)
+            # One window after the other: a cut looks at the pixels beside its window, too.
+            growth.fill(
+                seed, STAGE + stage, replace(run, threads=1), part=part, choose=TOLERANCE,
+                join=lambda at, pick, found: stitching.paste(
+                    stitching.cut((*at, *growth.layout.patch), pick, 0)
+                ),
+            )  # fmt: skip
+
+        return analysis.grown(self.laying(self.usage), exemplars, canvas, self.blend, fill)
+
+    @property
+    def stitch(self) -> analysis.Stitch:
+        """How patches are placed and joined; known once reach is."""
+        return analysis.Stitch(
+            self.placement, self.randomness, self.tries, self.usage, self.seam == "gradient", self.reach or 0
+        )
+
+    def laying(self, usage: float) -> analysis.Laying:
+        """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""
+        overlap, boundary = extent(self.overlap or 0), min(self.footprint) // 2
+        return analysis.Laying(
+            patch=self.footprint, overlap=overlap, weights=self.channel_weights, isometries=self.isometries,
+            usage=usage, rim=max(overlap), boundary=boundary, boundary_isometries=self.isometries,
+            slack=analysis.slack_of(self.footprint, boundary, None),
+        )  # fmt: skip
