@@ -299,6 +299,30 @@ def case_pixels() -> list[Result]:
     ]
 
 
+def case_patch_sampling() -> list[Result]:
+    """The source's own 25/5; what repeats cost is left out, as it had no price there."""
+    method = ia.PatchSampling(patch=25, overlap=5, repetition="none", search="exact")
+
+    def work(side: int, size: int) -> Callable[[], object]:
+        exemplar = np.ascontiguousarray(pixels()[:side, :side])
+        return lambda: ia.synthesize(exemplar, size, method, run=ONE).render(run=ONE)
+
+    return [
+        timed("patch sampling 25/5, 200x200 from 200x200, exact", 2, work(200, 200)),
+        timed("patch sampling 25/5, 1024x1024 from 256x256, exact", 12, work(256, 1024)),
+    ]
+
+
+def case_healing() -> list[Result]:
+    hole = np.zeros((256, 256), bool)
+    hole[64:192, 64:192] = True
+
+    def work() -> object:
+        return ia.heal(pixels(), hole, run=ONE).render(run=ONE)
+
+    return [timed("healing a hole of 128x128 px in 256x256 px", 8, work)]
+
+
 def case_graphcut() -> list[Result]:
     """Large patches of free shape, the worst seams covered anew."""
     small = np.ascontiguousarray(pixels()[:192, :192])
@@ -347,6 +371,8 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "elements": case_elements,
     "segments": case_segments,
     "segment-based": case_segment_based,
+    "patch-sampling": case_patch_sampling,
+    "healing": case_healing,
     "pixels": case_pixels,
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,

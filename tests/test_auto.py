@@ -144,7 +144,7 @@ class TestAsked:
 
     def test_a_wrapped_canvas_that_no_period_fits_falls_to_the_next_method(self) -> None:
         tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (5, 5))
-        made = ia.synthesize(tile, (101, 101), wrap="both")
+        made = ia.synthesize(tile, (101, 101), "auto", wrap="both")
         assert made.map.yx.shape == (101, 101, 2)
         assert not made.map.holes.any()
 
@@ -159,7 +159,7 @@ class TestAsked:
 class TestSynthesis:
     def test_the_recipe_names_the_method_and_replays_without_auto(self) -> None:
         pixels = texture(70, 64, 3)
-        made = ia.synthesize(pixels, 100, seed=4)
+        made = ia.synthesize(pixels, 100, "auto", seed=4)
         assert made.recipe["method"] == made.method.slug != "auto"
         assert made.recipe["auto"]["rule"] == made.choice.rule
         again = ia.synthesize(pixels, 100, made.method, seed=4)
@@ -171,13 +171,14 @@ class TestSynthesis:
         pixels = texture(60, 60, 3)
         hole = np.zeros((60, 60), bool)
         hole[20:30, 25:40] = True
-        assert ia.heal(pixels, hole).map.digest == ia.heal(pixels, hole, "image-quilting").map.digest
+        assert ia.heal(pixels, hole, "auto").map.digest == ia.heal(pixels, hole, "image-quilting").map.digest
         margins = ia.Margins(right=20)
-        assert ia.extend(pixels, margins).map.digest == ia.extend(pixels, margins, ia.ImageQuilting()).map.digest
+        plain = ia.extend(pixels, margins, ia.ImageQuilting())
+        assert ia.extend(pixels, margins, "auto").map.digest == plain.map.digest
 
     def test_warnings_are_notes_of_the_run(self) -> None:
         run = ia.Run()
-        ia.synthesize(texture(20, 20, 3), 40, run=run)
+        ia.synthesize(texture(20, 20, 3), 40, "auto", run=run)
         assert any("only 20 px" in note for note in run.notes)
 
 
@@ -324,38 +325,40 @@ def run(*args: object, code: int = 0) -> Result:
 @pytest.mark.usefixtures("folder")
 class TestCommands:
     def test_explain_tells_measurements_rule_method_and_command(self) -> None:
-        said = run("grow", "wall.png", "-o", "out.png", "--size", 150, "--explain").stderr
+        said = run("grow", "wall.png", "-mauto", "-o", "out.png", "--size", 150, "--explain").stderr
         for word in ("lattice", "elements", "rule", "method", "parameters", "command"):
             assert f"\n{word} " in said
         assert "near-regular" in said
 
     @pytest.mark.parametrize("exemplar", ["wall.png", "blobs.png"])
     def test_the_command_repeats_the_picture_without_auto(self, exemplar: str) -> None:
-        done = run("grow", exemplar, "-o", "out.png", "--size", "150x140", "--trials", 3, "--wrap", "x", "--json")
+        asked = ("-mauto", "--size", "150x140", "--trials", 3, "--wrap", "x")
+        done = run("grow", exemplar, *asked, "-o", "out.png", "--json")
         told = json.loads(done.stdout)
         words = shlex.split(told["auto"]["command"])
         assert words[:2] == ["intarsia", "grow"]
         assert words[words.index("--method") + 1] == told["method"]
         run(*words[1:], "--force")
         first = np.asarray(ia.read("out.png").base.pixels)
-        run("grow", exemplar, "-o", "auto.png", "--size", "150x140", "--trials", 3, "--wrap", "x")
+        run("grow", exemplar, "-mauto", "-o", "auto.png", "--size", "150x140", "--trials", 3, "--wrap", "x")
         assert (np.asarray(ia.read("auto.png").base.pixels) == first).all()
 
     def test_json_holds_the_choice_and_measurements_if_asked(self) -> None:
-        plain = json.loads(run("grow", "wall.png", "-o", "a.png", "--json", "--size", 140).stdout)["auto"]
+        plain = json.loads(run("grow", "wall.png", "-mauto", "-o", "a.png", "--json", "--size", 140).stdout)["auto"]
         assert set(plain) == {"rule", "why", "command"}
-        full = json.loads(run("grow", "wall.png", "-o", "b.png", "--json", "--explain", "--trials", 2).stdout)["auto"]
+        told = run("grow", "wall.png", "-mauto", "-o", "b.png", "--json", "--explain", "--trials", 2).stdout
+        full = json.loads(told)["auto"]
         assert set(full) == {"rule", "why", "command", "measurements", "scores"}
         assert len(full["scores"]) == 2
         assert {"value", "confidence", "says"} == set(full["measurements"]["lattice"])
 
     def test_dry_run_explains_without_growing(self) -> None:
-        said = run("grow", "wall.png", "-o", "out.png", "--explain", "--dry-run").stderr
+        said = run("grow", "wall.png", "-mauto", "-o", "out.png", "--explain", "--dry-run").stderr
         assert "rule" in said
         assert not Path("out.png").exists()
 
     def test_an_option_restricts_the_choice(self) -> None:
-        told = json.loads(run("grow", "wall.png", "-o", "out.png", "--patch", 20, "--json").stdout)
+        told = json.loads(run("grow", "wall.png", "-mauto", "-o", "out.png", "--patch", 20, "--json").stdout)
         assert told["method"] == "image-quilting"
         assert told["parameters"]["patch"] == 20
 
@@ -377,17 +380,17 @@ class TestCommands:
         assert not Path("out.png").exists()
 
     def test_the_method_is_part_of_the_name(self) -> None:
-        run("grow", "wall.png", "-o", "{method}.png", "--size", 140)
+        run("grow", "wall.png", "-mauto", "-o", "{method}.png", "--size", 140)
         assert Path("near-regular.png").exists()
 
     def test_analyze_suggests_what_auto_chooses(self) -> None:
         for name in ("wall.png", "blobs.png"):
             found = json.loads(run("analyze", name, "--json").stdout)["suggested"]
-            made = json.loads(run("grow", name, "-o", f"grown_{name}", "--json").stdout)
+            made = json.loads(run("grow", name, "-mauto", "-o", f"grown_{name}", "--json").stdout)
             assert (found["rule"], found["method"]) == (made["auto"]["rule"], made["method"])
 
     def test_replay_follows_the_recipe(self) -> None:
-        run("grow", "blobs.png", "-o", "out.png", "--trials", 3)
+        run("grow", "blobs.png", "-mauto", "-o", "out.png", "--trials", 3)
         run("replay", "out.png", "-o", "again.png", "-e", "blobs.png")
         assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
 

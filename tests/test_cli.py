@@ -95,7 +95,8 @@ class TestListings:
 import os, sys
 from click.testing import CliRunner
 from intarsia.cli.app import cli
-calls = [["--help"], ["grow", "--help"], ["render", "-h"], ["replay", "-h"], ["analyze", "-h"], ["warm-up", "-h"],
+from intarsia.cli.app import COMMANDS
+calls = [["--help"], *([name, "-h"] for name in COMMANDS), *([name, "--frobnicate"] for name in COMMANDS),
          ["methods"], ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
          ["grow", "a", "-o", "b", "--size", "x"], ["grow", "a.png", "-o", "b.png", "--patch", "0"],
          ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"],
@@ -116,7 +117,7 @@ assert not heavy, heavy
 class TestGrow:
     def test_makes_what_the_library_makes_and_replay_repeats_it_byte_for_byte(self) -> None:
         run(*GROW, "-o", "out.png", "--seed", 5, "--wrap", "both", "--overlap", 4, "--isometries", "180")
-        method = ia.Auto(given={"patch": 12, "overlap": 4, "isometries": "180"})
+        method = ia.ImageQuilting(patch=12, overlap=4, isometries="180")
         made = ia.synthesize("a.png", (50, 64), method, seed=5, wrap="both")
         ia.write("library.png", made.render(), recipe=made.recipe_text)
         run("replay", "out.png", "--exemplar", "a.png", "-o", "again.png")

@@ -57,8 +57,15 @@ def moss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     draws = np.random.default_rng(1)
     colour = draws.integers(0, 256, (96, 96, 3), dtype=np.uint8)
     normal = np.dstack([colour[:, :, :2] // 4 + 96, np.full((96, 96), 250, np.uint8)])
+    half = np.repeat(np.array([[0, 255]], np.uint8), 48, axis=1).repeat(96, axis=0)
     pictures = {
         "moss": colour,
+        "coast": np.where(half[:, :, None] > 0, colour // 2, 255 - colour // 2).astype(np.uint8),
+        "sand": 255 - colour // 2,
+        "coast_labels": half,
+        "sand_labels": half * 0,
+        "moss_labels": half * 0 + 255,
+        "island": np.pad(np.full((50, 60), 255, np.uint8), 30),
         "moss_albedo": colour,
         "moss_normal": normal,
         "moss_height": draws.integers(0, 65536, (96, 96), dtype=np.uint16),

@@ -50,7 +50,7 @@ def automatic(run: ia.Run) -> ia.Synthesis:
 
 
 def chosen(run: ia.Run) -> ia.Synthesis:
-    return ia.synthesize(bricks(80, 96, 5), 150, seed=1, run=run)
+    return ia.synthesize(bricks(80, 96, 5), 150, "auto", seed=1, run=run)
 
 
 def tried(run: ia.Run) -> ia.Synthesis:

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.analysis import Growth, GuidedSearch, Laying
+from intarsia.analysis import Growth, Laying
 from intarsia.analysis.boundary import strays
 from intarsia.analysis.guidance import ONE, label_sets, pure_patch
 from intarsia.analysis.guided_search import seam_unit
@@ -22,8 +22,13 @@ from intarsia.testing.cases import texture
 from intarsia.testing.maps import which_of
 
 Pixels = NDArray[Any]
-METHODS = [ia.ImageQuilting(patch=16, overlap=5), ia.PatchSampling(patch=10, overlap=3)]
-BOTH = pytest.mark.parametrize("method", METHODS, ids=["image-quilting", "patch-sampling"])
+METHODS = [
+    ia.ImageQuilting(patch=16, overlap=5),
+    ia.PatchSampling(patch=10, overlap=3),
+    ia.PatchSampling(patch=8, overlap=4, search="pyramid", isometries="both"),
+]
+"""The last as in the source's figure 5.6: labels, pyramid and isometries together."""
+BOTH = pytest.mark.parametrize("method", METHODS, ids=["image-quilting", "patch-sampling", "with-a-pyramid"])
 
 
 def labels(pixels: Pixels) -> Plane:
@@ -115,7 +120,7 @@ class TestClasses:
 class Scene:
     """A window of random pixels under a boundary, and a slow search of every patch."""
 
-    def __init__(self, weight: float, exact: bool, isometries: str = "none") -> None:
+    def __init__(self, weight: float, search: str, isometries: str = "none") -> None:
         rng = np.random.default_rng(5)
         self.marks = (rng.random((8, 9)).repeat(5, 0).repeat(5, 1) > 0.5).astype(np.uint8)
         self.target = np.zeros((12, 12), np.uint8)
@@ -123,8 +128,9 @@ class Scene:
         self.target[8:, 3:] = 1
         exemplar = painted(self.marks)
         guide = Guide(labels(self.marks), labels(self.target), weight)
-        search = "exact" if exact else "fast"
-        laying = Laying((12, 12), (4, 4), isometries=isometries, search=search, boundary_isometries="none")
+        laying = Laying(
+            (12, 12), (4, 4), isometries=isometries, search=search, pyramid=("mean", 8), boundary_isometries="none"
+        )
         self.growth = Growth(laying, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = seam_unit(exemplar, None)
         self.weight = weight
@@ -134,7 +140,7 @@ class Scene:
         self.growth.patchwork.variant[4:, 4:] = HOLE
 
     @property
-    def guided(self) -> GuidedSearch:
+    def guided(self) -> Any:
         assert self.growth.guided is not None
         return self.growth.guided
 
@@ -162,8 +168,9 @@ class Scene:
 class TestCost:
     @pytest.mark.parametrize("weight", [0.0, 0.3, 2.0, 100.0])
     @pytest.mark.parametrize("isometries", ["none", "both"])
-    def test_candidates_cost_seam_and_labels_together(self, weight: float, isometries: str) -> None:
-        scene = Scene(weight, exact=True, isometries=isometries)
+    @pytest.mark.parametrize("search", ["exact", "pyramid"])
+    def test_candidates_cost_seam_and_labels_together(self, weight: float, isometries: str, search: str) -> None:
+        scene = Scene(weight, search, isometries)
         rows = scene.found().rows
         assert len(rows) == 16
         for cost, v, u, s in rows.tolist():
@@ -171,16 +178,16 @@ class TestCost:
             assert scene.guided.allowed[0b11][v][u, s]
 
     @pytest.mark.parametrize("weight", [0.3, 2.0, 100.0])
-    @pytest.mark.parametrize("exact", [True, False])
-    def test_the_best_of_all_is_found(self, weight: float, exact: bool) -> None:
-        scene = Scene(weight, exact)
+    @pytest.mark.parametrize(("search", "among"), [("exact", 1), ("fast", 5), ("pyramid", 5)])
+    def test_the_best_of_all_is_found(self, weight: float, search: str, among: int) -> None:
+        scene = Scene(weight, search)
         (allowed,) = scene.guided.allowed[0b11]
         every = sorted(scene.cost(0, int(u), int(s)) for u, s in zip(*np.nonzero(allowed), strict=True))
         best = scene.found().rows[0, 0]
-        assert best <= every[0] * 1.0001 + 1 if exact else best <= every[4]
+        assert best <= every[among - 1] * 1.0001 + 1
 
     def test_counts_of_differing_labels_are_exact_at_every_position(self) -> None:
-        scene = Scene(2.0, exact=True)
+        scene = Scene(2.0, "exact")
         search = scene.guided.guide
         wanted, inside = scene.guided.guidance.wanted(np.zeros((1, 2), np.int64))
         reduced = search.reduce(wanted, inside)
@@ -192,7 +199,7 @@ class TestCost:
                 assert apart[u, s] == count * 62**2
 
     def test_where_nothing_is_known_labels_alone_decide(self) -> None:
-        scene = Scene(2.0, exact=True)
+        scene = Scene(2.0, "exact")
         scene.growth.patchwork.variant[:] = HOLE
         (allowed,) = scene.guided.allowed[0b11]
         counts = [

@@ -15,7 +15,7 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
-from intarsia.sourcemap import identity
+from intarsia.sourcemap import HOLE, identity
 from intarsia.testing.cases import texture
 from intarsia.testing.maps import which_of
 from intarsia.testing.start import with_hole
@@ -98,10 +98,8 @@ class TestPainting:
     def test_turned_patches_follow_boundaries_that_the_exemplar_lacks(self, method: Any) -> None:
         marks, target = regions(90, 90), regions(90, 90).T  # the exemplar's boundary lies across, the target's upright
         guide = Guide(labels(marks), labels(target))
-        plain, turned = (
-            ia.synthesize(painted(marks), None, replace(method, boundary_isometries=i), guide=guide, seed=1).map
-            for i in ("none", "both")
-        )
+        methods = [replace(method, isometries="none", boundary_isometries=i) for i in ("none", "both")]
+        plain, turned = (ia.synthesize(painted(marks), None, m, guide=guide, seed=1).map for m in methods)
         assert agreement(turned, target, marks) > max(agreement(plain, target, marks), 0.97)
 
     @BOTH
@@ -126,6 +124,19 @@ class TestPainting:
         out = ia.synthesize(e, None, method, start=start, guide=Guide(labels(marks), labels(target)))
         assert np.array_equal(out.map.yx[:, :25], start.yx[:, :25])
         assert agreement(out.map, target, marks) > 0.93
+
+    @BOTH
+    def test_windows_far_from_the_first_count_uses_near_them(self, method: Any) -> None:
+        """Beside a start, uses are looked up by place, however many windows come before."""
+        marks = regions(60, 60)
+        e, target = painted(marks), np.zeros((24, 600), np.uint8)
+        start = with_hole(identity([e.source], 0), np.zeros((60, 60), bool))
+        which = np.full(target.shape, HOLE, np.uint8)
+        which[:, :20] = 0
+        start = replace(start, yx=np.resize(start.yx[:24, :20], (24, 600, 2)), which=which)
+        guide = Guide(labels(marks), labels(target))
+        out = ia.synthesize(e, None, method, seed=3, start=start, guide=guide)
+        assert (got(out.map, marks) == 0)[:, 30:].all()
 
     @BOTH
     def test_a_reach_is_followed(self, method: Any) -> None:

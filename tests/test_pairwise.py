@@ -1,4 +1,7 @@
-"""Patch sampling with every pair of options at once: a covering array of whole runs."""
+"""Patch sampling with every pair of options at once: a covering array of whole runs.
+
+Labels, pyramid and isometries meet in one run as well, as in figure 5.6 of source 000: tests/test_guided_growth.py.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
+from intarsia.image import Kind
 from intarsia.sourcemap import HOLE
 from intarsia.testing import noise
 
@@ -21,6 +25,7 @@ OPTIONS = {
     "avoid": (False, True),
     "wrap": ("none", "x", "both"),
     "start": (False, True),
+    "labels": (False, True),
 }
 METHOD = ("isometries", "repetition", "search", "bound", "join")
 
@@ -61,6 +66,12 @@ def pixels(height: int, width: int) -> np.ndarray:
     return np.stack(layers, axis=2).astype(np.uint8)
 
 
+def halves(height: int, width: int) -> ia.Plane:
+    """Two labels, one above the other."""
+    rows = np.arange(height, dtype=np.uint8)[:, None] * 2 // height
+    return ia.Plane(np.repeat(rows, width, axis=1), Kind.LABEL)
+
+
 def test_the_array_is_small_and_covers_all_pairs() -> None:
     assert len(ROWS) <= 30
     for a, b in combinations(OPTIONS, 2):
@@ -75,7 +86,9 @@ def test_every_pair_of_options_works(number: int) -> None:
     if row["avoid"]:
         usable[30:33, 20:23] = False
     e = Exemplar.of(pixels(44, 40), usable=usable)
-    size, start = (52, 49), None
+    size, start, guide = (52, 49), None, None
+    if row["labels"]:
+        guide = ia.Guide(halves(44, 40), halves(*size))
     if row["start"]:
         start = ia.synthesize(e, size, ia.RandomTiling(patch=14), seed=9, wrap=row["wrap"], run=ia.Run(1)).map
         which = np.zeros(size, np.uint8)
@@ -83,8 +96,9 @@ def test_every_pair_of_options_works(number: int) -> None:
         start = ia.SourceMap(start.yx, which, None, start.sources, start.wrap)
     method = ia.PatchSampling(patch=7, overlap=4, epsilon=0.3, **{k: row[k] for k in METHOD})
     outs = [
-        ia.synthesize(e, size, method, seed=number, wrap=row["wrap"], start=start, run=ia.Run(n)) for n in (1, 2)
-    ]  # fmt: skip
+        ia.synthesize(e, size, method, seed=number, wrap=row["wrap"], start=start, guide=guide, run=ia.Run(n))
+        for n in (1, 2)
+    ]
     smap = outs[0].map
     assert smap.digest == outs[1].map.digest
     assert not smap.holes.any()
@@ -92,6 +106,10 @@ def test_every_pair_of_options_works(number: int) -> None:
     shown = pixels(44, 40)[smap.yx[..., 0], smap.yx[..., 1]]
     np.testing.assert_array_equal(np.asarray(outs[0].render(feather=0).pixels), shown)
     assert np.asarray(outs[0].render().pixels).shape == (*size, 3)
+    if guide is not None:
+        (source,), target = guide.sources, guide.target
+        got, grown = source.pixels[smap.yx[..., 0], smap.yx[..., 1]], np.s_[:, 22:] if start is not None else np.s_[:]
+        assert (got == target.pixels)[grown].mean() > 0.9
     if start is not None:
         deep = slice(5, 17) if row["wrap"] != "none" else slice(0, 17)
         np.testing.assert_array_equal(smap.yx[:, deep], start.yx[:, deep])

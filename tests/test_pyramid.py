@@ -114,7 +114,7 @@ def test_seams_keep_floor_of_their_width_at_every_level() -> None:
     for seam in (4, 5, 6, 7, 8, 9):
         search = search_of(Exemplar.of(smooth(60, 60)), 16, seam)
         variant, yx = corner(search, seam, (0, 5, 5))
-        stack = search._windows(variant, yx, np.array([[8, 8]]), (False, False))
+        stack = search.stack(variant, yx, np.array([[8, 8]]), (False, False))
         for level, (_, known) in enumerate(stack):
             ell = np.zeros(known.shape[1:], bool)
             ell[: seam >> level] = ell[:, : seam >> level] = True

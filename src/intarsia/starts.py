@@ -118,10 +118,11 @@ def repair(
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, {picture.name} "
             f"{picture.width}x{picture.height}; make them equal."
         )
+    told = f"{picture.name} ({picture.width}x{picture.height} px)"
     if not holes.any():
-        raise InputError(f"the hole of {picture.name} is empty; mark in white what is to be healed.")
+        raise InputError(f"the hole of {told} is empty; mark in white what is to be healed.")
     if holes.all():
-        raise InputError(f"the hole covers all of {picture.name}; leave something of it to continue from.")
+        raise InputError(f"the hole covers all of {told}; leave something of it to continue from.")
     usable = ~holes if picture.usable is None else picture.usable & ~holes
     if not donors and not usable.any():
         raise InputError(f"nothing of {picture.name} may be used for healing; mark less, or name another source.")

@@ -172,7 +172,8 @@ def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar
     if len(exemplars) >= HOLE:
         raise ParameterError(f"{len(exemplars)} exemplars are too many; give at most {HOLE - 1}.")
     if not any(e.usable is None or e.usable.any() for e in exemplars):
-        raise InputError("the mask leaves no pixel of the exemplar to use; mark fewer.")
+        told = " and ".join(f"{e.name} ({e.width}x{e.height} px)" for e in exemplars[:4])
+        raise InputError(f"the mask leaves no pixel of {told} to use; mark fewer.")
     return exemplars
 
 

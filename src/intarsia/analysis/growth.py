@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..draws import draw_many
-from ..errors import MethodError, ParameterError
+from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..geometry import hang, spread
 from ..guide import Guide
@@ -24,6 +24,7 @@ from ..sourcemap import HOLE, Blend, SourceMap
 from .distance_map import distance_maps, full_scale
 from .features import features
 from .guidance import Guidance
+from .guided_pyramid import GuidedPyramid
 from .guided_search import GuidedSearch, seam_unit
 from .patchwork import Patchwork, Window, random_patch, waves
 from .placing import places
@@ -161,17 +162,19 @@ class Growth:
             return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
         return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", listed)
 
-    def _guided(self) -> GuidedSearch | None:
+    def _guided(self) -> GuidedSearch | GuidedPyramid | None:
         """The search under the canvas's guide, where it has one."""
         guide = self.canvas.guide
         if guide is None:
             return None
-        if not isinstance(self.finder, PatchSearch):
-            raise ParameterError("search=pyramid follows no guide; choose search=fast or search=exact.")
         guidance = Guidance(
             guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.laying.isometries)
         )
-        return GuidedSearch(self.finder, guidance, seam_unit(self.exemplars[0], self.laying.weights))
+        unit = seam_unit(self.exemplars[0], self.laying.weights)
+        if isinstance(self.finder, PyramidSearch):
+            return GuidedPyramid(self.finder, guidance, unit)
+        assert isinstance(self.finder, PatchSearch), "methods with a search of their own have no guide"
+        return GuidedSearch(self.finder, guidance, unit)
 
     def at_boundary(self, window: Window) -> bool:
         """True where a window holds a boundary between labels of the guide."""

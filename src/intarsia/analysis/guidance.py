@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from ..colour import code_values
-from ..errors import InputError, ParameterError
+from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..guide import Guide
@@ -130,23 +130,17 @@ def label_sets(ids: Array, patch: tuple[int, int]) -> Array:
     return out
 
 
-def check_guide(
-    exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[int, int], search: str = "fast"
-) -> None:
-    """Refuse a guide that does not fit its exemplars, or a label without a patch wholly inside it (S0-66).
-
-    The pyramid search knows no guide.
-    """
-    if search == "pyramid":
-        raise ParameterError("search=pyramid follows no guide; choose search=fast or search=exact.")
+def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[int, int]) -> None:
+    """Refuse a guide that does not fit its exemplars, or a label without a patch wholly inside it (S0-66)."""
     check_sources(exemplars, guide)
     missing = _without_pure_patch(exemplars, guide, extent(patch))
     if missing:
         rows, columns = extent(patch)
         largest = pure_patch(exemplars, guide)
         remedy = f"choose a patch of at most {largest} px" if largest else "mark larger regions beside the exemplar"
+        told = " and ".join(f"{e.name} ({e.width}x{e.height} px)" for e in exemplars[:4])
         raise InputError(
-            f"no patch of {columns}x{rows} px beside the exemplar lies wholly in label "
+            f"no patch of {columns}x{rows} px of {told} lies wholly in label "
             f"{', '.join(map(guide.told, missing[:8]))}; {remedy}."
         )
 

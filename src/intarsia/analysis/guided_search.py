@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from abc import ABC, abstractmethod
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,11 @@ from ..image import Kind
 from ..kernels import guided
 from .features import RANGE, channel_shares
 from .guidance import ONE, Guidance
+from .pyramid import PyramidSearch
 from .search import STEPS, Candidates, PatchSearch, Prices
 
 Array = NDArray[Any]
+AnySearch = TypeVar("AnySearch", PatchSearch, PyramidSearch)
 MOST = float(1 << 30)  # costs of the short-list stay below
 
 
@@ -30,12 +33,12 @@ class GuideSearch(PatchSearch):
         return np.full(channels, ONE // 2, np.int64), axes, scale, STEPS
 
 
-class GuidedSearch:
+class Guided(ABC, Generic[AnySearch]):
     """Search patches for windows that a guide tells what to hold.
 
     Parameters
     ----------
-    search : PatchSearch
+    search : PatchSearch or PyramidSearch
         The search for patches whose seams fit.
     guidance : Guidance
         What the guide says of windows and patches.
@@ -43,12 +46,11 @@ class GuidedSearch:
         The squared difference of one pixel over the full range of the exemplars: what a seam distance of 1 is.
     """
 
-    def __init__(self, search: PatchSearch, guidance: Guidance, unit: int) -> None:
-        self.search, self.guidance = search, guidance
-        self.guide = GuideSearch(guidance.pictures, guidance.layout.patch, 0, factor=search.factor)
+    def __init__(self, search: AnySearch, guidance: Guidance, unit: int) -> None:
+        self.guidance = guidance
         self.ratio = unit / guidance.unit
         self.allowed = {s: guidance.allowed(s) for s in np.unique(guidance.windows).tolist()}
-        self.among = {s: search.within(valid) for s, valid in self.allowed.items()}
+        self.among: dict[int, AnySearch] = {s: search.within(valid) for s, valid in self.allowed.items()}
 
     def allowed_at(self, window: tuple[int, int]) -> list[Array]:
         """Return, for every variant, where patches begin that a window may take."""
@@ -68,9 +70,32 @@ class GuidedSearch:
                 found[k] = candidates
         return found
 
-    def _plain(self, search: PatchSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+    def _plain(self, search: AnySearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
         """Inside a region any patch of the region will do: the seam alone counts."""
         return search.find(variant, yx, at, self.guidance.layout.wraps, prices)
+
+    @abstractmethod
+    def _weighed(self, search: AnySearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+        """Where patches differ in what the guide says, count that too: d + alpha g (S0-63), squared."""
+
+    def _shares(self, known: Array, inside: Array) -> Array:
+        """By what the root of the guide's squared difference is multiplied, window by window.
+
+        With n known pixels of a window of A, both of them means: sqrt(seam / (n u)) + alpha sqrt(apart / (A g)),
+        times sqrt(n u). Where nothing is known, n = A.
+        """
+        area = np.maximum(inside.sum(axis=(1, 2), dtype=np.int64), 1)
+        count = known.sum(axis=(1, 2), dtype=np.int64)
+        count = np.where(count > 0, count, area)
+        return np.asarray(self.guidance.guide.weight * np.sqrt(count * self.ratio / area), np.float64)
+
+
+class GuidedSearch(Guided[PatchSearch]):
+    """The search by FFT under a guide: the short-list counts seams and guide together."""
+
+    def __init__(self, search: PatchSearch, guidance: Guidance, unit: int) -> None:
+        super().__init__(search, guidance, unit)
+        self.guide = GuideSearch(guidance.pictures, guidance.layout.patch, 0, factor=search.factor)
 
     def _weighed(self, search: PatchSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
         """Where patches differ in what the guide says, count that too: d + alpha g (S0-63), squared."""
@@ -102,17 +127,6 @@ class GuidedSearch:
             Candidates(found[k, :c], search.full(u), feats[k], known[k])
             for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
         ]
-
-    def _shares(self, known: Array, inside: Array) -> Array:
-        """By what the root of the guide's squared difference is multiplied, window by window.
-
-        With n known pixels of a window of A, both of them means: sqrt(seam / (n u)) + alpha sqrt(apart / (A g)),
-        times sqrt(n u). Where nothing is known, n = A.
-        """
-        area = np.maximum(inside.sum(axis=(1, 2), dtype=np.int64), 1)
-        count = known.sum(axis=(1, 2), dtype=np.int64)
-        count = np.where(count > 0, count, area)
-        return np.asarray(self.guidance.guide.weight * np.sqrt(count * self.ratio / area), np.float64)
 
 
 def _is_one_label(labels: int) -> bool:

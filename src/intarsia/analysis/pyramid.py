@@ -6,7 +6,9 @@ on regular textures; here several can be kept (D0-7), and with 1 it is the sourc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,35 +74,46 @@ class PyramidSearch:
         self, variants: Variants, patch: tuple[int, int], seam: tuple[int, int], smoothing: str = "mean",
         kept: int = 1, listed: int = SHORT_LIST,
     ) -> None:  # fmt: skip
-        self.variants, self.patch, self.kept, self.listed = variants, patch, kept, listed
-        self.cells = patch
-        self.valid = list(variants.valid)
+        self.variants, self.patch, self.seam, self.kept, self.listed = variants, patch, seam, kept, listed
+        self.cells, self.smoothing = patch, smoothing
         self.weights = np.array(FILTERS[smoothing], np.int64)
-        self.levels = self._levels(seam)
+        self.levels = self._levels()
         offsets, begin = [], 0
-        for valid in self.valid:
+        for valid in variants.valid:
             offsets.append((begin, *valid.shape))
             begin += valid.size
         self.offsets = np.array(offsets, np.int64)
-        self.flat_valid = np.concatenate([v.astype(np.uint8).ravel() for v in self.valid])
+        self._limit(variants.valid)
 
-    def _levels(self, seam: tuple[int, int]) -> list[Level]:
+    def within(self, valid: Sequence[Array]) -> PyramidSearch:
+        """Return the same search among some patches only: of every variant, where they may begin."""
+        narrow = copy.copy(self)
+        narrow._limit(valid)
+        return narrow
+
+    def _limit(self, valid: Sequence[Array]) -> None:
+        """Search among these patches only, and at coarse levels where one of them can be reached."""
+        self.valid = list(valid)
+        self.flat_valid = np.concatenate([v.astype(np.uint8).ravel() for v in self.valid])
+        levels = [replace(self.levels[0], allowed=self.valid)]
+        for level in self.levels[1:]:
+            allowed = [self._allowed(v, level, levels[-1]) for v in range(len(self.variants))]
+            levels.append(replace(level, allowed=allowed))
+        self.levels = levels
+
+    def _levels(self) -> list[Level]:
         pictures = [self.variants.picture(v) for v in range(len(self.variants))]
         out: list[Level] = []
         for level in range(LEVELS + 1):
             if level:
                 pictures = [self._halved(p) for p in pictures]
-            sides = tuple(level_size(p, s, level) for p, s in zip(self.patch, seam, strict=True))
+            sides = tuple(level_size(p, s, level) for p, s in zip(self.patch, self.seam, strict=True))
             window = (sides[0], sides[1])
-            allowed = [
-                self._allowed(v, picture.shape[:2], window, out[-1]) if level else self.valid[v]
-                for v, picture in enumerate(pictures)
-            ]
             begins = np.cumsum([0] + [p.size for p in pictures])
             table = [(b, *p.shape[:2], p.shape[1]) for b, p in zip(begins.tolist(), pictures, strict=False)]
             reach = np.array([n // 2 + 1 for n in window], np.int64)  # a square of twice the side, and 1 px of slack
             flat = np.concatenate([p.ravel() for p in pictures]) if level else self.variants.flat
-            out.append(Level(flat, np.array(table, np.int64), allowed, window, reach))
+            out.append(Level(flat, np.array(table, np.int64), [], window, reach))
         return out
 
     def _halved(self, picture: Array) -> Array:
@@ -110,11 +123,12 @@ class PyramidSearch:
         return out
 
     @staticmethod
-    def _allowed(v: int, shape: tuple[int, int], window: tuple[int, int], finer: Level) -> NDArray[np.bool_]:
+    def _allowed(v: int, level: Level, finer: Level) -> NDArray[np.bool_]:
         """Positions from which the search at the finer level finds one that is allowed."""
-        rows, columns = (max(n - w + 1, 0) for n, w in zip(shape, window, strict=True))
+        shape = level.table[v, 1:3].tolist()
+        rows, columns = (max(n - w + 1, 0) for n, w in zip(shape, level.window, strict=True))
         allowed = finer.allowed[v]
-        if not allowed.size or not rows * columns:
+        if not allowed.size or not rows * columns or not allowed.any():
             return np.zeros((rows, columns), bool)
         size = (2 * finer.reach + 1).tolist()
         near = maximum_filter(allowed.astype(np.uint8), size=size, mode="constant")
@@ -130,7 +144,7 @@ class PyramidSearch:
         self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
     ) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map, as PatchSearch does."""
-        stack = self._windows(variant, yx, at, wrap)
+        stack = self.stack(variant, yx, at, wrap)
         n = len(at)
         sums = np.array([[k.sum() for k in known] for _, known in stack], np.int64)  # (levels, n)
         usual = np.full(n, -1, np.int64)
@@ -139,7 +153,7 @@ class PyramidSearch:
             level, (feats, known) = self.levels[number], stack[number]
             size = self.kept if number else self.listed
             best, found = np.empty((n, size + 1, 4), np.int64), np.zeros(n, np.int64)
-            here = usual if number == LEVELS else usual * sums[number] // np.maximum(sums[LEVELS], 1)
+            here = usual if number == LEVELS else scaled(usual, sums, number)
             for v, allowed in enumerate(level.allowed):
                 if not allowed.any():
                     continue
@@ -158,13 +172,13 @@ class PyramidSearch:
             feats, known, self.variants.flat, self.variants.table, self.flat_valid, self.offsets,
             np.ascontiguousarray(kept[:, : self.listed]), many, 1, rows,
         )  # fmt: skip
-        usual = np.maximum(usual, 0) * sums[0] // np.maximum(sums[LEVELS], 1)
+        usual = np.maximum(scaled(usual, sums, 0), 0)
         return [
             Candidates(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0)
             for k, (c, u) in enumerate(zip(many.tolist(), usual.tolist(), strict=True))
         ]
 
-    def _windows(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> list[tuple[Array, Array]]:
+    def stack(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> list[tuple[Array, Array]]:
         """Features and known pixels of the windows at all levels, from fine to coarse."""
         n, channels = len(at), self.variants.channels
         size = [side + 2 * MARGIN for side in self.patch]
@@ -182,6 +196,19 @@ class PyramidSearch:
             stack.append((np.ascontiguousarray(self._cut(feats, level)), known))
         return stack
 
+    def whole_stack(self, pictures: Array, inside: Array) -> list[tuple[Array, Array]]:
+        """Windows (n, h, w, C) of which all is known that lies `inside` (n, h, w), at all levels."""
+        around = [(0, 0), (MARGIN, MARGIN), (MARGIN, MARGIN)]
+        feats = np.pad(pictures, [*around, (0, 0)])
+        state = np.pad(np.where(inside > 0, pyramid.KNOWN, pyramid.OUTSIDE).astype(np.uint8), around,
+                       constant_values=pyramid.OUTSIDE)  # fmt: skip
+        stack = [(pictures, inside)]
+        for level in self.levels[1:]:
+            feats, state = self._reduced(feats, state, np.zeros(len(feats), np.bool_))
+            there = (self._cut(state, level) == pyramid.KNOWN).astype(np.uint8)
+            stack.append((np.ascontiguousarray(self._cut(feats, level)), there))
+        return stack
+
     def _reduced(self, feats: Array, state: Array, loose: Array) -> tuple[Array, Array]:
         shape = (feats.shape[0], feats.shape[1] // 2, feats.shape[2] // 2)
         out, out_state = np.empty((*shape, feats.shape[3]), np.int16), np.empty(shape, np.uint8)
@@ -190,8 +217,13 @@ class PyramidSearch:
 
     def _cut(self, array: Array, level: Level) -> Array:
         """Take the window itself out of its reduced surroundings."""
-        margin = MARGIN >> self.levels.index(level)
+        margin = MARGIN >> next(k for k, own in enumerate(self.levels) if own is level)
         return array[:, margin : margin + level.window[0], margin : margin + level.window[1]]
+
+
+def scaled(usual: Array, sums: Array, level: int) -> Array:
+    """Return the usual distances of the coarsest level in units of another; `sums` (levels, n): known pixels."""
+    return np.asarray(usual * sums[level] // np.maximum(sums[LEVELS], 1))
 
 
 def level_size(patch: int, seam: int, level: int) -> int:

@@ -164,7 +164,8 @@ class Repetition:
             near = laid[_within(self._radius, places, at, self.layout)]
             start = self.started[_within(self._radius, self.started[:, 3:5], at, self.layout)]
             grid = np.concatenate([near, start])[:, None]
-            row, reach = 0, len(grid) if reach else 0
+            row = column = 0
+            reach = len(grid) if reach else 0
         usage.prices(
             found.rows, grid, row, column, at, reach, self._shape, self._canvas, self._frames, self._priced,
             self._flat_striking, self._offsets, self.search.factor, self.told.multiply, steady, unit,

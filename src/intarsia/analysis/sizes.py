@@ -72,18 +72,35 @@ def _patch_of_labels(exemplars: Sequence[Exemplar], guide: Guide) -> int:
 
 
 def check_patch(
-    patch: int | tuple[int, int], exemplars: Sequence[Exemplar], isometries: str | tuple[int, ...] = "none"
+    patch: int | tuple[int, int],
+    exemplars: Sequence[Exemplar],
+    isometries: str | tuple[int, ...] = "none",
+    seams: int | tuple[int, int] = 0,
 ) -> None:
-    """Refuse a patch that does not fit into every exemplar that is sampled, or that cannot be turned."""
+    """Refuse a patch that does not fit into every exemplar that is sampled, or that cannot be turned.
+
+    `seams`: what a patch needs around itself on every side, px.
+    """
     rows, columns = extent(patch)
-    if rows != columns and any(ISOMETRIES[p].swaps for p in isometry_ids(isometries)):
-        raise ParameterError(f"patch={columns}x{rows} is not square; rotations need a square patch.")
+    down, across = extent(seams)
+    whole = (rows + 2 * down, columns + 2 * across)
+    told = f"patch={written(columns, rows)}"
+    if any((down, across)):
+        told += f" with its seams of {written(across, down)} px"
+    if whole[0] != whole[1] and any(ISOMETRIES[p].swaps for p in isometry_ids(isometries)):
+        raise ParameterError(f"{told} is not square; rotations need a square patch.")
     for e in _sampled(exemplars):
-        if (rows > e.height or columns > e.width) and not e.toroidal:
+        if (whole[0] > e.height or whole[1] > e.width) and not e.toroidal:
+            most = max(min(e.width - 2 * across, e.height - 2 * down), 0)
+            choose = f"choose at most {most}" if most else "choose narrower seams"
             raise ParameterError(
-                f"patch={columns if columns == rows else f'{columns}x{rows}'} is larger than the exemplar "
-                f"({e.width} x {e.height} px); choose at most {min(e.width, e.height)}, or a larger exemplar."
+                f"{told} is larger than the exemplar ({e.width} x {e.height} px); {choose}, or a larger exemplar."
             )
+
+
+def written(columns: int, rows: int) -> str:
+    """Write a size as it is given on the command line: one number for a square."""
+    return f"{columns}" if columns == rows else f"{columns}x{rows}"
 
 
 def _sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:

@@ -34,7 +34,7 @@ def chosen_of(slug: str, trials: int | None, given: dict[str, Any], union: UNION
     if slug == AUTO_METHOD:
         return Auto(trials or 1, {n: parse(union[n][0], t) for n, t in given.items() if t is not None})
     if trials is not None:
-        raise ParameterError(f"--trials belongs to --method auto; drop it, or --method {slug}.")
+        raise ParameterError("--trials belongs to --method auto; name that, or drop it.")
     own = {p.name: p for p in parameters(method_class(slug))}
     return make(slug, {n: parse(own.get(n, union[n][0]), t) for n, t in given.items() if t is not None})
 

@@ -74,7 +74,7 @@ def wish_of(method: str, feather: int | None, mixing: str | None, level: int | N
     size, wrap, trials = given.pop("size", None), given.pop("wrap"), given.pop("trials", None)
     explain = given.pop("explain", False)
     if explain and method != AUTO_METHOD:
-        raise ParameterError(f"--explain belongs to --method auto; drop it, or --method {method}.")
+        raise ParameterError("--explain belongs to --method auto; name that, or drop it.")
     chosen, finish = chosen_of(method, trials, given, UNION), finish_of(level)
     return Wish(chosen, size, wrap, feather, mixing, explain=explain, finish=finish)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..auto import Auto, Choice
 from ..canvas import Canvas
-from ..errors import ParameterError
+from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..files import check_depth, check_writable, format_of, read_mask, read_set, recipe_path
 from ..geometry import Wrap, spread
@@ -91,7 +91,12 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
 def hole_of(mask: str, found: Set, picture: Exemplar) -> NDArray[np.bool_]:
     """Read which pixels are to be healed: white in a mask, or at most half opaque in the picture itself."""
     if mask != "alpha":
-        return read_mask(mask, picture.base, picture.name)
+        hole = read_mask(mask, picture.base, picture.name)
+        if not hole.any() or hole.all():
+            what, remedy = ("covers all", "leave some of it") if hole.all() else ("marks nothing", "mark what is to go")
+            size = f"{picture.width}x{picture.height} px"
+            raise InputError(f"the hole {mask} {what} of {picture.name} ({size}); {remedy}: white is healed.")
+        return hole
     opaque = read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
     return np.zeros((picture.height, picture.width), bool) if opaque is None else ~opaque
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .guided import joined
 from .jit import kernel
 from .match import FAR, distance, insert, row_spans
 
@@ -169,3 +170,51 @@ def search_near(
                     if d <= worst:  # a price only adds
                         cost = priced(d, row[min(x << level, counts.shape[1] - 1)], unit, multiply)
                         found[k] = keep(best[k], found[k], cost, v, y, x)
+
+
+@kernel
+def mark_near(kept: Any, many: int, v: int, reach: Any, allowed: Any, near: Any) -> None:
+    """Mark in `near` the `allowed` positions at most `reach` (2,) from what a coarser level kept of variant `v`.
+
+    `kept` (K, 4), of which ``many`` rows count; below 0: there is no coarser level, and all that is allowed is near.
+    """
+    rows, columns = allowed.shape
+    near[:, :] = False
+    if many < 0:
+        near[:, :] = allowed
+    for i in range(many):
+        if kept[i, 1] == v:
+            cy, cx = min(2 * kept[i, 2], rows - 1), min(2 * kept[i, 3], columns - 1)
+            top, left = max(cy - reach[0], 0), max(cx - reach[1], 0)
+            bottom, right = cy + reach[0] + 1, cx + reach[1] + 1
+            near[top:bottom, left:right] = allowed[top:bottom, left:right]
+
+
+@kernel
+def search_guided(
+    feats: Any, known: Any, flat: Any, frame: Any, wanted: Any, inside: Any, guide_flat: Any, guide_frame: Any,
+    shares: Any, allowed: Any, kept: Any, many: Any, reach: Any, counts: Any, level: int, weight: int,
+    multiply: bool, v: int, best: Any, found: Any, usual: Any,
+) -> None:  # fmt: skip
+    """Search variant `v` at a level for n windows under a guide, near what the coarser level kept.
+
+    `wanted` (n, h, w, G), `inside` (n, h, w), `guide_flat` and `guide_frame`: the guide, as pixels are given;
+    `shares` (n,): how much it counts (:func:`guided.joined`). `kept` and `many` as in :func:`mark_near`, else as
+    :func:`search_all`.
+    """
+    dist, apart = np.empty(allowed.shape, np.int64), np.empty(allowed.shape, np.int64)
+    near = np.empty(allowed.shape, np.bool_)
+    for k in range(len(feats)):
+        mark_near(kept[k], many[k], v, reach, allowed, near)
+        measure_all(feats[k].ravel(), known[k], flat, frame, near, dist)
+        measure_all(wanted[k].ravel(), inside[k], guide_flat, guide_frame, near, apart)
+        if usual[k] < 0:
+            usual[k] = low_quantile(dist)
+        unit = (weight * max(usual[k], 0)) >> 8
+        for y in range(allowed.shape[0]):
+            row = counts[min(y << level, counts.shape[0] - 1)]
+            for x in range(allowed.shape[1]):
+                if near[y, x]:
+                    cost = joined(dist[y, x], apart[y, x], shares[k])
+                    cost = priced(cost, row[min(x << level, counts.shape[1] - 1)], unit, multiply)
+                    found[k] = keep(best[k], found[k], cost, v, y, x)

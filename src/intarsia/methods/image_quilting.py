@@ -123,7 +123,7 @@ class ImageQuilting:
         isometries = analysis.settled_isometries(self.isometries, exemplars, (rows, columns))
         analysis.check_patch(patch, exemplars, isometries)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, patch, self.search)
+            analysis.check_guide(exemplars, canvas.guide, patch)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
         overlap = third if self.overlap is AUTO else self.overlap
         bounds = self.boundary_isometries

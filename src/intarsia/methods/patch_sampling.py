@@ -144,9 +144,9 @@ class PatchSampling:
             overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
         settled = replace(self, patch=patch, overlap=overlap)
         isometries = analysis.settled_isometries(self.isometries, exemplars, settled.footprint)
-        analysis.check_patch(settled.footprint, exemplars, isometries)
+        analysis.check_patch(settled.patch or 0, exemplars, isometries, settled.overlap or 0)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, settled.footprint, self.search)
+            analysis.check_guide(exemplars, canvas.guide, settled.footprint)
         if self.search == "pyramid":
             analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
         bounds = self.boundary_isometries
