@@ -387,13 +387,13 @@ def test_a_guide_is_honoured() -> None:
 
 
 def test_defaults_follow_from_the_texture() -> None:
-    """S3-01: the window is one and a half elements, at most 0.4 of the side; overlap half, reach a sixth."""
+    """S3-01: the window is one and a half elements, at most 0.4 of the side; overlap half, overreach a sixth."""
     e = Exemplar.of(texture(192, 160, 3))
     settled = ia.Graphcut().settled([e], Canvas(300, 300))
     plain = analysis.default_patch([e])
     assert settled.patch == max(plain, min(3 * plain // 2, 64))
     assert settled.overlap == settled.patch // 2
-    assert settled.reach == settled.patch // 6
+    assert settled.overreach == settled.patch // 6
     rows = -(-(300 - settled.overlap) // settled.pitch[0])
     assert settled.refinements == rows * rows
     with pytest.raises(ia.ParameterError, match="overlap=20 is not below patch=20"):

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.analysis import Courses, Mosaic, Sampling, Tiling, footing
+from intarsia.analysis import Courses, Mosaic, Sampling, Tiling, footing_of
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
@@ -97,7 +97,7 @@ class TestGraphcutOfEntirePatches(MethodContract):
 
 
 class TestGraphcutOfRandomRectangles(MethodContract):
-    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), placement="random", isometries="180", tries=2, reach=7)
+    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), placement="random", isometries="180", tries=2, overreach=7)
     examples = 6
 
 
@@ -225,14 +225,14 @@ class TestStraightenedNearRegular(TestNearRegularOfOneVector):
 
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
         exemplar = case.exemplars[0]
-        base = footing(self.method, exemplar)
+        base = footing_of(self.method, exemplar)
         courses = Courses.of(self.method, base.exemplar, Canvas(*case.size, case.wrap), case.seed)
         yx = base.to_exemplar(courses.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0))
         return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
 
     def test_the_exemplars_are_laid_straight(self) -> None:
         def law(case: Case) -> None:
-            straight = footing(self.method, case.exemplars[0]).straight
+            straight = footing_of(self.method, case.exemplars[0]).straight
             assert straight is not None
             assert straight.off > 1
 

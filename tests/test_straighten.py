@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.analysis import Courses, footing
+from intarsia.analysis import Courses, footing_of
 from intarsia.analysis.cell import lattices_of
 from intarsia.analysis.footing import improved
 from intarsia.analysis.straighten import Straight, _moved, straight_of
@@ -187,7 +187,7 @@ def test_recipes_hold_what_was_done() -> None:
     assert one.map.blend.feather == two.blend.feather == 2
     given = ia.NearRegular(lattice=((0, 16),)).settled([Exemplar.of(e)], Canvas(9, 9))
     assert given.straighten == "off"
-    assert footing(given, Exemplar.of(e)).straight is None
+    assert footing_of(given, Exemplar.of(e)).straight is None
 
 
 def test_depth_changes_nothing() -> None:
@@ -200,7 +200,7 @@ def test_wrapped_courses_close() -> None:
     e = Exemplar.of(wall(coordinate("fan")))
     method = ia.NearRegular().settled([e], Canvas(9, 9))
     size = (round(12 * method.lattice[0][1]), 210)
-    base, canvas = footing(method, e), Canvas(*size, ia.Wrap.BOTH)
+    base, canvas = footing_of(method, e), Canvas(*size, ia.Wrap.BOTH)
     courses = Courses.of(method, base.exemplar, canvas, 4)
     here = courses.window(0, 0, *size)
     np.testing.assert_array_equal(courses.window(size[0], -size[1], *size), here)

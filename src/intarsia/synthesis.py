@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,12 +21,13 @@ from .geometry import Box, Wrap
 from .guide import Guide
 from .image import Plane
 from .levelling import Finish
-from .measure import Score
 from .methods.base import Ability, Method, make
 from .render import render
 from .run import Run
 from .sourcemap import HOLE, Blend, SourceMap
-from .trials import carried_out
+
+if TYPE_CHECKING:
+    from .measure import Score
 
 DEFAULT_METHOD = "image-quilting"
 
@@ -147,6 +148,8 @@ def carry_out(
         method = method.choose(exemplars, canvas)
         run.notes.extend(method.warnings)
     if isinstance(method, Choice):
+        from .trials import carried_out  # it measures much, and is slow to import
+
         kept = carried_out(method, exemplars, canvas, seed, run)
         settled, smap, asked, seed = kept.best.method, kept.best.map, seed, kept.best.seed
     else:

@@ -1,32 +1,58 @@
-"""What is known of an exemplar: features, element size, rarity, and the search for patches in it."""
+"""What is known of an exemplar: features, element size, rarity, and the search for patches in it.
+
+What only some methods need is imported when it is asked for, so that the others start sooner.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from .boundary import boundary_poses, grown, slack_of
-from .cell import check_lattice, lattice_of
-from .courses import Courses
 from .features import Features, contrast, features, pose_array
-from .footing import Footing, footing
 from .growth import Growth, Laying, Pick
 from .guidance import Guidance, check_guide
 from .guided_search import GuidedSearch
-from .mosaic import FewPlaces, Mosaic
 from .patchwork import Patchwork, Window, random_patch, waves
 from .pixels import Layer, check_window, choices, default_window, ground, layers
-from .posed_sheet import settled_poses
 from .pyramid import PyramidSearch, check_pyramid
 from .repetition import Layout, Repetition, Rule, striking
-from .rsgf import Sampling
 from .scan import Scan, scan_reach
 from .seams import seam_total
 from .search import Candidates, PatchSearch, Prices, Search
 from .segment_overlay import segment_overlay
-from .segment_search import SegmentSearch
 from .segments import Segments, SizeRule, segments
 from .sizes import check_patch, default_patch, fitting, large_patch
-from .stitching import Stitch, Stitching
 from .symmetry import allowed_isometries, settled_isometries
-from .tiling import Tiling
 from .trees import similar_pixels, tree_of
 from .variants import Variants, isometry_ids, variants
+
+if TYPE_CHECKING:
+    from .cell import check_lattice, lattice_of
+    from .courses import Courses
+    from .footing import Footing, footing_of
+    from .mosaic import FewPlaces, Mosaic
+    from .posed_sheet import settled_poses
+    from .rsgf import Sampling
+    from .segment_search import SegmentSearch
+    from .stitching import Stitch, Stitching
+    from .tiling import Tiling
+
+_LATER = {
+    "Courses": "courses",
+    "FewPlaces": "mosaic",
+    "Footing": "footing",
+    "Mosaic": "mosaic",
+    "Sampling": "rsgf",
+    "SegmentSearch": "segment_search",
+    "Stitch": "stitching",
+    "Stitching": "stitching",
+    "Tiling": "tiling",
+    "check_lattice": "cell",
+    "footing_of": "footing",
+    "lattice_of": "cell",
+    "settled_poses": "posed_sheet",
+}
 
 __all__ = [
     "Candidates",
@@ -72,7 +98,7 @@ __all__ = [
     "default_window",
     "features",
     "fitting",
-    "footing",
+    "footing_of",
     "ground",
     "grown",
     "isometry_ids",
@@ -94,3 +120,9 @@ __all__ = [
     "variants",
     "waves",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LATER:
+        return getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

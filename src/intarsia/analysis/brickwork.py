@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
-from scipy.signal import find_peaks
 
 from ..errors import MethodError
 from ..kernels import paths
@@ -237,6 +236,8 @@ def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
 def _minima(profile: Array, apart: int) -> list[int]:
     """Where a profile of crossing costs has a deep valley between walls of faces."""
     padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)
+    from scipy.signal import find_peaks  # it is slow to import
+
     at, _ = find_peaks(FACE - padded, height=FACE - LOW, prominence=DEPTH, distance=max(1, apart))
     return [int(x) - 1 for x in at]
 

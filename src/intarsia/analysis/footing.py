@@ -56,7 +56,7 @@ class Footing:
         return yx if self.straight is None else self.straight.to_exemplar(yx)
 
 
-def footing(method: Wanted, exemplar: Exemplar) -> Footing:
+def footing_of(method: Wanted, exemplar: Exemplar) -> Footing:
     """Decide whether courses are laid straight, and find the lattice; MethodError where there is none.
 
     With given vectors ``auto`` leaves the exemplar as it is; with ``on`` they are those of the straight one.

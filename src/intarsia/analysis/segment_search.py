@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..draws import below, draw_many
 from ..kernels import nearest, windows
@@ -51,6 +50,8 @@ class HistogramIndex:
         self.histograms = values[first]
         self._patches = patches[np.argsort(number, kind="stable")]
         self._begins = np.concatenate([[0], np.cumsum(np.bincount(number))]).tolist()
+        from scipy.spatial import cKDTree  # it is slow to import
+
         self._tree = cKDTree(self.histograms)
 
     def members(self, number: int) -> Int64:

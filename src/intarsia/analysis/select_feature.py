@@ -14,7 +14,6 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
-from scipy.spatial import cKDTree
 
 Int32 = NDArray[np.int32]
 Int64 = NDArray[np.int64]
@@ -121,6 +120,8 @@ def measured(elements: Int32) -> Group | None:
 def nearest_offsets(points: Int64) -> Int64:
     """Return the absolute offset (y, x) from every point to its nearest other; of equal ones the smallest."""
     k = min(len(points), NEAR)
+    from scipy.spatial import cKDTree  # it is slow to import
+
     near = cKDTree(points).query(points, k=k)[1].reshape(len(points), k)
     mine = np.arange(len(points))[:, None]
     offset = np.abs(points[near] - points[mine])

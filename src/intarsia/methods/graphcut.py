@@ -4,7 +4,7 @@ Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synt
 Transactions on Graphics (SIGGRAPH) 2003.
 
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
-around its window than `reach`; several placements are drawn and the one with the cheapest cut is kept (`tries`, 1 as
+around its window than `overreach`; several placements are drawn, the one with the cheapest cut kept (`tries`, 1 as
 published); what is shown already costs a little more; the energy of old seams lies on the pixel grid itself, without
 nodes of their own; refinement matches what lies around the bad place, not the bad place itself. Under a guide patches
 are chosen as in image quilting, and nothing is refined.
@@ -66,7 +66,7 @@ class Graphcut:
         low=1e-6, high=100,
     )  # fmt: skip
     tries: int = param(2, "int", "placements that are cut in for each window; the cheapest cut is kept", low=1, high=16)
-    reach: int | None = param(
+    overreach: int | None = param(
         AUTO, "int", "how far around its window a patch may replace what is there; automatic: a sixth of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
@@ -111,7 +111,7 @@ class Graphcut:
         return extent(self.patch or 0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
-        """Decide window, overlap, reach and refinements from the texture's elements and the canvas."""
+        """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
         patch = self.patch
         if patch is AUTO and canvas.guide is None:
             patch = analysis.large_patch(exemplars)
@@ -124,8 +124,8 @@ class Graphcut:
             analysis.check_guide(exemplars, canvas.guide, patch)
         half = (rows // 2, columns // 2) if rows != columns else rows // 2
         overlap = half if self.overlap is AUTO else self.overlap
-        reach = min(rows, columns) // 6 if self.reach is AUTO else self.reach
-        settled = replace(self, patch=patch, overlap=overlap, reach=reach, isometries=isometries)
+        overreach = min(rows, columns) // 6 if self.overreach is AUTO else self.overreach
+        settled = replace(self, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
         if self.refinements is AUTO:
             settled = replace(settled, refinements=math.prod(settled.laying(0).layout(canvas).shape))
         return settled
@@ -158,9 +158,9 @@ class Graphcut:
 
     @property
     def stitch(self) -> analysis.Stitch:
-        """How patches are placed and joined; known once reach is."""
+        """How patches are placed and joined; known once overreach is."""
         return analysis.Stitch(
-            self.placement, self.randomness, self.tries, self.usage, self.seam == "gradient", self.reach or 0
+            self.placement, self.randomness, self.tries, self.usage, self.seam == "gradient", self.overreach or 0
         )
 
     def laying(self, usage: float) -> analysis.Laying:

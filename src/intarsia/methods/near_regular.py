@@ -109,7 +109,7 @@ class NearRegular:
         plain = self.variant == "plain"
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
-        footing = analysis.footing(self, exemplars[0])
+        footing = analysis.footing_of(self, exemplars[0])
         laid, lattice = footing.exemplar, footing.lattice
         upright = "variant=plain lays all blocks" if plain else "a lattice of one vector has courses that are laid"
         if self.isometries not in ("none", (0,)) and (plain or len(lattice) == 1):
@@ -121,7 +121,7 @@ class NearRegular:
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.settled(exemplars, canvas)
-        footing = analysis.footing(method, exemplars[0])
+        footing = analysis.footing_of(method, exemplars[0])
         yx, pose = self._laid(method, footing.exemplar, canvas, seed, run)
         yx, source = footing.to_exemplar(yx), exemplars[0].source
         return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
