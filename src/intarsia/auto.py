@@ -70,7 +70,7 @@ class Choice:
         """
         kept = {p.name: getattr(self.method, p.name) for p in parameters(self.method)}
         usual = {p.name: p.default for p in parameters(self.method)}
-        return {k: v for k, v in kept.items() if v != usual[k] and k in DECIDED}
+        return {k: v for k, v in kept.items() if v not in (usual[k], "off") and k in DECIDED}
 
     @property
     def recipe(self) -> dict[str, Any]:
@@ -195,7 +195,7 @@ class Auto:
 GENERAL = ("begun", "guided", "several", "elements")
 """Rules of the generalist, which can serve every exemplar: what comes after them is not needed."""
 ONLY = "only"
-DECIDED = ("lattice", "patch", "overlap", "isometries", "context")
+DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context")
 """Parameters that a rule, a measurement or a trial decides."""
 
 
