@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -138,17 +139,23 @@ class Repetition:
         np.copyto(self._priced, self._flat)
         if not self.strength or not self.laid:
             return
+        most = int(self._flat.max(initial=0))
+        if self._groups is None and most <= DRIFT * self._mean_use() * LEAST_STRIKING:
+            return
         uses = self._flat / self._flat_striking  # what strikes was counted more
         even = self._even(uses)
-        if int(self._flat.max(initial=0)) > DRIFT * float(np.min(even)) * LEAST_STRIKING:
+        if most > DRIFT * float(np.min(even)) * LEAST_STRIKING:
             excess = np.maximum(uses / even - DRIFT, 0.0) * (usage.ONE / (self.strength * STEADY))
             self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
 
+    def _mean_use(self) -> float:
+        """Uses of each part of the exemplar if all were used alike."""
+        return self.laid * math.prod(self.search.cells) / max(self._flat.size, 1) + 1
+
     def _even(self, uses: Array) -> Any:
         """Uses of each part if all were used alike: of the exemplar, or of each group."""
-        h, w = self.search.cells
         if self._groups is None:
-            return self.laid * h * w / max(uses.size, 1) + 1
+            return self._mean_use()
         mean = np.bincount(self._groups, uses) / np.maximum(np.bincount(self._groups), 1)
         return mean[self._groups] + 1
 

@@ -29,7 +29,7 @@ AXES = 2
 ENOUGH, ENOUGH_EXACT = 0.97, 0.8  # share of the variance that one axis must hold to do alone
 STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
 ROUNDING = 1e-7  # a correlation in single precision is wrong by at most this share of the norms (measured: 9.3e-8)
-BATCH_BYTES = 6 << 20  # spectra of one batch
+BATCH_BYTES = 2 << 20  # spectra of one batch: what stays in a core's cache
 FINEST_SIDE = 600  # reduced exemplars are at most about this large
 Array = NDArray[Any]
 
@@ -259,13 +259,14 @@ class PatchSearch:
         rows = scipy.fft.rfft(templates, shape[1], axis=3)
         parts = next(p for p in (4, 2, 1) if shape[0] % p == 0 and shape[0] // p >= rows.shape[2])
         size = (*rows.shape[:2], parts, shape[0] // parts, rows.shape[3])
-        padded = getattr(self._padded, str(shape), None)  # of this thread; below the templates it stays 0
+        padded = getattr(self._padded, str(shape), None)  # of this thread: overwritten by the next windows
         if padded is None or len(padded) < len(rows):
-            padded = np.zeros(size, rows.dtype)
+            padded = np.empty(size, rows.dtype)
             setattr(self._padded, str(shape), padded)
+        padded = padded[: len(rows)]
         turns = np.exp(-2j * np.pi / shape[0] * np.outer(np.arange(parts), np.arange(rows.shape[2])))
         match.turn(rows, turns.astype(rows.dtype), padded)
-        return np.asarray(scipy.fft.fft(padded[: len(rows)], axis=3))
+        return np.asarray(scipy.fft.fft(padded, axis=3, overwrite_x=True))
 
     def correlations(self, v: int, reduced: Reduced) -> Array:
         """Correlate windows with variant `v`: (n, rows, columns) for every coarse position."""

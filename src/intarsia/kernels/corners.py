@@ -36,15 +36,18 @@ def lay_edges(
     for y in range(height):
         if y > 0:
             base = (y + 1) * stride
-            for x in range(width):
-                if state[y, x] != state[y - 1, x] or state[y, x] == FREE:
-                    edge[base + x] = down[y - 1, x]
-                    total += down[y - 1, x]
-        base = half + (y + 1) * stride
-        for x in range(1, width):
-            if state[y, x] != state[y, x - 1] or state[y, x] == FREE:
-                edge[base + x] = right[y, x - 1]
-                total += right[y, x - 1]
+            here, above, costs = state[y], state[y - 1], down[y - 1]
+            line = edge[base : base + width]
+            for x in range(np.uint64(width)):
+                line[x] = costs[x] if here[x] != above[x] or here[x] == FREE else _WALL
+        base = half + (y + 1) * stride + 1
+        here, costs = state[y], right[y]
+        line = edge[base : base + width - 1]
+        after = here[1:]
+        for x in range(np.uint64(width - 1)):
+            line[x] = costs[x] if after[x] != here[x] or here[x] == FREE else _WALL
+    for e in range(np.uint64(edge.size)):
+        total += max(edge[e], 0)
     return total
 
 

@@ -20,7 +20,10 @@ NONE = np.int32((1 << 31) - 1)
 
 @kernel
 def turn(rows: Any, turns: Any, out: Any) -> None:
-    """Multiply the rows (n, K, m, w) with each of p series of numbers `turns` (p, m), into (>= n, K, p, >= m, w)."""
+    """Multiply the rows (n, K, m, w) with each of p series of numbers `turns` (p, m), into (n, K, p, >= m, w).
+
+    The rows of `out` beyond these become 0.
+    """
     n, channels, m, w = rows.shape
     for b in range(n):
         for c in range(channels):
@@ -29,6 +32,7 @@ def turn(rows: Any, turns: Any, out: Any) -> None:
                     source, target, by = rows[b, c, y], out[b, c, r, y], turns[r, y]
                     for x in range(w):
                         target[x] = source[x] * by
+                out[b, c, r, m:] = 0
 
 
 @kernel
@@ -134,7 +138,9 @@ def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, 
     """
     h, w = dist.shape
     size = best.shape[0]
-    worst = best[size - 1, 0] if count == size else np.int64(NONE)
+    costs, rows = best[:, 0].copy(), np.arange(size)  # costs in order, and which row of `found` each belongs to
+    found = best.copy()
+    worst = costs[size - 1] if count == size else np.int64(NONE)
     for y in range(h):
         d, p = dist[y], penalty[y]
         least = NONE
@@ -151,12 +157,16 @@ def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, 
                 continue
             count = min(count + 1, size)
             k = count - 1
-            while k > 0 and best[k - 1, 0] > cost:
-                best[k] = best[k - 1]
+            row = rows[k]
+            while k > 0 and costs[k - 1] > cost:
+                costs[k], rows[k] = costs[k - 1], rows[k - 1]
                 k -= 1
-            best[k, 0], best[k, 1], best[k, 2], best[k, 3] = cost, variant, y, x
+            costs[k], rows[k] = cost, row
+            found[row, 0], found[row, 1], found[row, 2], found[row, 3] = cost, variant, y, x
             if count == size:
-                worst = best[size - 1, 0]
+                worst = costs[size - 1]
+    for k in range(count):
+        best[k] = found[rows[k]]
     return count
 
 

@@ -94,10 +94,14 @@ def mark(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, sta
             near = here[max(j - 1, 0)] & here[min(j + 1, w - 1)] & above[j] & below[j]
             state[i, j] = FREE if here[j] & near else NEW
         row = place(y0 + i, height, wrap[0])
-        for j in range(w):
-            x = x0 + j if 0 <= x0 <= width - w else place(x0 + j, width, wrap[1])
-            if here[j] and locked[row, x]:
-                state[i, j] = OLD
+        if row >= 0 and 0 <= x0 <= width - w:
+            line, given = state[i], locked[row, x0 : x0 + w]
+            for j in range(w):
+                line[j] = OLD if here[j] & given[j] else line[j]
+        else:
+            for j in range(w):
+                if here[j] and locked[row, place(x0 + j, width, wrap[1])]:
+                    state[i, j] = OLD
         for k, j in ((2, w - 1), (3, 0)):
             if here[j] and known_beside(variant, y0, x0, wrap, i, j, h, w, k):
                 state[i, j] = OLD
@@ -143,6 +147,12 @@ def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, wrap: Any, v: int
         y = place(y0 + i, height, wrap[0])
         row = (u + i) % rows
         if y < 0:
+            continue
+        if 0 <= x0 <= width - take.shape[1] and s + take.shape[1] <= columns:
+            here, line, at = take[i], variant[y, x0 : x0 + take.shape[1]], yx[y, x0 : x0 + take.shape[1]]
+            for j in range(np.uint64(take.shape[1])):
+                if here[j]:
+                    line[j], at[j, 0], at[j, 1] = v, row, s + j
             continue
         for j in range(take.shape[1]):
             if not take[i, j]:
