@@ -226,7 +226,7 @@ def case_elements() -> list[Result]:
 
 def case_segments() -> list[Result]:
     from intarsia import analysis
-    from intarsia.analysis.segments import find_segments
+    from intarsia.analysis.segmentation import find_segments
 
     feats = analysis.features([ia.Exemplar.of(pixels())]).pictures[0]
     return [timed("segments of 256x256", 15, lambda: find_segments(feats))]

@@ -14,8 +14,8 @@ from intarsia.analysis.elements import element_size
 from intarsia.analysis.features import features
 from intarsia.analysis.graph_segments import PixelGraph, even_colours, numbered, smoothed
 from intarsia.analysis.groups import group, split
-from intarsia.analysis.segment_overlay import CHOSEN, GROUND, LINE, segment_overlay
-from intarsia.analysis.segments import SizeRule, find_segments, limited, segments, vote
+from intarsia.analysis.segment_drawing import CHOSEN, GROUND, LINE, segment_overlay
+from intarsia.analysis.segmentation import SizeRule, find_segments, limited, segments, vote
 from intarsia.analysis.select_feature import (
     DISC,
     RAGGED,

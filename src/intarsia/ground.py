@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt
 
 from .exemplar import Exemplar
 from .image import Array
 from .kernels.votes import Ground
+from .lazy import lazy
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only masked exemplars need it
+    ndimage = lazy("scipy.ndimage")
 
 
 def enlarged(samples: Array, times: int) -> Array:
@@ -56,5 +62,5 @@ def _near(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
     # Around a torus the nearest one is never further than one round.
     edge = min(cap, max(height, width)) if exemplar.toroidal else 1
     padded = np.pad(usable, edge, mode="wrap") if exemplar.toroidal else np.pad(usable, edge)
-    distance = distance_transform_cdt(padded, metric="chessboard")[edge:-edge, edge:-edge]
+    distance = ndimage.distance_transform_cdt(padded, metric="chessboard")[edge:-edge, edge:-edge]
     return np.minimum(distance, cap).astype(np.uint16)

@@ -13,6 +13,7 @@ from .image import Kind, Plane
 
 MAX_WEIGHT = 100.0
 MAX_REACH = 256
+MAX_LABELS = 32
 
 
 @dataclass(frozen=True)

@@ -8,22 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import distance_transform_cdt
 
 from .analysis import default_patch, features, seam_total
 from .auto import AUTO_METHOD, Auto
 from .errors import IntarsiaError, ParameterError
 from .geometry import Wrap
+from .lazy import lazy
 from .methods.base import METHODS, Method, make, method_class
 from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
 from .starts import USUAL, Margins, Scene, extension, repair, with_hole
 from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out, named
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only holes need it
+    ndimage = lazy("scipy.ndimage")
 
 LEAST_PATCH = 12
 SUPPLY = 8  # at least 1/SUPPLY of the windows of the exemplar must be free of marked pixels
@@ -167,7 +172,7 @@ def patch_for(scene: Scene) -> int:
     start = scene.canvas.start
     assert start is not None
     holes = np.pad(start.holes, 1)
-    thick = 2 * int(distance_transform_cdt(holes, metric="chessboard").max()) - 1
+    thick = 2 * int(ndimage.distance_transform_cdt(holes, metric="chessboard").max()) - 1
     side = max(min(max(2 * thick, thick + 16), default_patch(scene.exemplars)), LEAST_PATCH)
     side = min(side, scene.canvas.height, scene.canvas.width)
     while side > LEAST_PATCH and not any(SUPPLY * free >= all_ for free, all_ in _supply(scene, side)):
@@ -197,7 +202,7 @@ def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None, edge: 
     """Fill a band along the edge of the holes again, pixel by pixel."""
     canvas = scene.canvas
     assert canvas.start is not None
-    inner = distance_transform_cdt(np.pad(canvas.start.holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
+    inner = ndimage.distance_transform_cdt(np.pad(canvas.start.holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
     band = canvas.start.holes & (inner <= edge)
     again = replace(canvas, start=with_hole(made.map, band), rim=0)
     filled = carry_out(scene.exemplars, again, make(PIXELWISE, {}), seed, Blend(0), run)

@@ -14,11 +14,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import finish
 from .colour import Curve
 from .errors import InputError, ParameterError
 from .exemplar import Exemplar
@@ -28,11 +28,16 @@ from .image import Array, Kind, Plane
 from .kernels.cutout import cut_window
 from .kernels.mix import copy_cell, gather
 from .kernels.votes import HOLE, Ground, make_plan
+from .lazy import lazy
 from .mixing import Floats, Integers, Labels, Mixer, Normals, Spread
 from .normals import NormalCoding
 from .run import Run
 from .sourcemap import Blend, Mixing, SourceMap
-from .translucent import TranslucentFloats, TranslucentIntegers
+
+if TYPE_CHECKING:
+    from . import finish, translucent
+else:  # only some textures need them
+    finish, translucent = lazy("intarsia.finish"), lazy("intarsia.translucent")
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
@@ -249,8 +254,8 @@ def _mixer(
         values = curve.linear(samples[seen])
         spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
     if plane.is_float:
-        return (TranslucentFloats if plane.alpha else Floats)(samples, light, curve, spread)
-    return (TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
+        return (translucent.TranslucentFloats if plane.alpha else Floats)(samples, light, curve, spread)
+    return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
 
 
 def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:

@@ -8,17 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import maximum_filter
 
 from .canvas import Canvas
 from .errors import InputError, ParameterError
 from .exemplar import Exemplar
 from .geometry import Box, Wrap
+from .lazy import lazy
 from .sourcemap import HOLE, Source, SourceMap, identity
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only holes need it
+    ndimage = lazy("scipy.ndimage")
 
 Mask = NDArray[np.bool_]
 USUAL = 100
@@ -86,7 +91,7 @@ def grown_hole(hole: ArrayLike, px: int, wrap: Wrap = Wrap.NONE) -> Mask:
     out = np.asarray(hole, np.uint8)
     for axis, round_it in enumerate((wrap.y, wrap.x)):
         shape = tuple(2 * px + 1 if a == axis else 1 for a in (0, 1))
-        out = maximum_filter(out, size=shape, mode="wrap" if round_it else "constant")
+        out = ndimage.maximum_filter(out, size=shape, mode="wrap" if round_it else "constant")
     return out.astype(bool)
 
 

@@ -1,6 +1,6 @@
 """What is known of an exemplar: features, element size, rarity, and the search for patches in it.
 
-What only some methods need is imported when it is asked for, so that the others start sooner.
+Most is imported when it is asked for, so that a method starts without what only others need.
 """
 
 from __future__ import annotations
@@ -8,50 +8,94 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .boundary import boundary_poses, grown, slack_of
 from .features import Features, contrast, features, pose_array
-from .growth import Growth, Laying, Pick
-from .guidance import Guidance, check_guide
-from .guided_search import GuidedSearch
-from .patchwork import Patchwork, Window, random_patch, waves
-from .pixels import Layer, check_window, choices, default_window, ground, layers
-from .pyramid import PyramidSearch, check_pyramid
-from .repetition import Layout, Repetition, Rule, striking
-from .scan import Scan, scan_reach
-from .seams import seam_total
-from .search import Candidates, PatchSearch, Prices, Search
-from .segment_overlay import segment_overlay
-from .segments import Segments, SizeRule, segments
-from .sizes import check_patch, default_patch, fitting, large_patch
-from .symmetry import allowed_isometries, settled_isometries
-from .trees import similar_pixels, tree_of
 from .variants import Variants, isometry_ids, variants
 
 if TYPE_CHECKING:
+    from .boundary import boundary_poses, grown, slack_of
     from .cell import check_lattice, lattice_of
     from .courses import Courses
     from .footing import Footing, footing_of
+    from .growth import Growth, Laying, Pick
+    from .guidance import Guidance, check_guide
+    from .guided_search import GuidedSearch
     from .mosaic import FewPlaces, Mosaic
+    from .patchwork import Patchwork, Window, random_patch, waves
+    from .pixels import Layer, check_window, choices, default_window, ground, layers
     from .posed_sheet import settled_poses
+    from .pyramid import PyramidSearch, check_pyramid
+    from .repetition import Layout, Repetition, Rule, striking
     from .rsgf import Sampling
+    from .scan import Scan, scan_reach
+    from .seams import seam_total
+    from .search import Candidates, PatchSearch, Prices, Search
+    from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
+    from .segmentation import Segments, SizeRule, segments
+    from .sizes import check_patch, default_patch, fitting, large_patch
     from .stitching import Stitch, Stitching
+    from .symmetry import allowed_isometries, settled_isometries
     from .tiling import Tiling
+    from .trees import similar_pixels, tree_of
 
-_LATER = {
+_MODULES = {
+    "Candidates": "search",
     "Courses": "courses",
     "FewPlaces": "mosaic",
     "Footing": "footing",
+    "Growth": "growth",
+    "Guidance": "guidance",
+    "GuidedSearch": "guided_search",
+    "Layer": "pixels",
+    "Laying": "growth",
+    "Layout": "repetition",
     "Mosaic": "mosaic",
+    "PatchSearch": "search",
+    "Patchwork": "patchwork",
+    "Pick": "growth",
+    "Prices": "search",
+    "PyramidSearch": "pyramid",
+    "Repetition": "repetition",
+    "Rule": "repetition",
     "Sampling": "rsgf",
+    "Scan": "scan",
+    "Search": "search",
     "SegmentSearch": "segment_search",
+    "Segments": "segmentation",
+    "SizeRule": "segmentation",
     "Stitch": "stitching",
     "Stitching": "stitching",
     "Tiling": "tiling",
+    "Window": "patchwork",
+    "allowed_isometries": "symmetry",
+    "boundary_poses": "boundary",
+    "check_guide": "guidance",
     "check_lattice": "cell",
+    "check_patch": "sizes",
+    "check_pyramid": "pyramid",
+    "check_window": "pixels",
+    "choices": "pixels",
+    "default_patch": "sizes",
+    "default_window": "pixels",
+    "fitting": "sizes",
     "footing_of": "footing",
+    "ground": "pixels",
+    "grown": "boundary",
+    "large_patch": "sizes",
     "lattice_of": "cell",
+    "layers": "pixels",
+    "random_patch": "patchwork",
+    "scan_reach": "scan",
+    "seam_total": "seams",
+    "segment_overlay": "segment_drawing",
+    "segments": "segmentation",
+    "settled_isometries": "symmetry",
     "settled_poses": "posed_sheet",
+    "similar_pixels": "trees",
+    "slack_of": "boundary",
+    "striking": "repetition",
+    "tree_of": "trees",
+    "waves": "patchwork",
 }
 
 __all__ = [
@@ -123,6 +167,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in _LATER:
-        return getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+    if name in _MODULES:
+        return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

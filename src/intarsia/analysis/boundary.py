@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, label, maximum
 
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..guide import Guide
+from ..lazy import lazy
 from ..sourcemap import HOLE, Blend, SourceMap
 from .growth import Growth, Laying
-from .guidance import numbered
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+
+    from . import guidance
+else:  # only canvases with a guide need them
+    ndimage, guidance = lazy("scipy.ndimage"), lazy(f"{__package__}.guidance")
 
 PASS = 1 << 20  # draws of the second pass are apart from those of the first
 SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
@@ -54,9 +60,7 @@ def smaller(laying: Laying) -> Laying | None:
         return None
     patch = tuple(max(1, round(p * side / least)) for p in laying.patch)
     overlap = tuple(min(max(min(o, 1), o * side // least), p - 1) for o, p in zip(laying.overlap, patch, strict=True))
-    return replace(
-        laying, patch=(patch[0], patch[1]), overlap=(overlap[0], overlap[1]), boundary=0, rim=max(overlap)
-    )
+    return replace(laying, patch=(patch[0], patch[1]), overlap=(overlap[0], overlap[1]), boundary=0, rim=max(overlap))
 
 
 def boundary_poses(patch: tuple[int, int], asked: str | tuple[int, ...] | None) -> str | tuple[int, ...]:
@@ -80,7 +84,7 @@ def _without_strays(
     regions hold is as if outside the canvas; pixels that a start map locks are not touched.
     """
     assert canvas.guide is not None
-    target = numbered(canvas.guide.target, canvas.guide.names)
+    target = guidance.numbered(canvas.guide.target, canvas.guide.names)
     found = shown_labels(smap, canvas.guide)
     stray = strays(found, target, laying.slack or 0, neighbours(canvas.guide))
     free = np.ones(target.shape, bool) if canvas.start is None else canvas.start.holes
@@ -103,7 +107,7 @@ def shown_labels(smap: SourceMap, guide: Guide) -> Array:
     for n, source in enumerate(guide.sources):
         mine = which == n
         yx = smap.yx[mine]
-        out[mine] = numbered(source, guide.names)[yx[:, 0], yx[:, 1]]
+        out[mine] = guidance.numbered(source, guide.names)[yx[:, 0], yx[:, 1]]
     return out
 
 
@@ -112,7 +116,7 @@ def neighbours(guide: Guide) -> Array:
     size = len(guide.names) + 1
     out = np.eye(size, dtype=bool)
     for source in guide.sources:
-        ids = numbered(source, guide.names)
+        ids = guidance.numbered(source, guide.names)
         for a, b in ((ids[1:], ids[:-1]), (ids[:, 1:], ids[:, :-1])):
             out[a, b] = out[b, a] = True
     return out
@@ -124,7 +128,7 @@ def strays(found: Array, target: Array, slack: int, beside: Array) -> Array:
     Where the exemplars never show two labels side by side (`beside`), there is no boundary to keep: all are strays.
     """
     wrong = np.asarray(found != target)
-    groups, count = label(wrong, np.ones((3, 3)))
+    groups, count = ndimage.label(wrong, np.ones((3, 3)))
     if not count:
         return wrong
     depth = np.zeros(target.shape)
@@ -133,8 +137,8 @@ def strays(found: Array, target: Array, slack: int, beside: Array) -> Array:
         if here.all():
             depth[:] = np.inf
         else:
-            depth[here] = distance_transform_edt(here)[here]
-    deepest = np.append(-1.0, maximum(depth, groups, np.arange(1, count + 1)))
+            depth[here] = ndimage.distance_transform_edt(here)[here]
+    deepest = np.append(-1.0, ndimage.maximum(depth, groups, np.arange(1, count + 1)))
     return np.asarray((deepest[groups] > slack) | ~beside[found, target])
 
 
@@ -153,4 +157,3 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
         parts.append(None if a is None and not both.any() else both)
     yx = np.where(taken[:, :, None], above.yx, below.yx)
     return replace(below, yx=yx, which=parts[0], pose=parts[1])
-

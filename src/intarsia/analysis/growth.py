@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,19 +19,23 @@ from ..exemplar import Exemplar
 from ..geometry import hang, spread
 from ..guide import Guide
 from ..kernels.edges import weigh_edge
+from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import HOLE, Blend, SourceMap
-from .distance_map import distance_maps, full_scale
 from .features import features
-from .guidance import Guidance
-from .guided_pyramid import GuidedPyramid
-from .guided_search import GuidedSearch, seam_unit
 from .patchwork import Patchwork, Window, random_patch, waves
 from .placing import places
-from .pyramid import PyramidSearch
 from .repetition import Layout, Repetition, Rule, striking
 from .search import Candidates, PatchSearch, Search
 from .variants import Variants, isometry_ids, variants
+
+if TYPE_CHECKING:
+    from . import distance_map, guidance, guided_pyramid, guided_search, pyramid
+else:  # only some canvases need them
+    distance_map, guidance, guided_pyramid, guided_search, pyramid = (
+        lazy(f"{__package__}.{name}")
+        for name in ("distance_map", "guidance", "guided_pyramid", "guided_search", "pyramid")
+    )
 
 Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
@@ -132,17 +136,13 @@ class Growth:
         around = (laying.context, max(min(laying.patch) // SURROUNDINGS, 1)) if laying.context else (0.0, 0)
         self.features = features(exemplars, laying.weights, around)
         shown = () if canvas.start is None else canvas.start.poses
-        self.variants = variants(
-            exemplars, self.features, laying.poses(canvas.guide), self.layout.patch, shown
-        )
+        self.variants = variants(exemplars, self.features, laying.poses(canvas.guide), self.layout.patch, shown)
         rim = laying.rim if canvas.rim is None else canvas.rim
         listed = laying.listed if self.layout.places is None or rim else max(laying.listed, AROUND_HOLES)
         self.finder = self._finder(listed)
         priced = laying.usage and laying.repeats is Rule.PRICES
         prices = striking(self.features, self.finder) if priced else None
-        self.repetition = Repetition(
-            self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats
-        )
+        self.repetition = Repetition(self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats)
         self.patchwork = Patchwork.begin(self.variants, canvas, rim)
         windows = self.patchwork.open_windows(self.layout, wanted)
         self.guided = self._guided()
@@ -159,22 +159,22 @@ class Growth:
         if laying.finder is not None:
             return laying.finder(self.variants, patch)
         if laying.search == "pyramid":
-            return PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
+            return pyramid.PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
         return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", listed)
 
-    def _guided(self) -> GuidedSearch | GuidedPyramid | None:
+    def _guided(self) -> guided_search.GuidedSearch | guided_pyramid.GuidedPyramid | None:
         """The search under the canvas's guide, where it has one."""
         guide = self.canvas.guide
         if guide is None:
             return None
-        guidance = Guidance(
+        what = guidance.Guidance(
             guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.laying.isometries)
         )
-        unit = seam_unit(self.exemplars[0], self.laying.weights)
-        if isinstance(self.finder, PyramidSearch):
-            return GuidedPyramid(self.finder, guidance, unit)
+        unit = guided_search.seam_unit(self.exemplars[0], self.laying.weights)
+        if isinstance(self.finder, pyramid.PyramidSearch):
+            return guided_pyramid.GuidedPyramid(self.finder, what, unit)
         assert isinstance(self.finder, PatchSearch), "methods with a search of their own have no guide"
-        return GuidedSearch(self.finder, guidance, unit)
+        return guided_search.GuidedSearch(self.finder, what, unit)
 
     def at_boundary(self, window: Window) -> bool:
         """True where a window holds a boundary between labels of the guide."""
@@ -231,8 +231,8 @@ class Growth:
             dy = dy % self.canvas.height if self.canvas.wrap.y else dy
             dx = dx % self.canvas.width if self.canvas.wrap.x else dx
             if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
-                scale = full_scale(self.exemplars[0], self.laying.weights)
-                probe.maps = distance_maps(candidates, self.variants, scale)
+                scale = distance_map.full_scale(self.exemplars[0], self.laying.weights)
+                probe.maps = distance_map.distance_maps(candidates, self.variants, scale)
                 if candidates.free:
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
                 return

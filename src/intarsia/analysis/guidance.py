@@ -8,26 +8,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from ..colour import code_values
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
-from ..guide import Guide
+from ..guide import MAX_LABELS, Guide
 from ..image import Plane
+from ..lazy import lazy
 from ..params import extent
 from .features import pose_array
 from .repetition import Layout
 from .search import Search
 from .variants import Variants, valid_windows
 
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only boundaries need it
+    ndimage = lazy("scipy.ndimage")
+
 ONE = 1020  # a label that is there, the full range of a target picture
-MAX_LABELS = 32
 
 Array = NDArray[Any]
 
@@ -238,7 +242,7 @@ def _presence(mine: Array, reach: int, wrap: Wrap) -> Array:
         return mine.astype(np.int16) * np.int16(ONE)
     pad = [(reach, reach) if closed else (0, 0) for closed in (wrap.y, wrap.x)]
     wide = np.pad(mine, pad, mode="wrap")
-    depth = distance_transform_edt(wide) - distance_transform_edt(~wide)
+    depth = ndimage.distance_transform_edt(wide) - ndimage.distance_transform_edt(~wide)
     soft = np.clip(np.floor((depth / (2 * reach) + 0.5) * ONE + 0.5), 0, ONE).astype(np.int16)
     return np.asarray(soft[pad[0][0] : pad[0][0] + mine.shape[0], pad[1][0] : pad[1][0] + mine.shape[1]])
 

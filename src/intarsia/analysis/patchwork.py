@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt
 
 from ..canvas import Canvas
 from ..draws import below
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..kernels import windows
+from ..lazy import lazy
 from ..sourcemap import HOLE, Blend, SourceMap
 from .placing import levels
 from .repetition import Layout
 from .search import Candidates
 from .variants import Variants
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only start maps need it
+    ndimage = lazy("scipy.ndimage")
 
 Array = NDArray[Any]
 Window = tuple[int, int]
@@ -166,6 +171,6 @@ def _deeper_than(rim: int, known: NDArray[np.bool_], canvas: Canvas) -> NDArray[
     if known.all():
         return known
     pad = [(rim + 1, rim + 1) if wrap else (0, 0) for wrap in (canvas.wrap.y, canvas.wrap.x)]
-    depth = distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
+    depth = ndimage.distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
     inner = tuple(slice(p[0], n + p[0]) for p, n in zip(pad, known.shape, strict=True))
     return np.asarray(depth[inner] > rim)

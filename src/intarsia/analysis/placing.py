@@ -10,13 +10,18 @@ Source: no paper; our own rule (Multrus 2003, 5.1, extends to one side, from the
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import find_objects, label
 
 from ..geometry import spread
+from ..lazy import lazy
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only canvases that are partly filled need it
+    ndimage = lazy("scipy.ndimage")
 
 Place = tuple[int, int]
 Mask = NDArray[np.bool_]
@@ -42,7 +47,7 @@ def places(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Place]
     found = list(_outside(known, patch, overlap, wraps))
     for y, x in found:
         left[_index(y, x, patch, known.shape)] = False
-    for box in find_objects(label(left, np.ones((3, 3), int))[0]):
+    for box in ndimage.find_objects(ndimage.label(left, np.ones((3, 3), int))[0]):
         part = left[box]
         if not part.any():  # a window of an earlier hole holds this one, too
             continue

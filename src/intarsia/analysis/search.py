@@ -12,17 +12,22 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from threading import local
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from ..kernels import match, nearest, reduce, windows
+from ..lazy import lazy
 from .axes import principal_axes
 from .masks import Masks
 from .variants import Variants
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only masked exemplars need it
+    ndimage = lazy("scipy.ndimage")
 
 SHORT_LIST = 16
 AXES = 2
@@ -91,9 +96,7 @@ class Search(Protocol):
     def batch(self) -> int:
         """How many windows are best searched together."""
 
-    def find(
-        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
-    ) -> list[Candidates]:
+    def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
 
 
@@ -197,9 +200,7 @@ class PatchSearch:
         size = max(a * (b // 2 + 1) for a, b in self.coarse) * 8 * (len(self.axes) + 1)
         return max(1, min(32, BATCH_BYTES // size))
 
-    def find(
-        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
-    ) -> list[Candidates]:
+    def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map.
 
         `wrap`: whether rows and columns of the canvas continue in themselves; `prices`: what repeats cost.
@@ -307,7 +308,9 @@ def _reachable(valid: Array, factor: int, rows: int, columns: int) -> Array:
     """Coarse positions from which refinement can reach a valid patch."""
     if not valid.size:
         return np.zeros((0, 0), bool)
-    near = maximum_filter(valid.astype(np.uint8), size=2 * factor - 1, mode="constant")
+    if valid.all():
+        return np.ones((rows, columns), bool)
+    near = ndimage.maximum_filter(valid.astype(np.uint8), size=2 * factor - 1, mode="constant")
     y = np.minimum(np.arange(rows) * factor, valid.shape[0] - 1)
     x = np.minimum(np.arange(columns) * factor, valid.shape[1] - 1)
     return near[np.ix_(y, x)].astype(bool)

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..analysis.light import clipped, flattened
 from ..colour import Curve
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Array, Kind, Plane
+from ..lazy import lazy
 from ..mixing import Floats, Integers, Labels, Mixer, Normals
 from ..normals import NormalCoding
-from ..translucent import TranslucentFloats, TranslucentIntegers
 from .request import Inputs
+
+if TYPE_CHECKING:
+    from .. import translucent
+    from ..analysis import light
+else:  # only some exemplars need them
+    light, translucent = lazy("intarsia.analysis.light"), lazy("intarsia.translucent")
 
 Warn = Callable[[str], None]
 
@@ -96,8 +102,8 @@ def reduced(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
 
 def even(exemplar: Exemplar, warn: Warn) -> Exemplar:
     """Take the slope of light off; warn where much of the picture becomes white by it."""
-    made = flattened(exemplar)
-    share = clipped(exemplar.base, made.base)
+    made = light.flattened(exemplar)
+    share = light.clipped(exemplar.base, made.base)
     if share > MUCH:
         warn(
             f"--flatten: {100 * share:.0f} % of {exemplar.name} became brighter than white and was cut off there; "
@@ -126,5 +132,5 @@ def _mixer(plane: Plane) -> Mixer:
         return Labels.of(samples)
     curve = Curve.of(plane)
     if plane.is_float:
-        return (TranslucentFloats if plane.alpha else Floats)(samples, samples, curve, None)
-    return (TranslucentIntegers if plane.alpha else Integers)(samples, curve, None)
+        return (translucent.TranslucentFloats if plane.alpha else Floats)(samples, samples, curve, None)
+    return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, None)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analysis.distance_map import as_16_bit, side_by_side
 from ..files import write, write_bytes
 from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
+from ..lazy import lazy
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..starts import Scene
@@ -25,6 +25,11 @@ from .plan import Order, blend_of, check_begin, orders_of, patches_of, scene_of
 from .report import Meter, Report
 from .request import Inputs, Targets, Wish
 from .sheet import contact_sheet, thumbnail
+
+if TYPE_CHECKING:
+    from ..analysis import distance_map
+else:  # only --distance-map needs it
+    distance_map = lazy("intarsia.analysis.distance_map")
 
 
 @dataclass
@@ -183,8 +188,8 @@ def _st_plane(smap: SourceMap) -> Plane:
 
 def distance_plane(maps: list[Any], path: str) -> Plane:
     """Distances as a picture: as they are, or stretched to 16 bits where the format holds no others."""
-    whole = side_by_side(maps)
-    pixels = as_16_bit(whole) if path.lower().endswith(".png") else whole
+    whole = distance_map.side_by_side(maps)
+    pixels = distance_map.as_16_bit(whole) if path.lower().endswith(".png") else whole
     return Plane(pixels, Kind.DATA, Transfer.LINEAR)
 
 

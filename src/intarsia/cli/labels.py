@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import files
-from ..analysis.guidance import MAX_LABELS
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
-from ..guide import Guide
+from ..guide import MAX_LABELS, Guide
 from ..image import Array, Kind, Plane
 from .adapt import adapted
 from .exemplars import Shelf

@@ -116,9 +116,7 @@ def segments(exemplar: Exemplar) -> Segments:
     return exemplar.memo("segments", find)
 
 
-def find_segments(
-    features: NDArray[np.int16], usable: Mask | None = None, published: Energy | None = None
-) -> Segments:
+def find_segments(features: NDArray[np.int16], usable: Mask | None = None, published: Energy | None = None) -> Segments:
     """Find the segments of a picture, and which of them are its elements.
 
     Parameters

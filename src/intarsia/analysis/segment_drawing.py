@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..colour import code_values
 from ..exemplar import Exemplar
-from .segments import Segments, segments
+from .segmentation import Segments, segments
 
 TINTS = ((86, 180, 233), (0, 158, 115), (204, 121, 167), (0, 114, 178), (230, 159, 0), (120, 94, 240), (128, 128, 128))
 CHOSEN = (213, 94, 0)
