@@ -151,7 +151,7 @@ def test_every_file_in_every_role(name: str, place: Place, capfd: pytest.Capture
         right = expected.codes(role, name, outcome, plane, given.path)
         worked = role.command not in DRY or (right == {0} and (turn + number) % 17 == 0)
         code, told = place.run(words if worked else [*words, "--dry-run"], data)
-        if code == 1 and worked and role.field in ("masks", "donors", "files"):
+        if code == 1 and role.field in ("masks", "donors", "files"):
             assert "free of masked pixels" in told, (role, told)  # what the method needs is known to it alone
         else:
             assert code in right, (role, right, told)

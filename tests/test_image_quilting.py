@@ -18,8 +18,11 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.analysis import Layout, features, waves
+from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap, spread
+from intarsia.methods.base import make
+from intarsia.params import extent
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.testing import noise, texture, unbroken
 
@@ -315,6 +318,16 @@ def test_masks_are_kept_to_the_pixel() -> None:
     assert "\n" not in str(caught.value)
     with pytest.raises(ia.InputError, match="no pixel"):
         grow(Exemplar.of(bytes_of(40, 40), usable=np.zeros((40, 40))), (60, 60), patch=12)
+
+
+@pytest.mark.parametrize("method", ["image-quilting", "patch-sampling", "graphcut", "random-tiling", "segment-based"])
+def test_what_a_mask_leaves_is_measured_before_work(method: str) -> None:
+    """An automatic patch fits into what is not masked; a patch that does not is refused when it is settled."""
+    e = Exemplar.of(texture(64, 64, 3), usable=np.tile(np.arange(64) < 20, (64, 1)))
+    canvas = Canvas(80, 80)
+    assert extent(make(method, {}).settled([e], canvas).patch)[1] <= 20  # type: ignore[attr-defined]
+    with pytest.raises(ia.MethodError, match="no 24x24 px patch of the exemplar is free of masked pixels"):
+        make(method, {"patch": 24}).settled([e], canvas)
 
 
 # ---- start maps ---------------------------------------------------------------------------------------------------

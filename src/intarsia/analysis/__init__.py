@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
     from .segmentation import Segments, SizeRule, segments
-    from .sizes import check_patch, default_patch, fitting, large_patch
+    from .sizes import check_patch, clear_side, default_patch, fitting, large_patch
     from .stitching import Stitch, Stitching
     from .symmetry import allowed_isometries, settled_isometries
     from .tiling import Tiling
@@ -75,6 +75,7 @@ _MODULES = {
     "check_pyramid": "pyramid",
     "check_window": "pixels",
     "choices": "pixels",
+    "clear_side": "sizes",
     "default_patch": "sizes",
     "default_window": "pixels",
     "fitting": "sizes",
@@ -137,6 +138,7 @@ __all__ = [
     "check_pyramid",
     "check_window",
     "choices",
+    "clear_side",
     "contrast",
     "default_patch",
     "default_window",

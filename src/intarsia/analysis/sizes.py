@@ -13,8 +13,8 @@ from ..guide import Guide
 from ..params import extent
 from .elements import ElementSize, element_size
 from .features import features
-from .guidance import check_sources, largest_squares
-from .variants import isometry_ids
+from .guidance import check_sources, largest_square, largest_squares
+from .variants import isometry_ids, valid_windows, without_patch
 
 LEAST = 16
 USUAL = 64
@@ -34,9 +34,7 @@ def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> 
     """
     if guide is not None and guide.is_labels:
         return _patch_of_labels(exemplars, guide)
-    usable = _sampled(exemplars)
-    side = min(min(e.height, e.width) for e in usable)
-    return fitting(max(elements(e).size for e in usable), side)
+    return fitting(max(elements(e).size for e in _sampled(exemplars)), clear_side(exemplars))
 
 
 def large_patch(exemplars: Sequence[Exemplar]) -> int:
@@ -45,8 +43,14 @@ def large_patch(exemplars: Sequence[Exemplar]) -> int:
     Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats.
     """
     plain = default_patch(exemplars)
-    side = min(min(e.height, e.width) for e in _sampled(exemplars))
-    return max(plain, min(3 * plain // 2, 2 * side // 5))
+    return max(plain, min(3 * plain // 2, 2 * clear_side(exemplars) // 5))
+
+
+def clear_side(exemplars: Sequence[Exemplar]) -> int:
+    """Side of the square, px, that fits into every exemplar that is sampled, and into what is unmasked of one."""
+    sampled = _sampled(exemplars)
+    free = max(min(e.height, e.width) if e.usable is None else largest_square(e.usable)[2] for e in sampled)
+    return max(min(free, *(min(e.height, e.width) for e in sampled)), 1)
 
 
 def fitting(element: float, side: int) -> int:
@@ -77,7 +81,7 @@ def check_patch(
     isometries: str | tuple[int, ...] = "none",
     seams: int | tuple[int, int] = 0,
 ) -> None:
-    """Refuse a patch that does not fit into every exemplar that is sampled, or that cannot be turned.
+    """Refuse a patch that fits into no unmasked part, or not into an exemplar that is sampled, or cannot be turned.
 
     `seams`: what a patch needs around itself on every side, px.
     """
@@ -96,6 +100,8 @@ def check_patch(
             raise ParameterError(
                 f"{told} is larger than the exemplar ({e.width} x {e.height} px); {choose}, or a larger exemplar."
             )
+    if not any(valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars):
+        raise without_patch((rows, columns))
 
 
 def written(columns: int, rows: int) -> str:

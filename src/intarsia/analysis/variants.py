@@ -116,10 +116,7 @@ def variants(
             pose.append(p)
             begin += picture.size
     if not any(v.any() for v in valid):
-        raise MethodError(
-            f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; "
-            "choose a smaller patch, or mask less."
-        )
+        raise without_patch(patch)
     flat = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
     return Variants(
         flat,
@@ -129,6 +126,14 @@ def variants(
         tuple(valid),
         feats.pictures[0].shape[2],
         np.array([exemplars[n].toroidal for n in which], bool),
+    )
+
+
+def without_patch(patch: tuple[int, int]) -> MethodError:
+    """Say that no patch of (rows, columns) px is free of masked pixels."""
+    return MethodError(
+        f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; "
+        "choose a smaller patch, or mask less."
     )
 
 
