@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .corners import find_path, lay_edges, paint, take_path, typical
 from .jit import kernel
 from .maxflow import FREE, NEW, OLD, grid_min_cut
+from .unions import find_root
 
 GRADIENT_UNIT = 256  # a gradient cost is the plain cost times this, divided by FLAT + gradients: so 16 times
 FLAT = 16  # the plain cost where all is flat; FLAT is in units of feature distance, so that no zero divides
@@ -70,15 +71,6 @@ def seam_costs(
 
 
 @kernel
-def _root(up: NDArray[np.int32], run: int) -> int:
-    """Return the run that stands for the piece of `run`, halving the way there."""
-    while up[run] != run:
-        up[run] = up[up[run]]
-        run = up[run]
-    return run
-
-
-@kernel
 def _pieces(state: NDArray[np.uint8]) -> tuple[int, int, int]:
     """Count the 4-connected old pieces, the new ones, and those of them that do not touch the border."""
     height, width = state.shape
@@ -110,13 +102,13 @@ def _pieces(state: NDArray[np.uint8]) -> tuple[int, int, int]:
                 if end[touching] <= first:
                     above = touching + 1  # it also ends before every later run of this row
                 elif label[touching] == s:
-                    a, b = _root(up, touching), _root(up, runs)
+                    a, b = find_root(up, touching), find_root(up, runs)
                     up[max(a, b)] = min(a, b)
                 touching += 1
             runs += 1
     for run in range(runs):
         if coast[run] == 1:
-            coast[_root(up, run)] = 1
+            coast[find_root(up, run)] = 1
     old, new, inland = 0, 0, 0
     for run in range(runs):
         if up[run] == run:

@@ -10,15 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .jit import kernel
-
-
-@kernel
-def find_root(parent: NDArray[np.int32], v: int) -> int:
-    """Follow parents to the pixel that names a segment, halving the way for the next one who asks."""
-    while parent[v] != v:
-        parent[v] = parent[parent[v]]
-        v = parent[v]
-    return v
+from .unions import find_root
 
 
 @kernel

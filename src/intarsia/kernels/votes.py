@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..geometry import ISOMETRIES
 from .jit import kernel
+from .unions import find_root
 
 HOLE = 255
 J = np.array([isometry.j for isometry in ISOMETRIES], dtype=np.int64).reshape(8, 4)
@@ -43,14 +44,6 @@ class Plan(NamedTuple):
 
 
 @kernel
-def _root(parent: NDArray[np.int32], label: int) -> int:
-    while parent[label] != label:
-        parent[label] = parent[parent[label]]
-        label = parent[label]
-    return label
-
-
-@kernel
 def _first_pass(
     yx: NDArray[np.int32],
     which: NDArray[np.uint8],
@@ -69,12 +62,12 @@ def _first_pass(
                 same = pose[y, x - 1] == p
                 same &= yx[y, x, 0] - yx[y, x - 1, 0] == J[p, 1] and yx[y, x, 1] - yx[y, x - 1, 1] == J[p, 3]
                 if same or w == HOLE:
-                    label = _root(parent, labels[y, x - 1])
+                    label = find_root(parent, labels[y, x - 1])
             if y > 0 and which[y - 1, x] == w:
                 same = pose[y - 1, x] == p
                 same &= yx[y, x, 0] - yx[y - 1, x, 0] == J[p, 0] and yx[y, x, 1] - yx[y - 1, x, 1] == J[p, 2]
                 if same or w == HOLE:
-                    other = _root(parent, labels[y - 1, x])
+                    other = find_root(parent, labels[y - 1, x])
                     if label < 0:
                         label = other
                     elif (
@@ -111,7 +104,7 @@ def label_pieces(
             number[k] = pieces
             pieces += 1
         else:
-            number[k] = number[_root(parent, k)]
+            number[k] = number[find_root(parent, k)]
     table = np.empty((pieces, 8), np.int64)
     table[:, TOP] = -1
     for y in range(height):
