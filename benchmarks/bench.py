@@ -336,6 +336,12 @@ def case_graphcut() -> list[Result]:
     ]
 
 
+def case_repair() -> list[Result]:
+    """The worst seams of what image quilting made, looked for four times."""
+    made = ia.synthesize(pixels(), 512, run=ONE)
+    return [timed("repairing 512x512, 4 passes", 10, lambda: ia.repair(made, 4, run=ONE))]
+
+
 def case_best_tile() -> list[Result]:
     """The period of the built-in tiles is given, so that the search for it does not count."""
     tiles, method = pixels("tiles"), ia.BestTile(lattice=((64.0, 0.0), (0.0, 64.0)))
@@ -377,6 +383,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,
     "graphcut": case_graphcut,
+    "repair": case_repair,
     "help": case_help,
     "command": case_command,
     "analyze": case_analyze,

@@ -44,6 +44,7 @@ FLOORS: dict[str, float] = {
     "starts": 3.2,
     "synthesis": 6,
     "healing": 6.2,
+    "repairing": 6.2,
     "inspection": 6.2,
     "overlays": 6.2,
     "testing": 6.5,

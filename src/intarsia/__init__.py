@@ -52,6 +52,7 @@ _HOMES = {
     "flattened": "analysis.light",
     "heal": "healing",
     "read": "files",
+    "repair": "repairing",
     "synthesize": "synthesis",
     "write": "files",
 }
@@ -94,6 +95,7 @@ __all__ = [
     "flattened",
     "heal",
     "read",
+    "repair",
     "synthesize",
     "write",
 ]
@@ -122,6 +124,7 @@ if TYPE_CHECKING:
     from .methods.repeat import Repeat
     from .methods.segment_based import SegmentBased
     from .methods.wei_levoy import WeiLevoy
+    from .repairing import repair
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap
     from .starts import Margins

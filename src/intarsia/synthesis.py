@@ -39,7 +39,8 @@ class Synthesis:
     """What a synthesis made: a map, the exemplars that it points into, and the recipe that repeats it.
 
     Pictures are renderings of it: ``render()`` for the base plane, ``render("normal")`` for another. ``choice`` says
-    why the method was chosen, where it was not named, and ``trials`` holds the scores of what was tried.
+    why the method was chosen, where it was not named, and ``trials`` holds the scores of what was tried; ``canvas`` is
+    what was filled.
     """
 
     exemplars: tuple[Exemplar, ...]
@@ -49,6 +50,7 @@ class Synthesis:
     recipe: dict[str, Any] = field(default_factory=dict)
     choice: Choice | None = None
     trials: tuple[Score, ...] = ()
+    canvas: Canvas | None = None
 
     def render(
         self,
@@ -161,9 +163,9 @@ def carry_out(
     joined = blend or settled.blend
     recipe = _recipe(settled, exemplars, canvas, seed, joined)
     if kept is None:
-        return Synthesis(exemplars, smap, joined, settled, recipe)
+        return Synthesis(exemplars, smap, joined, settled, recipe, canvas=canvas)
     recipe["auto"] = kept.choice.recipe | ({"trials": len(kept.scores), "seed": asked} if kept.scores else {})
-    return Synthesis(exemplars, smap, joined, settled, recipe, kept.choice, kept.scores)
+    return Synthesis(exemplars, smap, joined, settled, recipe, kept.choice, kept.scores, canvas)
 
 
 def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:

@@ -8,6 +8,7 @@ and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +27,7 @@ from .worst import WorstSeams
 
 Array = NDArray[Any]
 Box = tuple[int, int, int, int]
+Bar = Callable[[Box, Pick], Array]
 
 SAMPLES = 128  # a side of the canvas is looked at in about so many places when repeats are counted
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
@@ -75,11 +77,12 @@ class Cut:
 class Stitching:
     """A growing map whose patches are cut in with old seams remembered.
 
-    ``prices`` (H, W, 2) int32: what the map costs between every pixel and its right and lower neighbour.
+    ``prices`` (H, W, 2) int32: what the map costs between every pixel and its right and lower neighbour. `bar`, if
+    there is one, says which pixels of a box must stay, whatever it costs, when a patch is cut in.
     """
 
-    def __init__(self, growth: Growth, stitch: Stitch) -> None:
-        self.growth, self.stitch, self.variants = growth, stitch, growth.variants
+    def __init__(self, growth: Growth, stitch: Stitch, bar: Bar | None = None) -> None:
+        self.growth, self.stitch, self.variants, self.bar = growth, stitch, growth.variants, bar
         self.usable = usable_pixels(growth.variants, growth.exemplars)
         work = growth.patchwork
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
@@ -147,12 +150,7 @@ class Stitching:
         found = self._found(box) if filling else self._around(box)
         if not len(found.rows):
             return [random_patch(valid, draw(bits, 0))] if filling else []
-        rows, count = found.rows, np.empty(len(found.rows), np.int64)
-        v = self.variants
-        placements.repeats(
-            self.variant, self.yx, v.table, v.toroidal, box, rows, self.wraps, self._step, count
-        )  # fmt: skip
-        price = rows[:, 0] + count * round(REPEAT * self.stitch.usage * found.usual) // placements.ONE
+        rows, price = found.rows, self.priced(box, found)
         unit = max(round(self.stitch.randomness * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
         picks: list[Pick] = []
@@ -164,18 +162,24 @@ class Stitching:
             picks.append((variant, u, s))
         return picks
 
+    def priced(self, box: Box, found: Candidates) -> Array:
+        """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
+        v, count = self.variants, np.empty(len(found.rows), np.int64)
+        placements.repeats(
+            self.variant, self.yx, v.table, v.toroidal, box, found.rows, self.wraps, self._step, count
+        )  # fmt: skip
+        return np.asarray(found.rows[:, 0] + count * round(REPEAT * self.stitch.usage * found.usual) // placements.ONE)
+
     def _found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
         if self._entire is not None:
             return self._entire.find(self.variant, self.yx, box[:2], self.wraps)
         assert self._sub is not None
-        return self._sub.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self._told())[0]
+        return self._sub.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.told())[0]
 
     def _around(self, box: Box) -> Candidates:
         """The candidates for what lies around the middle of a window: the middle is what is to be covered."""
-        inner = [(at + n // 4 + np.arange(n // 2)) % length
-                 for at, n, length in zip(box[:2], box[2:], self.variant.shape, strict=True)]  # fmt: skip
-        index = np.ix_(*inner)
+        index = self.middle(box)
         kept = self.variant[index]
         self.variant[index] = HOLE
         try:
@@ -183,7 +187,12 @@ class Stitching:
         finally:
             self.variant[index] = kept
 
-    def _told(self) -> Prices:
+    def middle(self, box: Box) -> tuple[Array, ...]:
+        """Index of the middle of a window, half as high and wide."""
+        return np.ix_(*((at + n // 4 + np.arange(n // 2)) % length
+                        for at, n, length in zip(box[:2], box[2:], self.variant.shape, strict=True)))  # fmt: skip
+
+    def told(self) -> Prices:
         """How often every patch is shown already, for the short-list."""
         assert self._sub is not None
         search, step = self._sub, self._step
@@ -224,11 +233,23 @@ class Stitching:
             inner[axis], at[1 + axis] = before, pick[1 + axis] - before
         window, patch = (wide[0], wide[1], wide[2], wide[3]), (at[0], at[1], at[2])
         v, take = self.variants, np.empty(window[2:], np.uint8)
+        index, kept = None, None
+        if self.bar is not None:
+            index = self.index(window)
+            kept = self.locked[index]
+            self.locked[index] = kept | self.bar(window, patch)
         change = recut.recut(
             self.variant, self.yx, self.locked, v.flat, v.table, self.usable, v.toroidal, v.channels, window,
             (inner[0], inner[1], inner[2], inner[3]), patch, self.wraps, self.stitch.gradient, take,
         )  # fmt: skip
+        if index is not None:
+            self.locked[index] = kept
         return Cut(int(change), window, patch, take)
+
+    def index(self, box: Box) -> tuple[Array, ...]:
+        """Index of the pixels of a box, which may reach over borders that wrap."""
+        return np.ix_(*((at + np.arange(n)) % length
+                        for at, n, length in zip(box[:2], box[2:], self.variant.shape, strict=True)))  # fmt: skip
 
     def paste(self, cut: Cut) -> None:
         """Write a cut into the map, and what its seams cost into the prices."""

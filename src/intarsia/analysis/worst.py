@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
+Cell = tuple[int, int]
 CELL = 8  # seams are added up in cells of so many px
 
 
@@ -43,10 +44,26 @@ class WorstSeams:
         row, column = (self._first(axis, cell) for axis, cell in enumerate(self._at))
         return row, column
 
-    def give_up(self) -> None:
-        """Leave the window last named, and those close to it, until something changes there."""
+    def apart(self, around: int) -> dict[Cell, tuple[int, int]]:
+        """The worst windows of which no two come closer than `around` px: cell and first pixel of each, worst first."""
+        scores, found = np.where(self._tired, 0, self._scores), dict[Cell, tuple[int, int]]()
+        firsts = [np.array([self._first(axis, cell) for cell in range(n)]) for axis, n in enumerate(self.shape)]
+        while scores.any():
+            y, x = divmod(int(scores.argmax()), self.shape[1])
+            found[y, x] = int(firsts[0][y]), int(firsts[1][x])
+            near = []
+            for axis, first in enumerate(found[y, x]):
+                gap, length = np.abs(firsts[axis] - first), self.prices.shape[axis]
+                gap = np.minimum(gap, length - gap) if self.wraps[axis] else gap
+                near.append(np.flatnonzero(gap < self.patch[axis] + around))
+            scores[np.ix_(*near)] = 0
+        return found
+
+    def give_up(self, cell: Cell | None = None) -> None:
+        """Leave a window, by default the one last named, and those close to it, until something changes there."""
         radius = max(1, min(self.patch) // (4 * CELL))
-        self._tired[np.ix_(*(self._near(axis, at - radius, at + radius) for axis, at in enumerate(self._at)))] = True
+        near = (self._near(axis, at - radius, at + radius) for axis, at in enumerate(cell or self._at))
+        self._tired[np.ix_(*near)] = True
 
     def renew(self, box: tuple[int, int, int, int]) -> None:
         """Read the prices of a box again: something changed there."""

@@ -13,6 +13,7 @@ from ..files import write, write_bytes
 from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
+from ..repairing import keeps_lattice, mended
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..starts import Scene
@@ -103,8 +104,11 @@ class Batch:
         clock = {"read": time.perf_counter() - began}
         place = self.targets.distance_map
         probe = None if place is None else Probe(place[0][1], place[0][0])
-        run = Run(threads, meter.stage("grow", 0.0, 0.9), CANCEL, probe=probe)
-        grown = self._grow(order, scene, run)
+        grown_at = 0.6 if self.wish.repair else 0.9
+        run = Run(threads, meter.stage("grow", 0.0, grown_at), CANCEL, probe=probe)
+        grown, seams = self._grow(order, scene, run), dict[str, Any]()
+        if self.wish.repair:
+            grown, seams = self._repaired(grown, replace(run, step=meter.stage("repair", grown_at, 0.9)))
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
@@ -128,7 +132,7 @@ class Batch:
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         self.report.note(f"{order.line}, {clock['total']:.1f} s")
-        about = self._about(order, grown)
+        about = self._about(order, grown) | seams
         if self.wish.explain:
             self._explain(order, about)
         return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
@@ -168,6 +172,17 @@ class Batch:
         if self.targets.depth is not None:
             more["depth"] = self.targets.depth
         return replace(grown, recipe=grown.recipe | more)
+
+    def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:
+        """Cover the worst seams; what JSON says of it."""
+        if keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
+            run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
+            return grown, {}
+        grown, done = mended(grown, self.wish.repair, run)
+        share = done.after / done.before if done.before else 1.0
+        said = {"passes": self.wish.repair, "patches": done.patches, "seams": round(share, 4)}
+        self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
+        return grown, {"repair": said}
 
     def _write(self, plane: Plane, path: str, recipe: str, staging: Staging) -> None:
         place = path if path == "-" else staging.place(path)

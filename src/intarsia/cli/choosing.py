@@ -78,6 +78,8 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
     said += ["--depth", str(targets.depth)] * (targets.depth is not None)
     said += ["--feather", str(wish.feather)] * (wish.feather is not None)
     said += ["--mixing", str(wish.mixing)] * (wish.mixing is not None)
+    lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
+    said += ["--repair", str(wish.repair)] * (wish.repair > 0 and not lattice)
     said += ["--force"] * targets.force
     return shlex.join([*said, "--method", method.slug, *options_of(method)])
 

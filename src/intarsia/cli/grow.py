@@ -28,6 +28,7 @@ from .request import Inputs, Targets, Wish
 from .values import Seed, Seeds, Size
 
 DEFAULT_METHOD = "image-quilting"
+MOST_PASSES = 1000  # as repairing.MOST_PASSES; asking it here would import numpy for a help text
 SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
 """As files.sample_names() lists them; asking it here would import numpy for a help text."""
 
@@ -58,6 +59,10 @@ OWN = (
         "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
         help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
     ),
+    opt(
+        "repair", "--repair", type=click.IntRange(0, MOST_PASSES), default=0, metavar="N",
+        help="Look for the worst seams N times, and cover them anew where that helps; 4 is much. Default: 0.",
+    ),
 )  # fmt: skip
 
 UNION = method_parameters({o.field for o in OWN})
@@ -72,11 +77,11 @@ def finish_of(level: int | None) -> tuple[Finish, ...] | None:
 def wish_of(method: str, feather: int | None, mixing: str | None, level: int | None = None, **given: Any) -> Wish:
     """Understand the options on method and canvas."""
     size, wrap, trials = given.pop("size", None), given.pop("wrap"), given.pop("trials", None)
-    explain = given.pop("explain", False)
+    explain, repair = given.pop("explain", False), given.pop("repair", 0)
     if explain and method != AUTO_METHOD:
         raise ParameterError("--explain belongs to --method auto; name that, or drop it.")
     chosen, finish = chosen_of(method, trials, given, UNION), finish_of(level)
-    return Wish(chosen, size, wrap, feather, mixing, explain=explain, finish=finish)
+    return Wish(chosen, size, wrap, feather, mixing, explain=explain, finish=finish, repair=repair)
 
 
 @click.command(

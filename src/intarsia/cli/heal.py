@@ -53,7 +53,7 @@ def _names(slug: str) -> list[str]:
 
 
 def _method() -> list[Any]:
-    """The options of grow on method and wrap; only methods that can continue a picture are offered."""
+    """The options of grow on method, wrap and repair; only methods that can continue a picture are offered."""
     able = [slug for slug in METHODS if {Ability.START, Ability.MASK} <= method_class(slug).supports]
     options = []
     for o in OWN:
@@ -62,6 +62,8 @@ def _method() -> list[Any]:
             options.append(replace(o, facts=o.facts | {"type": offered, "help": "How to fill the holes."}))
         elif o.field == "wrap":
             options.append(replace(o, facts=o.facts | {"help": "Along which axes the picture continues in itself."}))
+        elif o.field == "repair":
+            options.append(o)
     return options
 
 

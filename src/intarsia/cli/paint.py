@@ -51,7 +51,7 @@ OWN = (
         show_default=True,
         help="How to grow; `intarsia methods` tells of each.",
     ),
-    *(o for o in GROWN if o.field in ("wrap", "feather", "mixing", "level")),
+    *(o for o in GROWN if o.field in ("wrap", "feather", "mixing", "level", "repair")),
 )  # fmt: skip
 
 UNION = {
@@ -65,8 +65,9 @@ PARAMETERS = tuple(method_option(p, owners, len(owners) == len(GUIDED)) for p, o
 def _wish(method: str, labels: tuple[str, ...], target: str, **given: Any) -> Wish:
     told = Labels(labels, target, given.pop("weight"), given.pop("reach"))
     wrap, feather, mixing = given.pop("wrap"), given.pop("feather"), given.pop("mixing")
-    finish = finish_of(given.pop("level"))
-    return Wish(chosen_of(method, None, given, UNION), None, wrap, feather, mixing, labels=told, finish=finish)
+    finish, repair = finish_of(given.pop("level")), given.pop("repair")
+    chosen = chosen_of(method, None, given, UNION)
+    return Wish(chosen, None, wrap, feather, mixing, labels=told, finish=finish, repair=repair)
 
 
 @click.command(

@@ -20,6 +20,7 @@ from ..guide import Guide
 from ..healing import check_edge, for_holes
 from ..methods.base import Method
 from ..render import check_alike
+from ..repairing import check_repair
 from ..sourcemap import Blend, Mixing, SourceMap
 from ..starts import Margins, Scene, extension, repair
 from ..synthesis import as_exemplars, check_abilities, check_start
@@ -147,6 +148,8 @@ def orders_of(
     if wish.begin is not None:
         check_edge(wish.begin.edge)
     method, choice = chosen_for(wish, scene, targets)
+    if choice is None:
+        check_repair(method, wish.repair)
     fields |= {"w": canvas.width, "h": canvas.height, "method": method.slug}
     memory = memory_of(exemplars, canvas)
     orders = []

@@ -11,7 +11,7 @@ from .. import __version__
 from ..errors import InputError, ParameterError
 from ..methods.base import make, method_class
 from ..params import parameters
-from .grow import check_stdout
+from .grow import MOST_PASSES, check_stdout
 from .heal import MOST_EDGE, MOST_GROWN, USABLE
 from .options import (
     ALPHA,
@@ -133,7 +133,10 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
         joined = Blend.of(blend)
         if size is not None:
             Canvas(height, width)
-        wish = Wish(method, size, recipe["wrap"], joined.feather, blend["mixing"], begin, finish=joined.finish)
+        wish = Wish(
+            method, size, recipe["wrap"], joined.feather, blend["mixing"], begin, finish=joined.finish,
+            repair=_whole(recipe.get("repair", 0), 0, MOST_PASSES),
+        )  # fmt: skip
         return wish, check_seed(_whole(recipe["seed"]))
     except ParameterError as e:
         raise InputError(f"the recipe of {name} cannot be followed: {e}") from None

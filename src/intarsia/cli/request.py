@@ -95,7 +95,7 @@ class Wish:
 
     `begin` says what is there already, if anything is; `start` names a saved map to continue, and how deep from its
     holes it may be replaced. With `labels` the size is that of their target. `explain`: tell how the method was chosen.
-    `said` is what the recipe says besides.
+    `said` is what the recipe says besides. `repair`: how often the worst seams are looked for.
     """
 
     method: Method | Auto
@@ -109,6 +109,7 @@ class Wish:
     explain: bool = False
     said: Mapping[str, Any] = field(default_factory=dict)
     finish: tuple[Finish, ...] | None = None
+    repair: int = 0
 
     @property
     def files(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from ..geometry import ISOMETRIES, Wrap
 from ..image import Array
 from ..methods.base import make
 from ..params import parameters
+from ..repairing import repair
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Synthesis, synthesize
 
@@ -91,7 +92,7 @@ def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
         for name, value in told["parameters"].items()
     }
     width, height = told["size"]
-    return synthesize(
+    made = synthesize(
         exemplars,
         (height, width),
         make(told["method"], values),
@@ -99,3 +100,4 @@ def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
         wrap=told["wrap"],
         blend=Blend.of(told["blend"]),
     )
+    return repair(made, told["repair"]) if "repair" in told else made

@@ -1,0 +1,88 @@
+"""Repairing: the worst seams of a finished picture, covered anew.
+
+    wall = ia.synthesize("brick.png", 1024, ia.PatchSampling(), seed=3)
+    better = ia.repair(wall)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from .analysis import default_patch
+from .analysis.repairs import Repair, Repaired, repaired
+from .analysis.variants import valid_windows
+from .canvas import Canvas
+from .errors import ParameterError
+from .exemplar import Exemplar
+from .methods.base import Method
+from .params import parameters
+from .run import Run
+from .synthesis import Synthesis
+
+PASSES, MOST_PASSES = 4, 1000
+LEAST_PATCH = 8
+
+
+def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> Synthesis:
+    """Cover the worst seams of a finished texture anew, wherever that makes all seams together cheaper.
+
+    Parameters
+    ----------
+    made : Synthesis
+        What any method made that keeps no lattice. Its start map, labels and least distance of repeats stay in force.
+    passes : int
+        How often the worst places are looked for, 0 to 1000; each pass covers many at a time.
+    run : Run, optional
+        Threads, progress, cancelling.
+
+    Returns
+    -------
+    Synthesis
+        With another map; the same seams, or cheaper ones.
+
+    Raises
+    ------
+    ParameterError
+        where the method keeps a lattice, or `made` was repaired before.
+    """
+    return mended(made, passes, run)[0]
+
+
+def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthesis, Repaired]:
+    """Repair, and tell what it did."""
+    check_repair(made.method, passes)
+    if "repair" in made.recipe:
+        raise ParameterError("this picture was repaired already; repair the first one with more passes.")
+    canvas = made.canvas or Canvas(made.map.height, made.map.width, made.map.wrap)
+    done = repaired(repair_of(made.method, made.exemplars, passes), made.exemplars, canvas, made.map, run or Run())
+    return replace(made, map=done.map, recipe=made.recipe | {"repair": passes}), done
+
+
+def check_repair(method: Method, passes: int) -> None:
+    """Refuse to repair what a repair would break."""
+    if isinstance(passes, bool) or not 0 <= passes <= MOST_PASSES or passes != int(passes):
+        raise ParameterError(f"repair={passes} is not allowed; give 0 to {MOST_PASSES} passes.")
+    if passes and keeps_lattice(method):
+        raise ParameterError(
+            f"{method.slug} keeps a lattice, which a repair would break; leave repair out, or choose another method."
+        )
+
+
+def keeps_lattice(method: Method) -> bool:
+    """Say whether a method lays its pieces on a lattice."""
+    return any(p.name == "lattice" for p in parameters(method))
+
+
+def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> Repair:
+    """How what a method made is repaired: by patches of its own size, in its poses; pixel methods have none."""
+    rows, columns = getattr(method, "footprint", (0, 0))
+    if not rows or not columns:
+        rows = columns = default_patch(exemplars)
+        while rows > LEAST_PATCH and not any(
+            valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
+        ):
+            rows = columns = max(rows // 2, LEAST_PATCH)
+    return Repair(
+        (rows, columns), passes, getattr(method, "channel_weights", None), getattr(method, "isometries", "none"),
+        getattr(method, "min_repeat_distance", 0),
+    )  # fmt: skip
