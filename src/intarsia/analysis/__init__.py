@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .footing import Footing, footing_of
     from .mosaic import FewPlaces, Mosaic
     from .posed_sheet import settled_poses
+    from .rim import rim_of
     from .rsgf import Sampling
     from .segment_search import SegmentSearch
     from .stitching import Stitch, Stitching
@@ -51,6 +52,7 @@ _LATER = {
     "check_lattice": "cell",
     "footing_of": "footing",
     "lattice_of": "cell",
+    "rim_of": "rim",
     "settled_poses": "posed_sheet",
 }
 
@@ -107,6 +109,7 @@ __all__ = [
     "layers",
     "pose_array",
     "random_patch",
+    "rim_of",
     "scan_reach",
     "seam_total",
     "segment_overlay",
