@@ -1,13 +1,16 @@
-"""Repeat the timings of Multrus 2003 (source 000): ``python benchmarks/source_000.py``.
+"""The timings of Multrus 2003 (source 000), its sizes and parameters: what ``make bench`` measures of them.
 
-The same sizes and parameters. CPU seconds of one thread, rendering included, kernels compiled beforehand, and the
-same in R: the CPU time of 100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run. Prints the tables
-of docs/sources-000.md: the source's timings, then (``speeds``: these alone) what must be fast, the least of some runs.
+    python benchmarks/bench.py --only source-000     measure these alone; all of ``make bench`` measures them, too
+    python benchmarks/source_000.py                  the tables of docs/sources-000.md, from bench/results.json
+
+CPU seconds of one thread, rendering included, kernels compiled beforehand, and the same in R: the CPU time of
+100 x ``scipy.fft.rfft2`` of 512 x 512 float32, measured in the same run.
 """
 
 from __future__ import annotations
 
-import sys
+import json
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -15,23 +18,61 @@ from typing import Any
 import numpy as np
 
 import intarsia as ia
-from bench import ONE, in_r
+from bench import ONE, RESULTS, Result, in_r
+
+SLOW = 0.2  # s; what takes longer is measured once
+TREE = "source 000, pixels, window 9x3: distance of neighbourhoods, tree over exact"
+AS_THERE = {"repetition": "none", "search": "exact"}
+PIXELS = {"window": (3, 9), "matching": "exact"}
+ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_slack": 10_000, "boundary_join": "same"}
+"""What painting adds to the source, off."""
+QUIET = ("patch", "overlap", "window", "avoid", "weight", *ALIKE)  # parameters that the table tells otherwise
 
 
 @dataclass(frozen=True)
 class Task:
-    """One row of the source's timings: exemplar and output side (px), colour or gray, parameters, its seconds."""
+    """One row of the source's timings: exemplar and output side (px), colour or gray, its seconds, parameters."""
 
     side: int
     size: int | tuple[int, int]
     colour: bool
     seconds: str
     parameters: dict[str, Any] = field(default_factory=dict)
-    extend: bool = False
+    what: str = ""  # "extend" or "paint" where it is neither patches nor pixels on an empty canvas
+
+    @property
+    def sizes(self) -> tuple[str, str]:
+        """Exemplar and output, as the table has them."""
+        high, wide = (self.size, self.size) if isinstance(self.size, int) else self.size
+        return f"{self.side}x{self.side}", f"{wide}x{high}"
+
+    @property
+    def told(self) -> str:
+        """What was set."""
+        p = self.parameters
+        shown = [
+            f"{p['patch']}/{p['overlap']}" if "patch" in p else f"pixels, window {p['window'][1]}x{p['window'][0]}"
+        ]
+        shown += ["colour" if self.colour else "gray"]
+        shown += [f"{k} {v}" for k, v in p.items() if k not in QUIET]
+        shown += ["avoid"] * bool(p.get("avoid")) + [self.what] * bool(self.what)
+        if self.what == "paint":
+            shown += [f"weight {p['weight']:g}"] + ["our boundaries"] * ("boundary_patch" not in p)
+        return ", ".join(shown).replace("_", " ")
+
+    @property
+    def name(self) -> str:
+        """The name of its line in the results."""
+        return f"source 000, {self.sizes[1]} from {self.sizes[0]}: {self.told}"
 
 
 SEAM5 = {"patch": 25, "overlap": 5}
+SEAM4 = {"patch": 7, "overlap": 4}
 TASKS = (
+    Task(128, 200, False, "> 2100", PIXELS | {"window": (3, 7)}),
+    Task(128, 200, False, "2780", PIXELS),
+    Task(192, 200, False, "6447; 6488", PIXELS),
+    Task(192, 200, False, "-", PIXELS | {"matching": "tree"}),
     Task(128, 200, False, "10", SEAM5),
     Task(192, 200, False, "32; 33", SEAM5),
     Task(192, 200, True, "64", {"patch": 40, "overlap": 5}),
@@ -43,7 +84,7 @@ TASKS = (
     Task(400, 200, True, "440", SEAM5),
     Task(500, 200, True, "716", SEAM5),
     *(
-        Task(150, (150, 300), False, t, SEAM5 | {"isometries": k, "candidates": 2}, True)
+        Task(150, (150, 300), False, t, SEAM5 | {"isometries": k, "candidates": 2}, "extend")
         for k, t in (("none", "9"), ("180", "23"), ("90", "30"), ("both", "45"))
     ),
     *(
@@ -61,28 +102,75 @@ TASKS = (
     Task(200, 200, True, "-", SEAM5 | {"search": "pyramid"}),
     Task(500, 200, True, "-", SEAM5 | {"search": "pyramid", "pyramid_kept": 1}),
     Task(500, 200, True, "-", SEAM5 | {"search": "fast"}),
+    *(
+        Task(256, 1024, True, "-", SEAM5 | {"repetition": "prices"} | search)
+        for search in (
+            {"search": "fast"},
+            {"search": "exact"},
+            {"search": "pyramid", "pyramid_kept": 1},
+            {"search": "pyramid"},
+        )
+    ),
     Task(300, 300, False, "243", SEAM5 | {"avoid": True}),
+    *(
+        Task(150, 150, False, t, SEAM4 | ALIKE | {"isometries": "both", "weight": w}, "paint")
+        for w, t in ((0.5, "50"), (1, "51"), (2, "50"), (3, "49"), (5, "51"))
+    ),
+    Task(
+        300,
+        300,
+        False,
+        "35",
+        SEAM5 | ALIKE | {"isometries": "both", "weight": 2, "search": "pyramid", "pyramid_kept": 1},
+        "paint",
+    ),
+    Task(300, 300, False, "598", {"patch": 10, "overlap": 5, "weight": 2} | ALIKE, "paint"),
+    Task(256, 256, False, "559", SEAM4 | ALIKE | {"weight": 1.5}, "paint"),
+    Task(256, 256, False, "560", SEAM4 | ALIKE | {"weight": 0}, "paint"),
+    Task(256, 256, False, "-", SEAM4 | {"weight": 1.5}, "paint"),
 )
 
 
 @cache
-def stones() -> np.ndarray:
-    """The built-in exemplar, painted once."""
-    return np.asarray(ia.read("sample:stones").base)[:, :, :3]
+def picture(name: str = "stones") -> np.ndarray:
+    """A built-in exemplar, painted once; mirrored to 512x512 px where it is smaller."""
+    found = np.atleast_3d(np.asarray(ia.read(f"sample:{name}").base))[:512, :512, :3]
+    rows, columns = (512 - n for n in found.shape[:2])
+    return np.pad(found, ((0, rows), (0, columns), (0, 0)), mode="symmetric")
 
 
 def exemplar(task: Task) -> ia.Exemplar:
-    """A square of a built-in exemplar, mirrored where it is too small; a corner is masked where pixels are avoided."""
-    pixels = np.pad(stones(), ((0, 256), (0, 256), (0, 0)), mode="symmetric")[: task.side, : task.side]
-    usable = np.ones(pixels.shape[:2], bool)
+    """A square of a built-in exemplar, of which nothing is known yet; a corner is masked where pixels are avoided."""
+    pixels = picture()[: task.side, : task.side]
+    pixels = pixels if task.colour else pixels[:, :, 1]
+    usable = None
     if task.parameters.get("avoid"):
+        usable = np.ones(pixels.shape[:2], bool)
         usable[:40, :40] = False
-    return ia.Exemplar.of(np.ascontiguousarray(pixels if task.colour else pixels[:, :, 1]), usable=usable)
+    if task.what == "paint":
+        pixels = np.where(halves(task.side), picture("gravel")[: task.side, : task.side, 0], pixels)
+    return ia.Exemplar.of(np.ascontiguousarray(pixels), usable=usable)
+
+
+def halves(side: int) -> np.ndarray:
+    """Two labels, one beside the other along a waving line."""
+    y, x = np.mgrid[:side, :side]
+    return np.asarray(x > side / 2 + side / 20 * np.sin(y / 12))
+
+
+def guide(task: Task) -> ia.Guide | None:
+    """For painting: a disc of the one label in the other."""
+    if task.what != "paint":
+        return None
+    y, x = np.mgrid[: task.side, : task.side] - task.side / 2
+    marks = (halves(task.side), y * y + x * x < (task.side / 3) ** 2)
+    source, target = (ia.Plane(m.astype(np.uint8), ia.Kind.LABEL) for m in marks)
+    return ia.Guide(source, target, weight=float(task.parameters["weight"]))
 
 
 def start_of(task: Task, e: ia.Exemplar) -> ia.SourceMap | None:
     """For extending: the exemplar at the left, holes at the right."""
-    if not task.extend or isinstance(task.size, int):
+    if task.what != "extend" or isinstance(task.size, int):
         return None
     yx = np.zeros((*task.size, 2), np.int32)
     yx[:, : task.side] = np.stack(np.mgrid[: task.side, : task.side], axis=2)
@@ -91,47 +179,41 @@ def start_of(task: Task, e: ia.Exemplar) -> ia.SourceMap | None:
     return ia.SourceMap(yx, which, None, (e.source,))
 
 
-def square(side: int, colour: bool = True) -> ia.Exemplar:
-    """A square of a built-in exemplar, of which nothing is known yet."""
-    pixels = stones()[:side, :side]
-    return ia.Exemplar.of(np.ascontiguousarray(pixels if colour else pixels[:, :, 1]))
+def work_of(task: Task) -> Callable[[], object]:
+    """What is to be measured."""
+    values = {k: v for k, v in task.parameters.items() if k not in ("avoid", "weight")}
+    method = ia.WeiLevoy(**values) if "window" in values else ia.PatchSampling(**(AS_THERE | values))
+    e, marks = exemplar(task), guide(task)
+
+    def work() -> object:
+        fresh = ia.Exemplar(e.planes, e.usable)  # nothing known of it beforehand
+        begin = start_of(task, fresh)
+        return ia.synthesize(fresh, task.size, method, start=begin, guide=marks, run=ONE).render(run=ONE)
+
+    return work
 
 
-def healed() -> ia.Synthesis:
-    """A hole of 128x128 px in 256x256 px, healed."""
-    hole = np.zeros((256, 256), bool)
-    hole[64:192, 64:192] = True
-    return ia.heal(square(256), hole, run=ONE)
+def measured() -> Iterator[Result]:
+    """Measure every row; slow ones once, quick ones five times, each until it takes a twentieth of a second."""
+    for task in TASKS:
+        work = work_of(task)
+        work()  # compiles
+        ratio, seconds = in_r(work, 1, 1)
+        if seconds < SLOW:
+            ratio, seconds = in_r(work, max(1, int(0.05 / seconds)))
+        yield Result(task.name, ratio, "R", None, f"{1000 * seconds:.3g} ms; there: {task.seconds} s", seconds)
+
+    yield Result(TREE, tree_over_exact(), "x", None)
 
 
-def grown(side: int, size: int, method: Any, colour: bool = True) -> ia.Synthesis:
-    """Grow one square from another."""
-    return ia.synthesize(square(side, colour), size, method, run=ONE)
-
-
-EXACT = {"repetition": "none", "search": "exact"}
-SPEEDS: tuple[tuple[str, float, Any], ...] = (
-    ("patch sampling 25/5, 200 to 200 px", 2, lambda: grown(200, 200, ia.PatchSampling(**SEAM5, **EXACT))),
-    ("patch sampling 25/5, 256 to 1024 px, exact", 12, lambda: grown(256, 1024, ia.PatchSampling(**SEAM5, **EXACT))),
-    ("the same, search fast", 12, lambda: grown(256, 1024, ia.PatchSampling(**SEAM5))),
-    ("Efros-Leung, window 11, 64 to 128 px, gray", 65, lambda: grown(64, 128, ia.EfrosLeung(window=11), False)),
-    ("Efros-Leung, window 11, 64 to 128 px", 65, lambda: grown(64, 128, ia.EfrosLeung(window=11))),
-    ("Wei-Levoy 9x3, 128 to 200 px, exact", 60, lambda: grown(128, 200, ia.WeiLevoy(window=(3, 9), matching="exact"))),
-    ("Wei-Levoy 9x3, 128 to 200 px, tree", 12, lambda: grown(128, 200, ia.WeiLevoy(window=(3, 9)))),
-    ("healing a hole of 128x128 px in 256x256 px", 8, healed),
-)
-
-
-def speeds() -> None:
-    """Print what must be fast: the least of five runs, in R."""
-    print("| case | R | at most |\n|---|---|---|")
-    made = {}
-    for name, limit, work in SPEEDS:
-        made[name] = work()
-        least = min(in_r(work, 1, 1)[0] for _ in range(5 if limit < 20 else 3))
-        print(f"| {name} | {least:.2f} | {limit:g} |", flush=True)
-    exact, tree = (far(out) for name, out in made.items() if name.startswith("Wei-Levoy"))
-    print(f"\nMean distance of neighbourhoods, tree over exact: {tree / exact:.3f}")
+def tree_over_exact() -> float:
+    """How much farther the neighbourhoods that the tree finds are than those of the exact search, squared."""
+    made = (
+        ia.synthesize(np.ascontiguousarray(picture()[:128, :128]), 200, ia.WeiLevoy(window=(3, 9), matching=m), run=ONE)
+        for m in ("tree", "exact")
+    )
+    tree, exact = (far(out) for out in made)
+    return tree / exact
 
 
 def far(out: ia.Synthesis) -> float:
@@ -145,33 +227,29 @@ def far(out: ia.Synthesis) -> float:
     return total
 
 
-def main() -> None:
-    """Print one line for each task."""
-    print("| exemplar | output | parameters | source, s | ours, s | ours, R |")
-    print("|---|---|---|---|---|---|")
+def table(results: list[Result]) -> str:
+    """The source's timings beside ours."""
+    known = {r.name: r for r in results}
+    lines = ["| exemplar | output | parameters | source, s | ours, s | ours, R |", "|---|---|---|---|---|---|"]
     for task in TASKS:
-        values = {"repetition": "none", "search": "exact"} | task.parameters
-        values.pop("avoid", None)
-        method, e = ia.PatchSampling(**values), exemplar(task)
-        start = start_of(task, e)
+        r = known.get(task.name)
+        ours = "not measured | " if r is None or r.seconds is None else f"{r.seconds:.3f} | {r.value:.2f}"
+        lines.append(f"| {' | '.join(task.sizes)} | {task.told} | {task.seconds} | {ours} |")
+    tree = known.get(TREE)
+    if tree is not None:
+        lines += [
+            "",
+            f"Mean squared distance of neighbourhoods of the pixel method, tree over exact: {tree.value:.2f}.",
+        ]
+    return "\n".join(lines)
 
-        def work(method: Any = method, task: Task = task, e: Any = e, start: Any = start) -> object:
-            fresh = ia.Exemplar(e.planes, e.usable)  # nothing known of it beforehand
-            begin = None if start is None else ia.SourceMap(start.yx, start.which, None, (fresh.source,))
-            return ia.synthesize(fresh, task.size, method, start=begin, run=ONE).render(run=ONE)
 
-        ratio, seconds = in_r(work, 3)
-        size = f"{task.size}x{task.size}" if isinstance(task.size, int) else f"{task.size[1]}x{task.size[0]}"
-        shown = [f"{values['patch']}/{values['overlap']}", "colour" if task.colour else "gray"]
-        shown += [f"{k} {v}" for k, v in task.parameters.items() if k not in ("patch", "overlap", "avoid")]
-        shown += ["avoid"] * bool(task.parameters.get("avoid")) + ["extend"] * task.extend
-        what = ", ".join(shown).replace("_", " ")
-        ours = f"{task.seconds} | {seconds:.3f} | {ratio:.2f}"
-        print(f"| {task.side}x{task.side} | {size} | {what} | {ours} |", flush=True)
+def main() -> None:
+    """Print the table of what was measured last."""
+    if not RESULTS.exists():
+        raise SystemExit(f"{RESULTS} is not there; make it with: python benchmarks/bench.py --only source-000")
+    print(table([Result(**r) for r in json.loads(RESULTS.read_text())["results"]]))
 
 
 if __name__ == "__main__":
-    if "speeds" not in sys.argv:
-        main()
-        print()
-    speeds()
+    main()

@@ -70,3 +70,25 @@ def test_the_readme_shows_a_table() -> None:
     inside = re.search(r"<!-- bench -->\n(.*?)<!-- end -->", text, re.DOTALL)
     assert inside is not None
     assert inside[1].count(" R |") >= 5
+
+
+def test_the_table_of_source_000_follows_from_its_results(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    source = load(ROOT / "benchmarks" / "source_000.py")
+    names = [task.name for task in source.TASKS]
+    assert len(set(names)) == len(names)
+    first = source.Result(names[0], 3.0, "R", None, "", 0.125)
+    lines = source.table([first]).splitlines()
+    assert len(lines) == 2 + len(names)
+    assert lines[2].endswith("| 0.125 | 3.00 |")
+    assert all("not measured" in line for line in lines[3:])
+
+
+def test_every_row_of_source_000_is_in_the_documentation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    source = load(ROOT / "benchmarks" / "source_000.py")
+    text = (ROOT / "docs" / "sources-000.md").read_text(encoding="utf-8")
+    for task in source.TASKS:
+        begin = f"| {' | '.join(task.sizes)} | {task.told} | {task.seconds} | "
+        rest = text.partition(begin)[2]
+        assert re.match(r"\d+\.\d+ \| \d+\.\d+ \|\n", rest), begin

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .analysis import default_patch, features, seam_total
+from .analysis import Features, default_patch, features, rim_of, seam_total
 from .auto import AUTO_METHOD, Auto
 from .errors import IntarsiaError, ParameterError
 from .geometry import Wrap
@@ -113,6 +113,8 @@ def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, 
     best: Synthesis | None = None
     least, refused = 0, None
     feats = features(scene.exemplars)
+    if run is not None:
+        run.notes.extend(rim_left(scene, feats))
     for attempt in attempts(scene, method):
         try:
             made = carry_out(scene.exemplars, scene.canvas, attempt, seed, Blend(0), run)
@@ -129,6 +131,17 @@ def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, 
         raise refused
     best = replace(best, recipe=best.recipe | scene.recipe)
     return _pixelwise(scene, best, seed, run, edge) if edge else best
+
+
+def rim_left(scene: Scene, feats: Features) -> tuple[str, ...]:
+    """Say so where a rim of the defect seems to be left outside of the hole, and how far it must grow."""
+    assert scene.canvas.start is not None
+    hole, told = scene.canvas.start.holes, scene.recipe.get("heal", {})
+    more = rim_of(feats.pictures[0], hole, scene.exemplars[0].usable)
+    if not more:
+        return ()
+    grow = told.get("grow", 0) + more
+    return (f"pixels at the edge of the hole look like a rim of what was there; --grow {grow} would cover it.",)
 
 
 def for_holes(scene: Scene, method: Method | Auto) -> Method:

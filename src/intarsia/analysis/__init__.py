@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .posed_sheet import settled_poses
     from .pyramid import PyramidSearch, check_pyramid
     from .repetition import Layout, Repetition, Rule, striking
+    from .rim import rim_of
     from .rsgf import Sampling
     from .scan import Scan, scan_reach
     from .seams import seam_total
@@ -91,6 +92,7 @@ _MODULES = {
     "segment_overlay": "segment_drawing",
     "segments": "segmentation",
     "settled_isometries": "symmetry",
+    "rim_of": "rim",
     "settled_poses": "posed_sheet",
     "similar_pixels": "trees",
     "slack_of": "boundary",
@@ -153,6 +155,7 @@ __all__ = [
     "layers",
     "pose_array",
     "random_patch",
+    "rim_of",
     "scan_reach",
     "seam_total",
     "segment_overlay",

@@ -1,0 +1,78 @@
+"""Whether something of a defect was left standing just outside of the hole that should remove it.
+
+A mask drawn a little too small leaves a rim: pixels at the edge of the hole such as are hardly found elsewhere in the
+picture. They are looked for by their values alone (channels, their differences, and how much they change within 3x3
+px), so a rim that looks like other parts of the picture is not found.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_cdt, label, maximum_filter, minimum_filter
+
+Mask = NDArray[np.bool_]
+
+REACH = 24  # px around holes where a rim may lie; what goes on beyond is part of the picture
+RARE, UNUSUAL = 0.0002, 0.002  # share of the pixels elsewhere beyond these values, at either end
+LEAST = 30  # px of a rim
+TIMES = 2  # as many px as in the largest spot of rare values elsewhere
+TOUCHING = 4  # px of a rim that lie at the hole
+ELSEWHERE = 0.2  # of the picture must lie beyond the reach: what is usual must be known
+GAP, MARGIN = 2, 2  # px: what lies so close to a rim belongs to it; what is covered besides
+FAR_UP = 1 << 20  # above any feature
+
+
+def rim_of(picture: NDArray[np.int16], hole: Mask, usable: Mask | None = None) -> int:
+    """Say by how many px a hole must grow to cover a rim of the defect; 0 where none is seen.
+
+    `picture` (H, W, C) features; `hole` (H, W), True where it is filled; `usable` (H, W): what may be taken as usual.
+    """
+    depth = distance_transform_cdt(~hole, metric="chessboard")
+    rest = depth > REACH
+    if usable is not None and usable.any():
+        rest &= usable
+    if np.count_nonzero(rest) < ELSEWHERE * rest.size:
+        return 0
+    measures = _measures(picture, hole)
+    spots, count = label(_beyond(measures, rest, RARE) & ~hole, np.ones((3, 3)))
+    size = np.bincount(spots.ravel(), minlength=count + 1)
+    touching = np.bincount(spots[depth == 1], minlength=count + 1)
+    elsewhere = size[1:][touching[1:] == 0].max(initial=0)
+    found = np.flatnonzero((size >= max(LEAST, TIMES * elsewhere)) & (touching >= TOUCHING))
+    found = found[found > 0]
+    if not len(found):
+        return 0
+    return _cover(_beyond(measures, rest, UNUSUAL) & ~hole, np.isin(spots, found), depth)
+
+
+def _cover(unusual: Mask, rim: Mask, depth: NDArray[Any]) -> int:
+    """How far a rim reaches with all that is unusual within GAP px of it; 0 where it goes on beyond the reach."""
+    pieces, _ = label(maximum_filter(unusual | rim, 2 * (GAP // 2) + 1), np.ones((3, 3)))
+    whole = np.isin(pieces, np.unique(pieces[rim])) & (unusual | rim)
+    deepest = int(depth[whole].max())
+    return deepest + MARGIN if deepest < REACH else 0
+
+
+def _measures(picture: NDArray[np.int16], hole: Mask) -> list[NDArray[Any]]:
+    """What pixels are judged by: channels, differences of the first three, and the range of the sum within 3x3 px."""
+    channels = [picture[:, :, c].astype(np.int32) for c in range(picture.shape[2])]
+    total = np.sum(channels, axis=0, dtype=np.int32)
+    high = maximum_filter(np.where(hole, -FAR_UP, total), 3)
+    low = minimum_filter(np.where(hole, FAR_UP, total), 3)
+    differences = [channels[0] - channels[2], channels[0] + channels[2] - 2 * channels[1]] if len(channels) > 2 else []
+    return [*channels, *differences, high - low]
+
+
+def _beyond(measures: list[NDArray[Any]], rest: Mask, share: float) -> Mask:
+    """Which pixels have values beyond nearly all of those elsewhere."""
+    out = np.zeros(rest.shape, bool)
+    for values in measures:
+        there = values[rest]
+        last = there.size - 1
+        low, high = int(share * last), last - int(share * last)
+        there.partition((low, high))
+        out |= (values < there[low]) | (values > there[high])
+    return out
