@@ -13,7 +13,6 @@ from ..files import write, write_bytes
 from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
-from ..repairing import keeps_lattice, mended
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..starts import Scene
@@ -28,9 +27,10 @@ from .request import Inputs, Targets, Wish
 from .sheet import contact_sheet, thumbnail
 
 if TYPE_CHECKING:
+    from .. import repairing
     from ..analysis import distance_map
-else:  # only --distance-map needs it
-    distance_map = lazy("intarsia.analysis.distance_map")
+else:  # only --distance-map and --repair need them
+    distance_map, repairing = lazy("intarsia.analysis.distance_map"), lazy("intarsia.repairing")
 
 
 @dataclass
@@ -175,10 +175,10 @@ class Batch:
 
     def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:
         """Cover the worst seams; what JSON says of it."""
-        if keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
+        if repairing.keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
             run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
             return grown, {}
-        grown, done = mended(grown, self.wish.repair, run)
+        grown, done = repairing.mended(grown, self.wish.repair, run)
         share = done.after / done.before if done.before else 1.0
         said = {"passes": self.wish.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")

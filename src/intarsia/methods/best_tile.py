@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
 from ..params import AUTO, check, param
+from . import shared
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -47,10 +48,7 @@ class BestTile:
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
         low=1, high=256, unit="px",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = param(
-        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
-        low=0, high=1e6,
-    )  # fmt: skip
+    channel_weights: tuple[float, ...] | None = shared.channel_weights()
 
     def __post_init__(self) -> None:
         check(self)

@@ -20,9 +20,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
+from . import shared
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse tha
 
 
 @dataclass(frozen=True)
-class Graphcut:
+class Graphcut(shared.CutSquares):
     """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
 
     slug: ClassVar[str] = "graphcut"
@@ -74,41 +74,14 @@ class Graphcut:
         AUTO, "int", "how often the worst seam is covered anew; automatic: as often as there are windows",
         low=0, high=1 << 24,
     )  # fmt: skip
-    seam: str = param(
-        "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
-        choices=("difference", "gradient"),
-    )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = param(
-        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
-        low=0, high=1e6,
-    )  # fmt: skip
-    isometries: str | tuple[int, ...] = param(
-        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
-    )
-    usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+    seam: str = shared.cut_cost()
+    channel_weights: tuple[float, ...] | None = shared.channel_weights()
+    isometries: str | tuple[int, ...] = shared.poses()
+    usage: float = shared.usage_price()
 
     def __post_init__(self) -> None:
         check(self)
-        if self.patch is not AUTO and self.overlap is not AUTO:
-            for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
-                if overlap >= side:
-                    raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
-
-    @property
-    def pitch(self) -> tuple[int, int]:
-        """Step from window to window, (rows, columns) px; known once patch and overlap are."""
-        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
-        return patch[0] - overlap[0], patch[1] - overlap[1]
-
-    @property
-    def footprint(self) -> tuple[int, int]:
-        """Rows and columns of the exemplar that a patch needs."""
-        return extent(self.patch or 0)
+        self.check_overlap()
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
         """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""

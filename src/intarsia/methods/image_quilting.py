@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
+from . import shared
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ STAGE = 2002  # keeps this method's draws apart from those of others
 
 
 @dataclass(frozen=True)
-class ImageQuilting:
+class ImageQuilting(shared.CutSquares):
     """Lay overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
 
     slug: ClassVar[str] = "image-quilting"
@@ -43,78 +43,30 @@ class ImageQuilting:
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = param(
-        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
-        low=1, high=1 << 16, unit="px",
-    )  # fmt: skip
+    patch: int | tuple[int, int] | None = shared.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
-    channel_weights: tuple[float, ...] | None = param(
-        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
-        low=0, high=1e6,
-    )  # fmt: skip
+    channel_weights: tuple[float, ...] | None = shared.channel_weights()
     context: float = param(
         0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
     )
-    isometries: str | tuple[int, ...] = param(
-        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
-    )
-    usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
-    min_repeat_distance: int = param(
-        0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
-    )
-    search: str = param(
-        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
-        choices=("fast", "exact", "pyramid"),
-    )  # fmt: skip
-    pyramid_filter: str = param(
-        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
-        choices=("mean", "gaussian", "none"),
-    )  # fmt: skip
-    pyramid_kept: int = param(
-        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
-    )
-    seam: str = param(
-        "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
-        choices=("difference", "gradient"),
-    )  # fmt: skip
-    boundary_patch: int | None = param(
-        AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
-        low=0, high=1 << 16, unit="px",
-    )  # fmt: skip
-    boundary_isometries: str | tuple[int, ...] | None = param(
-        AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
-    )
-    boundary_slack: int | None = param(
-        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
-        low=0, high=1 << 16, unit="px",
-    )  # fmt: skip
+    isometries: str | tuple[int, ...] = shared.poses()
+    usage: float = shared.usage_price()
+    min_repeat_distance: int = shared.repeat_distance()
+    search: str = shared.search_ways()
+    pyramid_filter: str = shared.pyramid_filter()
+    pyramid_kept: int = shared.pyramid_kept()
+    seam: str = shared.cut_cost()
+    boundary_patch: int | None = shared.boundary_patch()
+    boundary_isometries: str | tuple[int, ...] | None = shared.boundary_poses()
+    boundary_slack: int | None = shared.boundary_slack()
 
     def __post_init__(self) -> None:
         check(self)
-        if self.patch is not AUTO and self.overlap is not AUTO:
-            for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
-                if overlap >= side:
-                    raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
-
-    @property
-    def pitch(self) -> tuple[int, int]:
-        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
-        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
-        return patch[0] - overlap[0], patch[1] - overlap[1]
-
-    @property
-    def footprint(self) -> tuple[int, int]:
-        """Rows and columns of the exemplar that a patch needs."""
-        return extent(self.patch or 0)
+        self.check_overlap()
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
         """Decide patch and overlap from the size of the texture's elements."""

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, param
+from . import shared
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -83,18 +84,13 @@ class NearRegular:
         "difference", "choice", "with variant=plain: what fits a gap, by squared differences or by correlation",
         choices=("difference", "correlation"),
     )  # fmt: skip
-    isometries: str | tuple[int, ...] = param(
-        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
-    )
+    isometries: str | tuple[int, ...] = shared.poses()
     straighten: str = param(
         "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
         "repeat much better, not with given vectors; on: wherever they are not straight; vectors then hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = param(
-        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
-        low=0, high=1e6,
-    )  # fmt: skip
+    channel_weights: tuple[float, ...] | None = shared.channel_weights()
 
     def __post_init__(self) -> None:
         check(self)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ..draws import below
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
+from . import shared
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -68,43 +69,20 @@ class PatchSampling:
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
         choices=("feather", "middle", "cut"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = param(
-        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
-        low=0, high=1e6,
-    )  # fmt: skip
-    isometries: str | tuple[int, ...] = param(
-        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
-    )
+    channel_weights: tuple[float, ...] | None = shared.channel_weights()
+    isometries: str | tuple[int, ...] = shared.poses()
     repetition: str = param(
         "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
         choices=("prices", "counter", "marks", "none"),
     )  # fmt: skip
-    usage: float = param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
-    min_repeat_distance: int = param(
-        0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
-    )
-    search: str = param(
-        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
-        choices=("fast", "exact", "pyramid"),
-    )  # fmt: skip
-    pyramid_filter: str = param(
-        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
-        choices=("mean", "gaussian", "none"),
-    )  # fmt: skip
-    pyramid_kept: int = param(
-        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
-    )
-    boundary_patch: int | None = param(
-        AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
-        low=0, high=1 << 16, unit="px",
-    )  # fmt: skip
-    boundary_isometries: str | tuple[int, ...] | None = param(
-        AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
-    )
-    boundary_slack: int | None = param(
-        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
-        low=0, high=1 << 16, unit="px",
-    )  # fmt: skip
+    usage: float = shared.usage_price()
+    min_repeat_distance: int = shared.repeat_distance()
+    search: str = shared.search_ways()
+    pyramid_filter: str = shared.pyramid_filter()
+    pyramid_kept: int = shared.pyramid_kept()
+    boundary_patch: int | None = shared.boundary_patch()
+    boundary_isometries: str | tuple[int, ...] | None = shared.boundary_poses()
+    boundary_slack: int | None = shared.boundary_slack()
     boundary_candidates: int = param(
         1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=MOST
     )

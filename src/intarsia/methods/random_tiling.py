@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, ClassVar
 from ..draws import draw
 from ..geometry import spread
 from ..lazy import lazy
-from ..params import AUTO, check, extent, param
+from ..params import AUTO, check, extent
+from . import shared
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -40,13 +41,8 @@ class RandomTiling:
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = param(
-        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
-        low=1, high=1 << 16, unit="px",
-    )  # fmt: skip
-    isometries: str | tuple[int, ...] = param(
-        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
-    )
+    patch: int | tuple[int, int] | None = shared.patch_side()
+    isometries: str | tuple[int, ...] = shared.poses()
 
     def __post_init__(self) -> None:
         check(self)

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..draws import below
-from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
+from . import shared
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ POINTS = 1 << 20  # draws of points are apart from those of the choice
 
 
 @dataclass(frozen=True)
-class SegmentBased:
+class SegmentBased(shared.CutSquares):
     """Lay patches that continue the segments around them, in a size found from the segments."""
 
     slug: ClassVar[str] = "segment-based"
@@ -43,10 +43,7 @@ class SegmentBased:
     summary: ClassVar[str] = "patches chosen by the segments in their boundary zone"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK})
 
-    patch: int | tuple[int, int] | None = param(
-        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
-        low=1, high=1 << 16, unit="px",
-    )  # fmt: skip
+    patch: int | tuple[int, int] | None = shared.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: a gap, from a quarter to a third of the patch",
         low=0, high=1 << 16, unit="px",
@@ -60,26 +57,7 @@ class SegmentBased:
 
     def __post_init__(self) -> None:
         check(self)
-        if self.patch is not AUTO and self.overlap is not AUTO:
-            for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
-                if overlap >= side:
-                    raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
-
-    @property
-    def pitch(self) -> tuple[int, int]:
-        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
-        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
-        return patch[0] - overlap[0], patch[1] - overlap[1]
-
-    @property
-    def footprint(self) -> tuple[int, int]:
-        """Rows and columns of the exemplar that a patch needs."""
-        return extent(self.patch or 0)
+        self.check_overlap()
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
         """Decide patch and overlap from the segments of the exemplar."""

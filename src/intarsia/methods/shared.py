@@ -1,0 +1,137 @@
+"""Parameters that several methods have, told once, and what methods have in common that cut overlapping squares.
+
+A parameter of that name means the same everywhere. Imports nothing heavy: listings must be quick.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ParameterError
+from ..lazy import lazy
+from ..params import AUTO, extent, param
+
+if TYPE_CHECKING:
+    from .. import sourcemap
+else:
+    sourcemap = lazy("intarsia.sourcemap")
+
+
+def patch_side() -> Any:
+    """Side of the square that is copied."""
+    return param(
+        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+        low=1, high=1 << 16, unit="px",
+    )  # fmt: skip
+
+
+def channel_weights() -> Any:
+    """How much each channel counts."""
+    return param(
+        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
+        low=0, high=1e6,
+    )  # fmt: skip
+
+
+def poses() -> Any:
+    """Which mirrored and turned patches may be used."""
+    return param(
+        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+    )
+
+
+def usage_price() -> Any:
+    """What using a patch again costs."""
+    return param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+
+
+def repeat_distance() -> Any:
+    """How near the same exemplar pixel may return."""
+    return param(
+        0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
+    )
+
+
+def search_ways() -> Any:
+    """How patches are looked for."""
+    return param(
+        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
+        choices=("fast", "exact", "pyramid"),
+    )  # fmt: skip
+
+
+def pyramid_filter() -> Any:
+    """What a pyramid averages."""
+    return param(
+        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
+        choices=("mean", "gaussian", "none"),
+    )  # fmt: skip
+
+
+def pyramid_kept() -> Any:
+    """How many places a pyramid follows."""
+    return param(
+        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
+    )
+
+
+def cut_cost() -> Any:
+    """What a cut costs."""
+    return param(
+        "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
+        choices=("difference", "gradient"),
+    )  # fmt: skip
+
+
+def boundary_patch() -> Any:
+    """Side of the patches along boundaries of labels."""
+    return param(
+        AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
+
+
+def boundary_poses() -> Any:
+    """Poses of patches along boundaries of labels."""
+    return param(
+        AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
+    )
+
+
+def boundary_slack() -> Any:
+    """How far labels may stray over their boundary."""
+    return param(
+        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
+        low=0, high=1 << 16, unit="px",
+    )  # fmt: skip
+
+
+class CutSquares:
+    """Squares that overlap their neighbours and are cut along seams: what follows from `patch` and `overlap`."""
+
+    patch: int | tuple[int, int] | None
+    overlap: int | tuple[int, int] | None
+
+    def check_overlap(self) -> None:
+        """Refuse an overlap that leaves nothing of the patch."""
+        if self.patch is AUTO or self.overlap is AUTO:
+            return
+        for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
+            if overlap >= side:
+                raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    @property
+    def pitch(self) -> tuple[int, int]:
+        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
+        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
+        return patch[0] - overlap[0], patch[1] - overlap[1]
+
+    @property
+    def footprint(self) -> tuple[int, int]:
+        """Rows and columns of the exemplar that a patch needs."""
+        return extent(self.patch or 0)
