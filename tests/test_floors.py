@@ -154,7 +154,7 @@ def test_every_library_has_its_home(path: Path) -> None:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "methods").glob("*.py")), ids=named)
 def test_methods_import_neither_the_upper_floors_nor_one_another(path: Path) -> None:
-    others = {p.stem for p in (ROOT / "methods").glob("*.py")} - {"base", "shared", "__init__", path.stem}
+    others = {p.stem for p in (ROOT / "methods").glob("*.py")} - {"base", "parameters", "__init__", path.stem}
     for parts in imports(path):
         if parts[0] == "intarsia":
             assert len(parts) == 1 or parts[1] not in APART, ".".join(parts)

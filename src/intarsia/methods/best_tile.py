@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
 from ..params import AUTO, check, param
-from . import shared
+from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class BestTile:
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
         low=1, high=256, unit="px",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = shared.channel_weights()
+    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
 
     def __post_init__(self) -> None:
         check(self)

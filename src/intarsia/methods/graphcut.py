@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
-from . import shared
+from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse tha
 
 
 @dataclass(frozen=True)
-class Graphcut(shared.CutSquares):
+class Graphcut(parameters.CutSquares):
     """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
 
     slug: ClassVar[str] = "graphcut"
@@ -74,10 +74,10 @@ class Graphcut(shared.CutSquares):
         AUTO, "int", "how often the worst seam is covered anew; automatic: as often as there are windows",
         low=0, high=1 << 24,
     )  # fmt: skip
-    seam: str = shared.cut_cost()
-    channel_weights: tuple[float, ...] | None = shared.channel_weights()
-    isometries: str | tuple[int, ...] = shared.poses()
-    usage: float = shared.usage_price()
+    seam: str = parameters.cut_cost()
+    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+    isometries: str | tuple[int, ...] = parameters.poses()
+    usage: float = parameters.usage_price()
 
     def __post_init__(self) -> None:
         check(self)

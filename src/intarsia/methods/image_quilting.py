@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
-from . import shared
+from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ STAGE = 2002  # keeps this method's draws apart from those of others
 
 
 @dataclass(frozen=True)
-class ImageQuilting(shared.CutSquares):
+class ImageQuilting(parameters.CutSquares):
     """Lay overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
 
     slug: ClassVar[str] = "image-quilting"
@@ -43,26 +43,26 @@ class ImageQuilting(shared.CutSquares):
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = shared.patch_side()
+    patch: int | tuple[int, int] | None = parameters.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
-    channel_weights: tuple[float, ...] | None = shared.channel_weights()
+    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     context: float = param(
         0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
     )
-    isometries: str | tuple[int, ...] = shared.poses()
-    usage: float = shared.usage_price()
-    min_repeat_distance: int = shared.repeat_distance()
-    search: str = shared.search_ways()
-    pyramid_filter: str = shared.pyramid_filter()
-    pyramid_kept: int = shared.pyramid_kept()
-    seam: str = shared.cut_cost()
-    boundary_patch: int | None = shared.boundary_patch()
-    boundary_isometries: str | tuple[int, ...] | None = shared.boundary_poses()
-    boundary_slack: int | None = shared.boundary_slack()
+    isometries: str | tuple[int, ...] = parameters.poses()
+    usage: float = parameters.usage_price()
+    min_repeat_distance: int = parameters.repeat_distance()
+    search: str = parameters.search_ways()
+    pyramid_filter: str = parameters.pyramid_filter()
+    pyramid_kept: int = parameters.pyramid_kept()
+    seam: str = parameters.cut_cost()
+    boundary_patch: int | None = parameters.boundary_patch()
+    boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
+    boundary_slack: int | None = parameters.boundary_slack()
 
     def __post_init__(self) -> None:
         check(self)

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, param
-from . import shared
+from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -84,13 +84,13 @@ class NearRegular:
         "difference", "choice", "with variant=plain: what fits a gap, by squared differences or by correlation",
         choices=("difference", "correlation"),
     )  # fmt: skip
-    isometries: str | tuple[int, ...] = shared.poses()
+    isometries: str | tuple[int, ...] = parameters.poses()
     straighten: str = param(
         "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
         "repeat much better, not with given vectors; on: wherever they are not straight; vectors then hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = shared.channel_weights()
+    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
 
     def __post_init__(self) -> None:
         check(self)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ..draws import below
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
-from . import shared
+from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -69,20 +69,20 @@ class PatchSampling:
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
         choices=("feather", "middle", "cut"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = shared.channel_weights()
-    isometries: str | tuple[int, ...] = shared.poses()
+    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+    isometries: str | tuple[int, ...] = parameters.poses()
     repetition: str = param(
         "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
         choices=("prices", "counter", "marks", "none"),
     )  # fmt: skip
-    usage: float = shared.usage_price()
-    min_repeat_distance: int = shared.repeat_distance()
-    search: str = shared.search_ways()
-    pyramid_filter: str = shared.pyramid_filter()
-    pyramid_kept: int = shared.pyramid_kept()
-    boundary_patch: int | None = shared.boundary_patch()
-    boundary_isometries: str | tuple[int, ...] | None = shared.boundary_poses()
-    boundary_slack: int | None = shared.boundary_slack()
+    usage: float = parameters.usage_price()
+    min_repeat_distance: int = parameters.repeat_distance()
+    search: str = parameters.search_ways()
+    pyramid_filter: str = parameters.pyramid_filter()
+    pyramid_kept: int = parameters.pyramid_kept()
+    boundary_patch: int | None = parameters.boundary_patch()
+    boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
+    boundary_slack: int | None = parameters.boundary_slack()
     boundary_candidates: int = param(
         1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=MOST
     )

@@ -15,7 +15,7 @@ from ..draws import draw
 from ..geometry import spread
 from ..lazy import lazy
 from ..params import AUTO, check, extent
-from . import shared
+from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -41,8 +41,8 @@ class RandomTiling:
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = shared.patch_side()
-    isometries: str | tuple[int, ...] = shared.poses()
+    patch: int | tuple[int, int] | None = parameters.patch_side()
+    isometries: str | tuple[int, ...] = parameters.poses()
 
     def __post_init__(self) -> None:
         check(self)

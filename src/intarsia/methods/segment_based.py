@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..draws import below
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param
-from . import shared
+from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ POINTS = 1 << 20  # draws of points are apart from those of the choice
 
 
 @dataclass(frozen=True)
-class SegmentBased(shared.CutSquares):
+class SegmentBased(parameters.CutSquares):
     """Lay patches that continue the segments around them, in a size found from the segments."""
 
     slug: ClassVar[str] = "segment-based"
@@ -43,7 +43,7 @@ class SegmentBased(shared.CutSquares):
     summary: ClassVar[str] = "patches chosen by the segments in their boundary zone"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK})
 
-    patch: int | tuple[int, int] | None = shared.patch_side()
+    patch: int | tuple[int, int] | None = parameters.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: a gap, from a quarter to a third of the patch",
         low=0, high=1 << 16, unit="px",
