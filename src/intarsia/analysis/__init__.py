@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from .cell import check_lattice, lattice_of
     from .courses import Courses
     from .footing import Footing, footing_of
-    from .mosaic import FewPlaces, Mosaic
+    from .held import Held
+    from .mosaic import Mosaic
+    from .mosaic_places import FewPlaces
     from .posed_sheet import settled_poses
     from .rim import rim_of
     from .rsgf import Sampling
@@ -41,8 +43,9 @@ if TYPE_CHECKING:
 
 _LATER = {
     "Courses": "courses",
-    "FewPlaces": "mosaic",
+    "FewPlaces": "mosaic_places",
     "Footing": "footing",
+    "Held": "held",
     "Mosaic": "mosaic",
     "Sampling": "rsgf",
     "SegmentSearch": "segment_search",
@@ -65,6 +68,7 @@ __all__ = [
     "Growth",
     "Guidance",
     "GuidedSearch",
+    "Held",
     "Layer",
     "Laying",
     "Layout",
