@@ -138,7 +138,8 @@ class TestAsked:
         held = np.zeros((e.height, e.width), np.uint8)
         held[:20] = HOLE
         started = ia.Canvas(e.height, e.width, start=replace(identity([e.source], 0), which=held))
-        assert choice_of(e, started).rule == "begun"
+        assert choice_of(e, started).rule == "begun-lattice"
+        assert choice_of(e, replace(started, rim=0)).rule == "begun"
         both = ia.Auto().choose([e, Exemplar.of(picture("brick_colours"))], CANVAS)
         assert (both.rule, both.method.slug) == ("several", "image-quilting")
 
@@ -148,11 +149,12 @@ class TestAsked:
         assert made.map.yx.shape == (101, 101, 2)
         assert not made.map.holes.any()
 
-    def test_what_is_begun_is_never_searched_for_a_lattice(self) -> None:
+    def test_what_is_healed_is_never_searched_for_a_lattice(self) -> None:
         e = Exemplar.of(picture("brick_colours"))
         held = np.zeros((e.height, e.width), np.uint8)
         held[:20] = HOLE
-        found = choice_of(e, ia.Canvas(e.height, e.width, start=replace(identity([e.source], 0), which=held)))
+        start = replace(identity([e.source], 0), which=held)
+        found = choice_of(e, ia.Canvas(e.height, e.width, start=start, rim=0))
         assert "lattices" not in vars(found.facts)
 
 

@@ -29,7 +29,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "graphcut": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "image-quilting": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
-    "near-regular": {A.WRAP, A.MASK, A.ISOMETRIES, A.WINDOW},
+    "near-regular": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "repeat": {A.START},
     "segment-based": {A.WRAP, A.MASK},

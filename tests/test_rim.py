@@ -117,3 +117,33 @@ def test_the_command_tells_of_a_rim_and_changes_nothing_unasked(tmp_path: Path) 
     done = CliRunner().invoke(cli, [*command, "--grow", wanted, "-o", str(tmp_path / "out.png")])
     assert done.exit_code == 0
     assert "--grow" not in done.stderr
+
+
+def test_auto_grows_as_far_as_is_told(tmp_path: Path) -> None:
+    pixels = stained()
+    hole = disc(*pixels.shape[:2], 120, 130, 37)
+    method = ia.ImageQuilting(patch=30, tolerance=0)
+    more = rim_of(pixels, hole)
+    one, two = ia.heal(pixels, hole, method, grow=None), ia.heal(pixels, hole, method, grow=more)
+    assert more > 0
+    assert (one.recipe, one.map.digest) == (two.recipe, two.map.digest)
+    ia.write(tmp_path / "a.png", pixels)
+    ia.write(tmp_path / "m.png", (hole * 255).astype(np.uint8))
+    command = ["heal", str(tmp_path / "a.png"), "--mask", str(tmp_path / "m.png"), "--patch", "30", "-q"]
+    for name, grow in (("auto", "auto"), ("n", str(more))):
+        done = CliRunner().invoke(cli, [*command, "--grow", grow, "-o", str(tmp_path / f"{name}.png")])
+        assert done.exit_code == 0
+    assert (tmp_path / "auto.png").read_bytes() == (tmp_path / "n.png").read_bytes()
+    again = ["replay", str(tmp_path / "auto.png"), "--exemplar", str(tmp_path / "a.png"), "-q"]
+    done = CliRunner().invoke(cli, [*again, "--mask", str(tmp_path / "m.png"), "-o", str(tmp_path / "again.png")])
+    assert done.exit_code == 0
+    assert (tmp_path / "again.png").read_bytes() == (tmp_path / "auto.png").read_bytes()
+
+
+@pytest.mark.parametrize("grow", ["-3", "1025", "much", "2.5"])
+def test_other_growths_are_refused_in_one_line(tmp_path: Path, grow: str) -> None:
+    ia.write(tmp_path / "a.png", stained())
+    command = ["heal", str(tmp_path / "a.png"), "--mask", str(tmp_path / "a.png"), "-o", str(tmp_path / "b.png")]
+    done = CliRunner().invoke(cli, [*command, f"--grow={grow}"])
+    assert done.exit_code == 2
+    assert "0 to 1024 px, or auto" in done.stderr

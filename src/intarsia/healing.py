@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from .analysis import Features, default_patch, features, rim_of, seam_total
 from .auto import AUTO_METHOD, Auto
 from .errors import IntarsiaError, ParameterError
+from .exemplar import Exemplar
 from .geometry import Wrap
 from .lazy import lazy
 from .methods.base import METHODS, Method, make, method_class
@@ -74,7 +75,7 @@ def heal(
     method: Method | Auto | str = DEFAULT_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
-    grow: int = 0,
+    grow: int | None = 0,
     seed: int = 0,
     wrap: Wrap | str = Wrap.NONE,
     run: Run | None = None,
@@ -89,8 +90,8 @@ def heal(
         True where it is to be replaced; any number of holes. Nothing is sampled from there.
     sources : pictures, optional
         Where new pixels are taken from, in place of the picture itself.
-    grow : int
-        Enlarge the hole by so many px first.
+    grow : int, optional
+        Enlarge the hole by so many px first; None: as far as a rim of the defect is seen outside of it.
 
     Raises
     ------
@@ -99,7 +100,7 @@ def heal(
     ParameterError, MethodError
     """
     first, donors = as_exemplars([picture])[0], tuple(as_exemplars(list(sources))) if sources else ()
-    scene = repair(first, hole, donors, Wrap(wrap), grow)
+    scene = repaired(first, hole, donors, Wrap(wrap), grow)
     chosen = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
     return fill_holes(scene, for_holes(scene, chosen), seed, run)
 
@@ -133,14 +134,27 @@ def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, 
     return _pixelwise(scene, best, seed, run, edge) if edge else best
 
 
+def repaired(
+    picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar], wrap: Wrap, grow: int | None = 0
+) -> Scene:
+    """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
+    scene = repair(picture, hole, donors, wrap, grow or 0)
+    more = rim_around(scene, features(scene.exemplars)) if grow is None else 0
+    return repair(picture, hole, donors, wrap, more) if more else scene
+
+
+def rim_around(scene: Scene, feats: Features) -> int:
+    """By how many px the hole of a scene must grow to cover a rim of the defect; 0 where none is seen."""
+    assert scene.canvas.start is not None
+    return rim_of(feats.pictures[0], scene.canvas.start.holes, scene.exemplars[0].usable)
+
+
 def rim_left(scene: Scene, feats: Features) -> tuple[str, ...]:
     """Say so where a rim of the defect seems to be left outside of the hole, and how far it must grow."""
-    assert scene.canvas.start is not None
-    hole, told = scene.canvas.start.holes, scene.recipe.get("heal", {})
-    more = rim_of(feats.pictures[0], hole, scene.exemplars[0].usable)
+    more = rim_around(scene, feats)
     if not more:
         return ()
-    grow = told.get("grow", 0) + more
+    grow = scene.recipe.get("heal", {}).get("grow", 0) + more
     return (f"pixels at the edge of the hole look like a rim of what was there; --grow {grow} would cover it.",)
 
 

@@ -87,7 +87,18 @@ def _differ(f: Facts) -> str:
     return f"It repeats by a lattice, and its periods differ by {100 * f.variation:.0f} % of its contrast."
 
 
+def _goes_on(f: Facts) -> bool:
+    """A picture of a lattice is extended; in holes, whose edges must stay, patches fit better than blocks."""
+    canvas = f.canvas
+    return canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1 and _two(f)
+
+
 RULES: tuple[Rule, ...] = (
+    Rule(
+        "begun-lattice", "near-regular", "part of the canvas is filled already, its rim may change, and the exemplar "
+        "has a lattice of two vectors",
+        _goes_on, _lattice, lambda f: (_differ(f), "What is there goes on by its lattice."),
+    ),
     Rule(
         "begun", "image-quilting", "part of the canvas is filled already",
         lambda f: f.canvas.start is not None, _nothing,

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from .growth import Growth, Laying, Pick
     from .guidance import Guidance, check_guide
     from .guided_search import GuidedSearch
-    from .mosaic import FewPlaces, Mosaic
+    from .held import Held
+    from .mosaic import Mosaic
+    from .mosaic_places import FewPlaces
     from .patchwork import Patchwork, Window, random_patch, waves
     from .pixels import Layer, check_window, choices, default_window, ground, layers
     from .posed_sheet import settled_poses
@@ -42,7 +44,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "Candidates": "search",
     "Courses": "courses",
-    "FewPlaces": "mosaic",
+    "FewPlaces": "mosaic_places",
     "Footing": "footing",
     "Growth": "growth",
     "Guidance": "guidance",
@@ -50,6 +52,7 @@ _MODULES = {
     "Layer": "pixels",
     "Laying": "growth",
     "Layout": "repetition",
+    "Held": "held",
     "Mosaic": "mosaic",
     "PatchSearch": "search",
     "Patchwork": "patchwork",
@@ -110,6 +113,7 @@ __all__ = [
     "Growth",
     "Guidance",
     "GuidedSearch",
+    "Held",
     "Layer",
     "Laying",
     "Layout",

@@ -26,7 +26,7 @@ from .chains import Chains, Piece
 from .courserows import CourseRows
 from .features import features
 from .mortar import FACE
-from .mosaic import nearest
+from .mosaic_places import nearest
 from .mosaic_settings import Settings
 
 Array = NDArray[Any]

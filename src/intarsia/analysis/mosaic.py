@@ -11,32 +11,27 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from ..canvas import Canvas
 from ..draws import below, draw
-from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels import bend, blocks
 from ..run import Run
-from .blockgrid import UNIT, BlockGrid, Vector, block_vectors, phased, positions
+from .blockgrid import UNIT, BlockGrid
 from .cell import cell_of
 from .closing import closed_grid
 from .features import features
+from .held import Held
+from .mosaic_places import BORDER, grid_and_places, nearest, thinned
 from .mosaic_settings import Settings
 from .posed_sheet import Sheet, lattice_poses, posed_places, sheet_of
 from .sizes import elements
 
 STAGE = 2011
-BORDER = 14  # px, where none is given
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
 APART = 0.5  # the same, where all of them repeat a neighbour
 Array = NDArray[Any]
-
-
-class FewPlaces(MethodError):
-    """The exemplar holds too little for a mosaic; its best tile can still be repeated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +64,10 @@ class Mosaic:
         For every pixel the nearest usable one; None where all are usable.
     sheet : Sheet
         The poses, one below the other, that blocks are read in.
-    orders : dict
-        Shuffled places, kept for squares of blocks that were asked for.
+    held : Held or None
+        What is on the canvas already, and must be continued.
+    orders, fitted : dicts
+        Shuffled places, kept for squares of blocks that were asked for, and places that continue what is there.
     """
 
     picture: NDArray[np.int16]
@@ -87,26 +84,30 @@ class Mosaic:
     seed: int
     nearest: NDArray[np.intp] | None
     sheet: Sheet
+    held: Held | None = None
     orders: dict[tuple[int, int, int], list[int]] = field(default_factory=dict, repr=False)
+    fitted: dict[tuple[int, int], Array | None] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
+    def of(
+        cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int, held: Held | None = None
+    ) -> Mosaic:
         """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
         feats = features([exemplar], method.channel_weights)
         picture = feats.pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
         cell = cell_of(method.lattice, picture.shape[:2])
-        grid, places = _grid(method, picture, usable, cell, float(elements(exemplar).size))
+        grid, places = grid_and_places(method, picture, usable, cell, float(elements(exemplar).size))
         laid, around = closed_grid(grid, canvas)
         half = (method.border or BORDER) / 2
         poses = lattice_poses(method.isometries, cell, exemplar, feats)
         sheet = sheet_of(feats, usable, poses, 2 * math.ceil(half) + 8)
         if len(poses) > 1:
             places = posed_places(sheet, feats, grid, places)
-        sparse = {kind: _thinned(found, method.slack) for kind, found in places.items()}
+        sparse = {kind: thinned(found, method.slack) for kind, found in places.items()}
         return cls(
             sheet.picture, sheet.usable, grid, laid, places, sparse, around, (canvas.height, canvas.width),
-            half, method.slack, method.bend, seed, nearest(sheet.usable), sheet,
+            half, method.slack, method.bend, seed, nearest(sheet.usable), sheet, held,
         )  # fmt: skip
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
@@ -143,11 +144,9 @@ class Mosaic:
 
     def _block(self, i: int, j: int) -> tuple[Array, ...]:
         """Canvas rows and columns of the pixels that a block decides, and the exemplar's it shows there."""
-        at, shape = self._box(i, j)
-        sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
-        blocks.ring(self._frame(i, j, at), np.zeros(2, np.int64), self.half, sides, core)
+        at, sides, core = self._ring(i, j)
         if (i + j) % 2 == 0:
-            ty, tx = self._shift(i, j, self._random(i, j))
+            ty, tx = self._shift(i, j, self._place(i, j))
             y, x = np.nonzero(core)
             return y + at[0], x + at[1], y + at[0] + ty, x + at[1] + tx
         own, sy, sx = self._gap(i, j, at, sides, core)
@@ -166,12 +165,16 @@ class Mosaic:
 
     def _gap(self, i: int, j: int, at: tuple[int, int], sides: Array, core: Array) -> tuple[Array, Array, Array]:
         near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
-        drawn = [self._random(a, b) for a, b in near]
-        t = np.array([self._shift(a, b, k) for (a, b), k in zip(near, drawn, strict=True)], np.int64) + at
-        places = np.array([self._places(a, b)[k] for (a, b), k in zip(near, drawn, strict=True)])
+        places = np.array([self._place(a, b) for a, b in near])
+        t = np.array([self._shift(a, b, place) for (a, b), place in zip(near, places, strict=True)], np.int64) + at
         equal = (places - self._origin(i, j) + UNIT // 2) // UNIT + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
+        if self.held is not None:  # what is there is a fifth neighbour, which shows the exemplar where it lies
+            there = self.held.zone(at, (core > 0) | (sides >= 0), len(near))
+            free = np.full(core.shape, True)
+            free[there[:, 0], there[:, 1]] = False
+            zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [at]])
         shifts = self._shifts(i, j) + at
         found = np.empty((KEPT, 3), np.int64)
         count = blocks.rank(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
@@ -229,10 +232,33 @@ class Mosaic:
             known = self.orders[key] = order[::-1]
         return known
 
-    def _shift(self, i: int, j: int, place: int) -> tuple[int, int]:
+    def _place(self, i: int, j: int) -> Array:
+        """The place that a block which is no gap is read from: what continues the canvas's start, or any."""
+        if self.held is not None:
+            if (i, j) not in self.fitted:
+                self.fitted[i, j] = self._fitting(i, j, self.held)
+            known = self.fitted[i, j]
+            if known is not None:
+                return known
+        place: Array = self._places(i, j)[self._random(i, j)]
+        return place
+
+    def _fitting(self, i: int, j: int, held: Held) -> Array | None:
+        """The place that best continues what is there; None where nothing is, or no place reaches so far."""
+        at, sides, core = self._ring(i, j)
+        zone = held.zone(at, (core > 0) | (sides >= 0), 0)
+        if not len(zone):
+            return None
+        found, there = np.empty((KEPT, 3), np.int64), np.array([at], np.int64)
+        count = blocks.rank(
+            self.picture, self.usable, core, zone, there, self._shifts(i, j) + at, self.slack, KEPT, found
+        )
+        return np.asarray(np.add(self._origin(i, j), (found[0, 1:] - at) * UNIT)) if count else None
+
+    def _shift(self, i: int, j: int, place: Array) -> tuple[int, int]:
         """What to add to canvas px of block (i, j) to read the block at a place."""
         y, x = self._origin(i, j)
-        py, px = self._places(i, j)[place]
+        py, px = place
         return (int(py) - y + UNIT // 2) // UNIT, (int(px) - x + UNIT // 2) // UNIT
 
     def _shifts(self, i: int, j: int) -> NDArray[np.int64]:
@@ -256,6 +282,13 @@ class Mosaic:
         rows, columns = self.around
         return (i % rows if rows else i), (j % columns if columns else j)
 
+    def _ring(self, i: int, j: int) -> tuple[tuple[int, int], Array, Array]:
+        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
+        at, shape = self._box(i, j)
+        sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
+        blocks.ring(self._frame(i, j, at), np.zeros(2, np.int64), self.half, sides, core)
+        return at, sides, core
+
     def _box(self, i: int, j: int) -> tuple[tuple[int, int], tuple[int, int]]:
         """First pixel and shape of the window around a block, its seam zone included."""
         y, x = self._origin(i, j)
@@ -271,31 +304,3 @@ class Mosaic:
     def _touches(self, i: int, j: int, y0: int, x0: int, height: int, width: int) -> bool:
         at, shape = self._box(i, j)
         return at[0] < y0 + height and at[1] < x0 + width and at[0] + shape[0] > y0 and at[1] + shape[1] > x0
-
-
-def nearest(usable: NDArray[np.bool_]) -> NDArray[np.intp] | None:
-    if usable.all():
-        return None
-    return np.asarray(distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)
-
-
-def _thinned(places: NDArray[np.int64], slack: int) -> NDArray[np.int64]:
-    """The first place in every square of slack + 1 px."""
-    first = np.unique(places // ((slack + 1) * UNIT), axis=0, return_index=True)[1]
-    return places[np.sort(first)]
-
-
-def _grid(
-    method: Settings, picture: Array, usable: Array, cell: tuple[Vector, Vector | None], element: float
-) -> tuple[BlockGrid, dict[tuple[int, int], NDArray[np.int64]]]:
-    """Choose the blocks; smaller ones where the exemplar holds too few places for large ones."""
-    room = picture.shape[:2]
-    wide = min(max(1.5 * element, 48.0), min(room) / 2.5)
-    target = float(method.block) if method.block is not None else None
-    for wanted in (target, 1.0):
-        rows, columns = block_vectors(*cell, wanted, wide, (int(room[0]), int(room[1])))
-        grid = phased(picture, rows, columns, cell, method.border or BORDER)
-        places = {(i, j): positions(grid, usable, (i, j)) for i in (0, 1) for j in (0, 1)}
-        if min(len(p) for p in places.values()) >= 2:
-            return grid, places
-    raise FewPlaces("the exemplar holds fewer than two places for a block of one period; give a larger exemplar.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +14,12 @@ from ..draws import below
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..kernels import windows
-from ..lazy import lazy
 from ..sourcemap import HOLE, Blend, SourceMap
+from .held import depth_of
 from .placing import levels
 from .repetition import Layout
 from .search import Candidates
 from .variants import Variants
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only start maps need it
-    ndimage = lazy("scipy.ndimage")
 
 Array = NDArray[Any]
 Window = tuple[int, int]
@@ -56,7 +51,7 @@ class Patchwork:
             origin = np.array(iso.start(width, height) if iso.swaps else iso.start(height, width), np.int32)
             yx[mine] = (start.yx[mine] - origin) @ np.array(iso.j, np.int32)
             variant[mine] = v
-        return cls(variants, variant, yx, _deeper_than(rim, variant != HOLE, canvas))
+        return cls(variants, variant, yx, depth_of(variant != HOLE, canvas.wrap, rim) > rim)
 
     def open_windows(self, layout: Layout, wanted: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
         """Return which windows hold a pixel that is not known yet, or that is `wanted`."""
@@ -165,12 +160,3 @@ def _neighbours(starts: tuple[int, ...], patch: int, length: int, wrap: bool) ->
         gaps = [min(abs(a - b), length - abs(a - b)) if wrap else abs(a - b) for b in starts]
         out.append([k for k, gap in enumerate(gaps) if gap < patch])
     return out
-
-
-def _deeper_than(rim: int, known: NDArray[np.bool_], canvas: Canvas) -> NDArray[np.bool_]:
-    if known.all():
-        return known
-    pad = [(rim + 1, rim + 1) if wrap else (0, 0) for wrap in (canvas.wrap.y, canvas.wrap.x)]
-    depth = ndimage.distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
-    inner = tuple(slice(p[0], n + p[0]) for p, n in zip(pad, known.shape, strict=True))
-    return np.asarray(depth[inner] > rim)

@@ -13,7 +13,7 @@ from .grow import OWN, PARAMETERS, check_stdout, wish_of
 from .options import DONORS, FILE, common, gathered, grown_target_options, input_options, opt, report_options
 from .report import Report
 from .request import Begin, Inputs, Targets, Wish
-from .values import Seed
+from .values import Growth, Seed
 
 MOST_GROWN, MOST_EDGE = 1024, 64  # px
 
@@ -24,8 +24,8 @@ HOLES = (
         "One for all pictures, or one for each.",
     ),
     opt(
-        "grow", "--grow", type=click.IntRange(0, MOST_GROWN), default=0, metavar="N",
-        help="Enlarge the hole by N px first.",
+        "grow", "--grow", type=Growth(MOST_GROWN), default="0", metavar="N|auto",
+        help="Enlarge the hole by N px first; auto: as far as a rim of the defect is seen outside of it.",
     ),
     opt(
         "edge", "--edge", type=click.IntRange(0, MOST_EDGE), default=0, metavar="N",
@@ -36,6 +36,11 @@ USABLE = opt(
     "masks", "--usable", multiple=True, type=FILE, metavar="FILE",
     help="White where pixels may be taken from; one for each picture.",
 )  # fmt: skip
+
+
+def _begin(**given: Any) -> Begin:
+    """The holes, and how far they grow; a negative number stands for auto."""
+    return Begin(**(given | {"grow": given["grow"] if given["grow"] >= 0 else None}))
 
 
 def _wish(**given: Any) -> Wish:
@@ -71,7 +76,7 @@ def _method() -> list[Any]:
     name="heal",
     epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
 )
-@gathered(*HOLES, into="begin", make=Begin)
+@gathered(*HOLES, into="begin", make=_begin)
 @gathered(*_method(), *PARAMETERS, into="wish", make=_wish)
 @click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
 @grown_target_options

@@ -17,12 +17,12 @@ from ..exemplar import Exemplar
 from ..files import check_depth, check_writable, format_of, read_mask, read_set, recipe_path
 from ..geometry import Wrap, spread
 from ..guide import Guide
-from ..healing import check_edge, for_holes
+from ..healing import check_edge, for_holes, repaired
 from ..methods.base import Method
 from ..render import check_alike
 from ..repairing import check_repair
 from ..sourcemap import Blend, Mixing, SourceMap
-from ..starts import Margins, Scene, extension, repair
+from ..starts import Margins, Scene, extension
 from ..synthesis import as_exemplars, check_abilities, check_start
 from .exemplars import Set, Shelf, stem_of
 from .labels import guide_of
@@ -83,10 +83,10 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
     if begin.margins is not None:
         return extension(picture, Margins(*begin.margins), donors, wrap)
     hole = hole_of(begin.holes[lot if len(begin.holes) > 1 else 0], shelf.lots[lot][0], picture)
-    scene = repair(picture, hole, donors, wrap, begin.grow)
-    return (
-        scene if "alpha" not in begin.holes else replace(scene, recipe={"heal": {"grow": begin.grow, "mask": "alpha"}})
-    )
+    scene = repaired(picture, hole, donors, wrap, begin.grow)
+    if "alpha" not in begin.holes:
+        return scene
+    return replace(scene, recipe={"heal": scene.recipe["heal"] | {"mask": "alpha"}})
 
 
 def hole_of(mask: str, found: Set, picture: Exemplar) -> NDArray[np.bool_]:

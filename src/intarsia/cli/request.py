@@ -80,12 +80,12 @@ class Begin:
     """What the canvas starts with: the picture in the middle of margins, or with holes.
 
     `margins` are left, right, top, bottom in px; `holes` one mask for each picture, or ``alpha``; `grow` enlarges
-    the holes; `edge` px along their edge are filled again, pixel by pixel.
+    the holes, None as far as a rim of the defect is seen; `edge` px along their edge are filled again, pixel by pixel.
     """
 
     margins: tuple[int, int, int, int] | None = None
     holes: tuple[str, ...] = ()
-    grow: int = 0
+    grow: int | None = 0
     edge: int = 0
 
 

@@ -124,6 +124,22 @@ class Seed(ParamType):
         return int(value)
 
 
+class Growth(ParamType):
+    """A whole number of px, or `auto`, which is -1: None would be no value at all."""
+
+    name = "N|auto"
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if value in ("auto", -1):
+            return -1
+        if not re.fullmatch(r"[0-9]{1,9}", str(value)) or int(value) > self.most:
+            self.fail(f"{value} is not allowed; give 0 to {self.most} px, or auto.", param, ctx)
+        return int(value)
+
+
 class Seeds(ParamType):
     """Ranges and numbers, as 1..9 or 1,4,7; gives a tuple of seeds."""
 

@@ -55,7 +55,7 @@ class NearRegular:
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
     supports: ClassVar[frozenset[Ability]] = frozenset(
-        {Ability.WRAP, Ability.MASK, Ability.ISOMETRIES, Ability.WINDOW}
+        {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.WINDOW}
     )
 
     lattice: tuple[tuple[float, float], ...] | None = param(
@@ -105,7 +105,8 @@ class NearRegular:
         plain = self.variant == "plain"
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
-        footing = analysis.footing_of(self, exemplars[0])
+        wanted = self if canvas.start is None or self.straighten == "on" else replace(self, straighten="off")
+        footing = analysis.footing_of(wanted, exemplars[0])
         laid, lattice = footing.exemplar, footing.lattice
         upright = "variant=plain lays all blocks" if plain else "a lattice of one vector has courses that are laid"
         if self.isometries not in ("none", (0,)) and (plain or len(lattice) == 1):
@@ -118,21 +119,28 @@ class NearRegular:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.settled(exemplars, canvas)
         footing = analysis.footing_of(method, exemplars[0])
-        yx, pose = self._laid(method, footing.exemplar, canvas, seed, run)
+        held = analysis.Held.of(canvas, method.border or 0)
+        if held is not None and held.full:
+            return replace(held.start, which=None, wrap=canvas.wrap, blend=method.blend)
+        yx, pose = self._laid(method, footing, canvas, held, seed, run)
         yx, source = footing.to_exemplar(yx), exemplars[0].source
+        if held is not None:
+            yx, pose = held.joined(yx, pose, analysis.features(exemplars, method.channel_weights).pictures[0])
         return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
     def _laid(
-        self, method: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, run: Run
-    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
-        """The map's pixels and poses; too small an exemplar gives one tile (S1-39)."""
-        whole = (0, 0, canvas.height, canvas.width)
+        self, method: NearRegular, footing: analysis.Footing, canvas: Canvas, held: analysis.Held | None, seed: int,
+        run: Run,
+    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:  # fmt: skip
+        """The map's pixels and poses, so that the lattice of a start goes on; too small an exemplar gives one tile."""
+        exemplar, origin = footing.exemplar, (0, 0) if held is None else held.anchor
+        whole = (*origin, canvas.height, canvas.width)
         if method.variant == "plain":
             return analysis.Sampling.of(method, exemplar, canvas, seed).window(*whole, run), None
         if len(method.lattice or ()) == 1:
             return analysis.Courses.of(method, exemplar, canvas, seed).window(*whole, run), None
         try:
-            mosaic = analysis.Mosaic.of(method, exemplar, canvas, seed)
+            mosaic = analysis.Mosaic.of(method, exemplar, canvas, seed, held if footing.straight is None else None)
         except analysis.FewPlaces:
             run.notes.append(FEW)
             return analysis.Tiling.of(method, method.border or 0, exemplar).layout(canvas).window(*whole), None

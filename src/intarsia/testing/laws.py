@@ -40,9 +40,9 @@ class Laws:
         return cases(self.method, least=self.least)
 
     def rim(self, exemplars: Sequence[Exemplar], size: tuple[int, int]) -> int:
-        """Return how deep, in px, a start map may be changed: the method's overlap, 0 if it has none."""
+        """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
         settled = self.method.settled(exemplars, Canvas(*size))
-        return max(extent(getattr(settled, "overlap", 0)))
+        return max(extent(getattr(settled, "overlap", getattr(settled, "border", 0))))
 
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
         """Compute the map of a window alone, whatever lies around it; methods that claim WINDOW replace this."""
