@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia import files
-from intarsia.analysis import features
+from intarsia.analysis import features, segment_overlay, segments
 from intarsia.analysis.besttile import unlikeness
 from intarsia.analysis.blockgrid import phase_of
 from intarsia.cli.app import cli
@@ -156,6 +156,38 @@ class TestTold:
         assert told("weave.png", "--mask", "mask.png")["lattice"] is not None
 
 
+class TestSegments:
+    def test_groups_patch_zone_and_rule_are_told(self) -> None:
+        """S3-01, S3-07, D3-1: what is told is what the method segment-based goes by, and which rule it came from."""
+        seen, found = told("weave.png")["segments"], segments(ia.read("weave.png"))
+        assert (seen["patch"], seen["zone"], seen["rule"], seen["why"]) == (
+            found.patch, found.zone, "segments", found.why)  # fmt: skip
+        assert seen["count"] == len(found.groups) == sum(g["segments"] for g in seen["groups"])
+        assert seen["chosen"] == found.chosen
+        assert seen["groups"][found.chosen]["segments"] == int((found.groups == found.chosen).sum())
+        assert seen["groups"][found.chosen]["share"] == pytest.approx(float((found.group_map == found.chosen).mean()),
+                                                                      abs=1e-4)  # fmt: skip
+        assert sum(g["share"] for g in seen["groups"]) == pytest.approx(1, abs=1e-3)
+        page = run("weave.png").stdout
+        assert f"group {found.chosen} is chosen: {seen['groups'][found.chosen]['segments']} of them" in page
+        assert f"patch {found.patch} px, boundary zone {found.zone} px, by rule segments: " in page
+
+    def test_without_a_group_the_rule_is_the_autocorrelation(self) -> None:
+        ia.write("gray.png", np.full((40, 50), 90, np.uint8))
+        seen = told("gray.png")["segments"]
+        assert (seen["chosen"], seen["rule"], seen["scale"]) == (None, "autocorrelation", None)
+        page = run("gray.png").stdout
+        assert "1 in 1 group; none is chosen" in page
+        assert "by rule autocorrelation: the exemplar is constant." in page
+
+    def test_masked_pixels_are_in_no_group(self) -> None:
+        mask = np.full((120, 132), 255, np.uint8)
+        mask[:60] = 0
+        ia.write("half.png", mask)
+        seen = told("weave.png", "--mask", "half.png")["segments"]
+        assert sum(g["share"] for g in seen["groups"]) == pytest.approx(1, abs=1e-3)
+
+
 class TestDrawn:
     def test_the_overlay_lies_on_the_joints(self) -> None:
         """Its points lie a lattice vector apart, where blocks begin; beside the lines the picture stays."""
@@ -195,9 +227,19 @@ class TestDrawn:
             assert drawn.pixels.dtype == np.uint8
             assert drawn.pixels.shape == (120, 132, 3)
 
+    def test_segments_are_drawn_with_or_without_a_lattice(self) -> None:
+        """S3-01: what is written is the overlay of the analysis, in 8 bits, for pictures of any depth and opacity."""
+        run("blobs.png", "--overlay", "segments=s.png", "-q")
+        exemplar = ia.read("blobs.png")
+        assert (files.read_plane("s.png").pixels == segment_overlay(exemplar)).all()
+        for depth, top in (("uint16", 65535), ("float32", 1.0)):
+            deep = (np.dstack([weave()] * 3 + [np.full((120, 132), 255)]) / 255 * top).astype(depth)
+            drawn = ia.analyze(deep).overlay("segments").pixels
+            assert (drawn.dtype, drawn.shape) == (np.uint8, (120, 132, 3))
+
     def test_kinds_are_a_table(self) -> None:
-        assert "lattice" in OVERLAYS
-        with pytest.raises(ia.ParameterError, match="overlay=magic is unknown; choose one of lattice"):
+        assert set(OVERLAYS) == {"lattice", "segments"}
+        with pytest.raises(ia.ParameterError, match="overlay=magic is unknown; choose one of lattice, segments"):
             ia.analyze("weave.png").overlay("magic")
 
 
@@ -287,7 +329,7 @@ class TestRefused:
         [
             (("missing.png",), 3, "missing.png does not exist"),
             ((), 2, "Missing argument"),
-            (("weave.png", "--overlay", "magic=o.png"), 2, "magic is no kind of overlay; give lattice=FILE."),
+            (("weave.png", "--overlay", "magic=o.png"), 2, "give lattice=FILE, segments=FILE."),
             (("weave.png", "--overlay", "o.txt"), 2, "o.txt"),
             (("weave.png", "--overlay", "o.png", "--best-tile", "o.png"), 2, "o.png would be written twice"),
             (("weave.png", "--overlay", "-", "--best-tile", "-"), 2, "holds one picture"),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .analysis import Tiling
+from .analysis import Segments, Tiling, segments
 from .analysis.besttile import BAND
 from .analysis.elements import ElementSize
 from .analysis.lattice import Lattice, Lattices
@@ -100,6 +100,11 @@ class Findings:
     straight: tuple[Straight, Lattice] | None = None
 
     @property
+    def segments(self) -> Segments:
+        """Its segments, the groups of those that look alike, and the patch and boundary zone that suit one of them."""
+        return segments(self.exemplar)
+
+    @property
     def lattice(self) -> Lattice | None:
         """The lattice; None where there is none that is sure enough."""
         return self.lattices.accepted
@@ -152,6 +157,7 @@ class Findings:
                 "directions": len(self.elements.directions),
                 "found": self.elements.found,
             },
+            "segments": _grouped(self.segments),
             "light": {
                 "share": round(self.light.share, 3),
                 "factor": round(self.light.factor, 2),
@@ -224,6 +230,26 @@ def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
         "off": round(straight.off, 2),
         "vectors": [list(v) for v in xy(lattice)],
         "confidence": round(lattice.confidence, 4),
+    }
+
+
+def _grouped(found: Segments) -> dict[str, Any]:
+    """Segments, their groups with the share of the picture each covers, and what follows from the chosen one."""
+    areas = np.bincount(found.group_map[found.group_map >= 0], minlength=int(found.groups.max(initial=-1)) + 1)
+    counts = np.bincount(found.groups, minlength=len(areas))
+    whole = max(int(areas.sum()), 1)
+    groups = [{"segments": int(n), "share": round(int(a) / whole, 4)} for n, a in zip(counts, areas, strict=True)]
+    return {
+        "count": len(found.groups),
+        "groups": groups,
+        "chosen": found.chosen,
+        "patch": found.patch,
+        "zone": found.zone,
+        "rule": found.rule.value,
+        "why": found.why,
+        "scale": None if found.scale is None else [round(n, 3) for n in found.scale],
+        "energy": round(found.energy, 4),
+        "support": round(found.support, 4),
     }
 
 

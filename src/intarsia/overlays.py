@@ -55,7 +55,14 @@ def lattice_lines(found: Findings) -> Plane:
     return as_plane(_line(picture, np.maximum(np.min(corners, axis=0) - POINT, 0.0), WHITE))
 
 
-OVERLAYS: dict[str, Callable[[Findings], Plane]] = {"lattice": lattice_lines}
+def segment_groups(found: Findings) -> Plane:
+    """Draw the segments: the chosen group bright under yellow borders, the others dim, each group in a tint."""
+    from .image import Plane
+
+    return Plane(analysis.segment_overlay(found.exemplar, found.segments))
+
+
+OVERLAYS: dict[str, Callable[[Findings], Plane]] = {"lattice": lattice_lines, "segments": segment_groups}
 """Kind -> what draws it."""
 
 

@@ -7,17 +7,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from .analysis import default_patch
-from .analysis.repairs import Repair, Repaired, repaired
 from .analysis.variants import valid_windows
 from .canvas import Canvas
 from .errors import ParameterError
 from .exemplar import Exemplar
+from .lazy import lazy
 from .methods.base import Method
 from .params import parameters
 from .run import Run
 from .synthesis import Synthesis
+
+if TYPE_CHECKING:
+    from .analysis import repairs
+else:
+    repairs = lazy("intarsia.analysis.repairs")
 
 PASSES, MOST_PASSES = 4, 1000
 LEAST_PATCH = 8
@@ -48,13 +54,14 @@ def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> 
     return mended(made, passes, run)[0]
 
 
-def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthesis, Repaired]:
+def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthesis, repairs.Repaired]:
     """Repair, and tell what it did."""
     check_repair(made.method, passes)
     if "repair" in made.recipe:
         raise ParameterError("this picture was repaired already; repair the first one with more passes.")
     canvas = made.canvas or Canvas(made.map.height, made.map.width, made.map.wrap)
-    done = repaired(repair_of(made.method, made.exemplars, passes), made.exemplars, canvas, made.map, run or Run())
+    asked = repair_of(made.method, made.exemplars, passes)
+    done = repairs.repaired(asked, made.exemplars, canvas, made.map, run or Run())
     return replace(made, map=done.map, recipe=made.recipe | {"repair": passes}), done
 
 
@@ -73,7 +80,7 @@ def keeps_lattice(method: Method) -> bool:
     return any(p.name == "lattice" for p in parameters(method))
 
 
-def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> Repair:
+def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> repairs.Repair:
     """How what a method made is repaired: by patches of its own size, in its poses; pixel methods have none."""
     rows, columns = getattr(method, "footprint", (0, 0))
     if not rows or not columns:
@@ -82,7 +89,7 @@ def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> R
             valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
         ):
             rows = columns = max(rows // 2, LEAST_PATCH)
-    return Repair(
+    return repairs.Repair(
         (rows, columns), passes, getattr(method, "channel_weights", None), getattr(method, "isometries", "none"),
         getattr(method, "min_repeat_distance", 0),
     )  # fmt: skip

@@ -126,8 +126,7 @@ class Repairing:
             elif not self.bars.returns(cut.box, cut.pick, cut.take):  # what this pass laid before counts, too
                 self.stitching.paste(cut)
                 laid.append(cut)
-        for cut in laid:
-            self.worst.renew(cut.box)
+        self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
     def _found(self, boxes: list[Box], run: Run) -> list[Candidates]:

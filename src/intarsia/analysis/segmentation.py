@@ -231,7 +231,7 @@ def _of_group(winner: _Candidate, support: float, why: str, factor: int, shape: 
         enlarged(labels, factor, shape), groups, chosen, patch,
         zone(patch, (winner.gap * factor + FINE // 2) // FINE), SizeRule.SEGMENTS,
         (math.sqrt(winner.scale[0] / 2) * factor, float(winner.scale[1])), winner.energy, support,
-        f"{winner.lists.count} segments that look alike are {why}.",
+        f"{winner.lists.count} elements of segments that look alike are {why}.",
         factor,
     )  # fmt: skip
 

@@ -65,11 +65,14 @@ class WorstSeams:
         near = (self._near(axis, at - radius, at + radius) for axis, at in enumerate(cell or self._at))
         self._tired[np.ix_(*near)] = True
 
-    def renew(self, box: tuple[int, int, int, int]) -> None:
-        """Read the prices of a box again: something changed there."""
-        rows, columns = (self._near(a, (box[a] - 1) // CELL, (box[a] + box[2 + a]) // CELL) for a in (0, 1))
-        self._add_up(rows)
-        self._tired[np.ix_(rows, columns)] = False
+    def renew(self, *boxes: tuple[int, int, int, int]) -> None:
+        """Read the prices of boxes again: something changed there."""
+        changed = np.zeros(self.shape[0], bool)
+        for box in boxes:
+            rows, columns = (self._near(a, (box[a] - 1) // CELL, (box[a] + box[2 + a]) // CELL) for a in (0, 1))
+            self._tired[np.ix_(rows, columns)] = False
+            changed[rows] = True
+        self._add_up(np.flatnonzero(changed))
         self._score()
 
     def _add_up(self, rows: Array) -> None:

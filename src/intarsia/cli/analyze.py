@@ -198,6 +198,7 @@ def _page(path: str, told: dict[str, Any]) -> list[str]:
         lines += [f"elements     about {told['feature_size']} px ({seen['size'][0]} wide, {seen['size'][1]} high)"]
     else:
         lines += [f"elements     not seen; {told['feature_size']} px is a guess"]
+    lines += _segments(told["segments"])
     share = f"{100 * light['share']:.0f} % of the differences between its parts, {light['factor']:.1f} times brighter"
     lines += [f"light        {'a strong slope: ' + share if light['strong'] else 'no strong slope'}"]
     lines += [f"suggested    {' '.join(_options(told['suggested']))}"]
@@ -206,6 +207,19 @@ def _page(path: str, told: dict[str, Any]) -> list[str]:
         tile = told["best_tile"]
         lines += [f"best tile    at {tile['corner'][0]},{tile['corner'][1]}, cost {tile['cost']}"]
     return lines + [f"written      {entry['path']} ({entry['holds']})" for entry in told.get("files", [])]
+
+
+def _segments(seen: dict[str, Any]) -> list[str]:
+    """Segments, groups, the chosen one, and patch and boundary zone with the rule that they come from."""
+    groups, chosen = seen["groups"], seen["chosen"]
+    first = f"segments     {seen['count']} in {len(groups)} group{'s' * (len(groups) != 1)}; "
+    if chosen is None:
+        first += "none is chosen"
+    else:
+        mine = groups[chosen]
+        first += f"group {chosen} is chosen: {mine['segments']} of them, {100 * mine['share']:.0f} % of the picture"
+    size = f"patch {seen['patch']} px, boundary zone {seen['zone']} px, by rule {seen['rule']}"
+    return [first, f"             {size}: {seen['why'][:1].lower()}{seen['why'][1:]}"]
 
 
 def _vectors(one: dict[str, Any]) -> str:
