@@ -29,7 +29,7 @@ from .variants import valid_windows
 
 STAGE = 20110
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
-DENSE = (0.08, 0.01)  # share of an exemplar's places from which a transform is quicker; for correlation
+DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
 TOGETHER = 16  # gaps that one call fills
 Array = NDArray[Any]
 Place = tuple[int, int]
@@ -133,7 +133,7 @@ class Sampling:
         share = min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / abs(v1[0] * v2[1] - v1[1] * v2[0]))
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
         everywhere = np.argwhere(valid) if far <= method.slack else None
-        listed = ShortList(picture, ring, sums, correlate, everywhere) if share > DENSE[correlate] else None
+        listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
         return cls(
             picture, valid, (v1, v2), laid, border, method.slack, correlate, seed, ring, runs, sums, listed,
             everywhere,
