@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from .blockgrid import UNIT, Vector
 from .cell import cell_of
 from .closing import Closing, closing
 from .features import features
+from .mosaic_settings import PlainSettings
 from .shortlist import ShortList
 from .variants import valid_windows
 
@@ -33,34 +34,6 @@ DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are 
 TOGETHER = 16  # gaps that one call fills
 Array = NDArray[Any]
 Place = tuple[int, int]
-
-
-class PlainSettings(Protocol):
-    """The parameters that are read here."""
-
-    @property
-    def lattice(self) -> tuple[tuple[float, float], ...] | None:
-        """The lattice vectors, (x, y) px."""
-
-    @property
-    def block(self) -> int | None:
-        """Side of a block, px."""
-
-    @property
-    def border(self) -> int | None:
-        """Width of the border that is compared, px."""
-
-    @property
-    def slack(self) -> int:
-        """How far a gap's patch may leave the lattice, px."""
-
-    @property
-    def fit(self) -> str:
-        """What fits: "difference" or "correlation"."""
-
-    @property
-    def channel_weights(self) -> tuple[float, ...] | None:
-        """How much each channel counts."""
 
 
 @dataclass(frozen=True, eq=False)
