@@ -131,6 +131,17 @@ def pixels(name: str = "stones") -> Any:
     return np.ascontiguousarray(np.dstack([found] * 3) if found.ndim == 2 else found[:, :, :3])
 
 
+@cache
+def weave() -> Any:
+    """Paint a plain weave, 256 x 256 RGB: a short period, so that very many places are alike."""
+    y, x = np.mgrid[:256, :256].astype(np.float64)
+    a, b = (-16.14 * x - 15.84 * y) / -519.05, (16.24 * y - 16.22 * x) / -519.05  # whole numbers on the lattice
+    over = np.cos(2 * np.pi * (a + b)) * np.cos(2 * np.pi * (a - b))
+    rng = np.random.default_rng(1)
+    light = 130 + 45 * over + 25 * np.cos(2 * np.pi * a) * np.cos(2 * np.pi * b) + rng.normal(0, 14, (256, 256))
+    return np.clip(light[:, :, None] * (1.0, 0.85, 0.6), 0, 255).astype(np.uint8)
+
+
 def quilting(**parameters: Any) -> Callable[[], object]:
     """Grow and render 1024 x 1024 from 256 x 256, nothing known of the exemplar beforehand."""
     method = ia.ImageQuilting(patch=40, overlap=10, **parameters)
@@ -359,15 +370,17 @@ def case_best_tile() -> list[Result]:
 def case_near_regular() -> list[Result]:
     """Both variants on one lattice, known beforehand, and without one."""
 
-    def work(**parameters: Any) -> Callable[[], object]:
+    def work(picture: Any = None, **parameters: Any) -> Callable[[], object]:
         given: dict[str, Any] = {"lattice": ((64.22, -0.14), (0.07, 63.82))} | parameters
-        method = ia.NearRegular(**given)
-        return lambda: ia.synthesize(pixels("tiles"), 1024, method, run=ONE).render(run=ONE)
+        method, exemplar = ia.NearRegular(**given), pixels("tiles") if picture is None else picture
+        return lambda: ia.synthesize(exemplar, 1024, method, run=ONE).render(run=ONE)
 
-    anywhere = ((1.0, 0.0), (0.0, 1.0))
+    anywhere, short = ((1.0, 0.0), (0.0, 1.0)), ((16.24, 16.22), (15.84, -16.14))
     return [
         timed("near-regular, 1024x1024 from 256x256, lattice known", 20, work()),
         timed("the same, variant plain, blocks of 40", 6, work(variant="plain")),
+        timed("the same, a weave with a period of 16 px", 20, work(weave(), lattice=short)),
+        timed("the same, the weave, variant plain, blocks of 40", 6, work(weave(), variant="plain", lattice=short)),
         timed("the same, variant plain, by correlation", None, work(variant="plain", fit="correlation")),
         timed("the same, variant plain, lattice 1,0 0,1", None, work(variant="plain", lattice=anywhere)),
         timed("the same, variant mosaic, lattice 1,0 0,1", None, work(lattice=anywhere)),

@@ -154,6 +154,17 @@ def test_bricks_are_used_in_turn() -> None:
         assert all(a != b for a, b in pairwise(names))
 
 
+@pytest.mark.parametrize(("width", "shown"), [(150, True), (300, False)])
+def test_bricks_that_the_border_cuts_are_left_out_where_whole_ones_are_enough(width: int, shown: bool) -> None:
+    """Their straight ends and sharp corners are seen; few whole ones repeat, which is worse."""
+    pixels = wall(130, width, 25, (40, 55, 70), 4)[0]
+    picture = features([Exemplar.of(pixels)]).pictures[0]
+    found = bricks_of(brickwork_of(picture, np.ones(picture.shape[:2], bool), (25 * 256, 0)))
+    whole = (found.table[:, 3:] != courses.FACE).all(axis=1)
+    assert (whole.sum() < 16) == shown
+    assert (~whole).any() == shown
+
+
 CASES = [
     (exemplar_of((25, (40, 55, 70), 4))[0], ((0, 25),)),
     (exemplar_of((25, (40, 55, 70), 4))[0].swapaxes(0, 1).copy(), ((25, 0),)),

@@ -99,6 +99,32 @@ def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
+def test_two_neighbours_never_meet_inside_a_gap() -> None:
+    """They would meet along the mitre, in a seam that no cut counts."""
+    method = ia.NearRegular(lattice=((20, 0), (0, 21)), block=20)
+    mosaic = Mosaic.of(method, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
+    moved = mosaic.window(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
+
+    def shown_by(gap: tuple[int, int], y: int, x: int) -> set[tuple[int, int]]:
+        """The neighbours of a gap that show a pixel in it, and not the gap's own block."""
+        i, j = gap
+        middle = tuple(c // 256 + 10 for c in mosaic.canvas.origin(i, j))
+        own = moved[middle] if 0 <= middle[0] < 180 and 0 <= middle[1] < 190 else moved[y, x]
+        if mosaic.canvas.block_of(y, x) != gap or (own == moved[y, x]).all():
+            return set()
+        near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
+        return {n for n in near if mosaic._shift(*n, mosaic._random(*n)) == tuple(moved[y, x])}
+
+    let_in = 0
+    for y, x in np.ndindex(179, 189):
+        gap = mosaic.canvas.block_of(y, x)
+        one = shown_by(gap, y, x) if sum(gap) % 2 else set()
+        let_in += bool(one)
+        for other in (shown_by(gap, y + 1, x), shown_by(gap, y, x + 1)) if one else ():
+            assert not other or one & other
+    assert let_in > 500
+
+
 def test_a_wrapped_canvas_continues_in_itself() -> None:
     """The window of the mosaic one canvas further on shows the same."""
     canvas = Canvas(203, 290, ia.Wrap.BOTH)

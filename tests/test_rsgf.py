@@ -96,12 +96,37 @@ def test_borders_are_compared_as_by_gncc_with_a_hole(correlate: bool) -> None:
     score = (gncc if correlate else squared_differences)(picture, other, None, hole)[13:40, 15:44]
     want = score.argmax() if correlate else score.argmin()
     sums = rsgf.ring_sums(picture, 10, 12, 4)
-    listed = ShortList(picture, ring, sums, correlate, None).best(border, places)
+    listed = ShortList(picture, ring, sums, correlate).best(border, places)
     assert tuple(places[want]) in {tuple(p) for p in listed.tolist()}
     assert len(listed) < 10
     windows = np.lib.stride_tricks.sliding_window_view(picture.astype(np.int64), (14, 16), (0, 1))
     np.testing.assert_array_equal(sums[0], windows[..., hole].sum(axis=-1))
     np.testing.assert_array_equal(sums[1], (windows[..., hole] ** 2).sum(axis=-1))
+
+
+@pytest.mark.parametrize("correlate", [False, True])
+@pytest.mark.parametrize("colour", [0, 3, 40])
+def test_all_equally_good_places_are_short_listed(correlate: bool, colour: int) -> None:
+    """Of transforms in single precision, and of the main colours alone: none of the best is lost, few others stay."""
+    shades = np.tile(texture(17, 18, 1, 3).astype(np.int16), (3, 3, 1))  # each border is there twice or more
+    tint = np.tile(texture(17, 18, 3, 4).astype(np.int16), (3, 3, 1)) % (colour + 1)
+    picture = shades * np.array((3, 5, 2), np.int16) + tint
+    ring = rsgf.wedges(10, 12, 4)
+    places = np.argwhere(np.ones((51 - 13, 54 - 15)))
+    listed = ShortList(picture, ring, rsgf.ring_sums(picture, 10, 12, 4), correlate)
+    assert listed.axes.shape == (3, 3 if correlate else 1)
+    for n in range(12):
+        y, x = 2 * n, (7 * n) % 23
+        noise = texture(14, 16, 3, n).astype(np.int16) % (1 if n < 4 else 40)
+        border = (picture[y : y + 14, x : x + 16] + noise)[ring[:, 0], ring[:, 1]]
+        there = [picture[ring[:, 0] + py, ring[:, 1] + px] for py, px in places]
+        fits = [-naive_rsgf.correlation(t, border) if correlate else naive_rsgf.difference(t, border) for t in there]
+        best = {tuple(places[k]) for k in np.flatnonzero(np.array(fits) == min(fits))}
+        found = [tuple(p) for p in listed.best(border.reshape(-1), places).tolist()]
+        assert len(best) >= 2
+        assert best <= set(found)
+        assert found == sorted(found)
+        assert len(found) < 20
 
 
 def test_a_random_block_is_a_patch_of_the_exemplar_and_all_places_are_drawn() -> None:

@@ -184,7 +184,7 @@ def test_recipes_hold_what_was_done() -> None:
     two = ia.synthesize(e, 150, again, seed=2, run=ia.Run(3))
     assert one.map.digest == two.map.digest
     assert one.recipe_text == two.recipe_text
-    assert one.map.blend.feather == two.blend.feather == 2
+    assert one.map.blend.feather == two.blend.feather == 4
     given = ia.NearRegular(lattice=((0, 16),)).settled([Exemplar.of(e)], Canvas(9, 9))
     assert given.straighten == "off"
     assert footing_of(given, Exemplar.of(e)).straight is None

@@ -18,7 +18,7 @@ Brick = tuple[int, int, int, int, int]
 MARGIN = 3  # px of a brick that the border of the exemplar cuts, left for the seam
 BROKEN = 0.3  # what is smaller than this share of the usual brick is none
 HALF = 0.45  # the least share of the usual brick that one cut by the border must show, where whole ones are few
-FEW = 8
+FEW, ENOUGH = 8, 16  # whole bricks; from which on none is shown that the border cuts
 LEANING = 2.5  # px by which the two ends of a brick may lie off the course
 STRAYING = 70  # how little its beds may look like mortar, of 255
 STACKED, UNUSUAL = 500, 240  # what joints cost that lie over one another, or as they never do in the exemplar
@@ -81,6 +81,7 @@ def bricks_of(work: Brickwork) -> Bricks | None:
         usual = float(np.mean([e[2] - e[1] for e in whole]))
     shortest = min((e[2] - e[1] for e in whole), default=0)
     least = HALF * usual if len(whole) < FEW else 0.9 * shortest
+    cut = [] if len(whole) >= ENOUGH else cut  # its end is straight, and its corners are sharp
     table = np.array(whole + [e for e in cut if e[2] - e[1] >= max(least, 3)], np.int64).reshape(-1, 5)
     if not len(table) or not (table[:, 3] != FACE).any():
         return None

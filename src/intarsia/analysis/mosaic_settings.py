@@ -1,12 +1,12 @@
-"""What a mosaic of lattice blocks must be told."""
+"""What the layouts of lattice blocks must be told."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 
-class Settings(Protocol):
-    """The parameters that a mosaic reads."""
+class LatticeSettings(Protocol):
+    """The parameters that every layout of lattice blocks reads."""
 
     @property
     def lattice(self) -> tuple[tuple[float, float], ...] | None:
@@ -18,11 +18,19 @@ class Settings(Protocol):
 
     @property
     def border(self) -> int | None:
-        """Width of the zone in which gaps are cut, px."""
+        """Width of the zone in which gaps are compared and cut in, px."""
 
     @property
     def slack(self) -> int:
         """How far a gap's block may leave the lattice, px."""
+
+    @property
+    def channel_weights(self) -> tuple[float, ...] | None:
+        """How much each channel counts."""
+
+
+class Settings(LatticeSettings, Protocol):
+    """The parameters that a mosaic reads, too."""
 
     @property
     def bend(self) -> int:
@@ -32,6 +40,10 @@ class Settings(Protocol):
     def isometries(self) -> str | tuple[int, ...]:
         """Which mirrored and turned blocks may be used."""
 
+
+class PlainSettings(LatticeSettings, Protocol):
+    """The parameters that the plain variant reads, too."""
+
     @property
-    def channel_weights(self) -> tuple[float, ...] | None:
-        """How much each channel counts."""
+    def fit(self) -> str:
+        """What fits: "difference" or "correlation"."""

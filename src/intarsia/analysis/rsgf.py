@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,43 +24,16 @@ from .blockgrid import UNIT, Vector
 from .cell import cell_of
 from .closing import Closing, closing
 from .features import features
+from .mosaic_settings import PlainSettings
 from .shortlist import ShortList
 from .variants import valid_windows
 
 STAGE = 20110
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
-DENSE = (0.08, 0.01)  # share of an exemplar's places from which a transform is quicker; for correlation
+DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
 TOGETHER = 16  # gaps that one call fills
 Array = NDArray[Any]
 Place = tuple[int, int]
-
-
-class PlainSettings(Protocol):
-    """The parameters that are read here."""
-
-    @property
-    def lattice(self) -> tuple[tuple[float, float], ...] | None:
-        """The lattice vectors, (x, y) px."""
-
-    @property
-    def block(self) -> int | None:
-        """Side of a block, px."""
-
-    @property
-    def border(self) -> int | None:
-        """Width of the border that is compared, px."""
-
-    @property
-    def slack(self) -> int:
-        """How far a gap's patch may leave the lattice, px."""
-
-    @property
-    def fit(self) -> str:
-        """What fits: "difference" or "correlation"."""
-
-    @property
-    def channel_weights(self) -> tuple[float, ...] | None:
-        """How much each channel counts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +106,7 @@ class Sampling:
         share = min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / abs(v1[0] * v2[1] - v1[1] * v2[0]))
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
         everywhere = np.argwhere(valid) if far <= method.slack else None
-        listed = ShortList(picture, ring, sums, correlate, everywhere) if share > DENSE[correlate] else None
+        listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
         return cls(
             picture, valid, (v1, v2), laid, border, method.slack, correlate, seed, ring, runs, sums, listed,
             everywhere,

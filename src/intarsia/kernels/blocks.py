@@ -286,7 +286,11 @@ def readable(usable: Any, y: int, x: int) -> bool:
 
 @kernel
 def at_rim(sides: Any, core: Any, y: int, x: int) -> int:
-    """Say whether a pixel of the seam zone touches what is not in the zone: 1 on the outer, 2 on the inner side."""
+    """Say whether a pixel of the seam zone touches what is not in the zone: 1 on the outer, 2 on the inner side.
+
+    3 inside the gap where it touches what lies towards another neighbour: if both stayed, these two would meet along
+    the mitre in a seam that no cut counts.
+    """
     h, w = core.shape
     for k in range(4):
         a, b = y + (k == 0) - (k == 1), x + (k == 2) - (k == 3)
@@ -294,4 +298,6 @@ def at_rim(sides: Any, core: Any, y: int, x: int) -> int:
             return 1
         if sides[a, b] < 0:
             return 2 if core[a, b] else 1
+        if core[y, x] and sides[a, b] != sides[y, x]:
+            return 3
     return 0

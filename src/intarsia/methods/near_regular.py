@@ -97,8 +97,8 @@ class NearRegular:
 
     @property
     def blend(self) -> sourcemap.Blend:
-        """Exact copies; the plain variant mixes its blocks over 4 px, straight courses the steps of edges over 2."""
-        return sourcemap.Blend(4 if self.variant == "plain" else 2 if self.straighten == "on" else 0)
+        """Exact copies; the plain variant mixes its blocks over 4 px, courses laid straight the steps of edges."""
+        return sourcemap.Blend(4 if self.variant == "plain" or self.straighten == "on" else 0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Lay the courses straight and find the lattice; MethodError where there is none."""
