@@ -23,7 +23,7 @@ from .methods.base import METHODS, Method, make, method_class
 from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
-from .starts import USUAL, Margins, Scene, extension, repair, with_hole
+from .starts import USUAL, Margins, Scene, extension, mending, with_hole
 from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out, named
 
 if TYPE_CHECKING:
@@ -138,9 +138,9 @@ def repaired(
     picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar], wrap: Wrap, grow: int | None = 0
 ) -> Scene:
     """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
-    scene = repair(picture, hole, donors, wrap, grow or 0)
+    scene = mending(picture, hole, donors, wrap, grow or 0)
     more = rim_around(scene, features(scene.exemplars)) if grow is None else 0
-    return repair(picture, hole, donors, wrap, more) if more else scene
+    return mending(picture, hole, donors, wrap, more) if more else scene
 
 
 def rim_around(scene: Scene, feats: Features) -> int:
