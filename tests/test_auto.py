@@ -112,7 +112,7 @@ class TestRules:
             known = Facts(facts.exemplars, CANVAS)
             vars(known)["lattices"] = replace(facts.lattices, accepted=replace(two, repeats=share))
             assert (known.lattice and known.lattice.kind) == kind
-            assert known.loose == (kind is None)
+            assert known.ordered == (kind is None)
 
     def test_two_vectors_are_taken_where_rows_are_surer_and_hold_them(self) -> None:
         facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)

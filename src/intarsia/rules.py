@@ -83,12 +83,12 @@ def _clouded(f: Facts) -> bool:
 def _repeats(f: Facts) -> bool:
     """Whether repeats would show more than seams: few elements to choose from, or only the spots of a fine grain."""
     fine = FINE_SIDE * f.element.size <= f.side
-    return _free(f) and f.element.found >= SEEN and not f.loose and (f.elements < FEW or fine)
+    return _free(f) and f.element.found >= SEEN and not f.ordered and (f.elements < FEW or fine)
 
 
 def _turns(f: Facts) -> bool:
     """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
-    seen = _free(f) and f.element.found >= SEEN and not f.loose and not f.regions.two
+    seen = _free(f) and f.element.found >= SEEN and not f.ordered and not f.regions.two
     return seen and set(TURNED) <= set(f.symmetry)
 
 
@@ -148,7 +148,7 @@ RULES: tuple[Rule, ...] = (
         ),
     ),
     Rule(
-        "turnable", "graphcut", "no lattice, and it looks the same turned by quarters",
+        "turnable", "graphcut", "no lattice, no hint of rows, and it looks the same turned by quarters",
         _turns, lambda f: {"isometries": TURNED} | ({"usage": VARIED} if _repeats(f) else {}),
         lambda f: (
             "It repeats by no lattice.",
@@ -158,7 +158,7 @@ RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "repeats-show", "graphcut",
-        f"no lattice, and fewer than {FEW} elements in the exemplar, or grain of at most 1/{FINE_SIDE} of the side",
+        f"no lattice, no hint of rows, and fewer than {FEW} elements, or grain of at most 1/{FINE_SIDE} of the side",
         _repeats, lambda f: {"usage": VARIED},
         lambda f: (
             "It repeats by no lattice.",
