@@ -23,7 +23,7 @@ from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
 from .starts import USUAL, Margins, Scene, extension, repair, with_hole
-from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out, named
+from .synthesis import ExemplarLike, Synthesis, as_exemplars, carry_out, named
 
 LEAST_PATCH = 12
 SUPPLY = 8  # at least 1/SUPPLY of the windows of the exemplar must be free of marked pixels
@@ -34,7 +34,7 @@ PIXELWISE = "efros-leung"
 def extend(
     picture: ExemplarLike,
     margins: Margins | None = None,
-    method: Method | Auto | str = DEFAULT_METHOD,
+    method: Method | Auto | str = AUTO_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     seed: int = 0,
@@ -66,7 +66,7 @@ def extend(
 def heal(
     picture: ExemplarLike,
     hole: ArrayLike,
-    method: Method | Auto | str = DEFAULT_METHOD,
+    method: Method | Auto | str = AUTO_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     grow: int = 0,
