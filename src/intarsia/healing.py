@@ -24,7 +24,7 @@ from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
 from .starts import USUAL, Margins, Scene, extension, mending, with_hole
-from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out, named
+from .synthesis import ExemplarLike, Synthesis, as_exemplars, carry_out, named
 
 if TYPE_CHECKING:
     from scipy import ndimage
@@ -40,7 +40,7 @@ PIXELWISE = "efros-leung"
 def extend(
     picture: ExemplarLike,
     margins: Margins | None = None,
-    method: Method | Auto | str = DEFAULT_METHOD,
+    method: Method | Auto | str = AUTO_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     seed: int = 0,
@@ -72,7 +72,7 @@ def extend(
 def heal(
     picture: ExemplarLike,
     hole: ArrayLike,
-    method: Method | Auto | str = DEFAULT_METHOD,
+    method: Method | Auto | str = AUTO_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     grow: int | None = 0,
