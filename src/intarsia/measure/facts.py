@@ -33,7 +33,8 @@ from .regions import Regions, regions_of
 from .structure import Border, Structure, border_of, structure_of
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
-MIDDLE = 320  # and segments on its middle
+MIDDLE = 320  # and segments on its middle;
+COMPARED = 1024  # periods are compared in the middle
 NAMES = 16  # a picture of so few colours holds names, not light
 RIGHT = 9  # neighbours of 10 that must be equal in a picture of names
 PARTLY = 0.6  # a lattice by which less than this share of the exemplar repeats,
@@ -55,6 +56,12 @@ class Measured:
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON."""
         return {"value": self.value, "confidence": round(self.confidence, 3), "says": self.says}
+
+
+def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
+    """The middle of a picture, at most so many px a side."""
+    rows, columns = (slice(max(0, n - side) // 2, max(0, n - side) // 2 + side) for n in shape[:2])
+    return rows, columns
 
 
 def _loose(found: Lattice) -> bool:
@@ -97,7 +104,8 @@ class Facts:
         """Whether all that may be used of it has one colour."""
         seen = self.picture if self.exemplar.usable is None else self.picture[self.exemplar.usable]
         seen = seen.reshape(-1, self.picture.shape[2])
-        return not len(seen) or bool((seen == seen[:1]).all())
+        few = seen[:: max(1, len(seen) // SAMPLED)]
+        return not len(seen) or bool((few == seen[:1]).all() and (seen == seen[:1]).all())
 
     @cached_property
     def names(self) -> bool:
@@ -156,7 +164,11 @@ class Facts:
             return 1.0
         usable = self.exemplar.usable
         everywhere = np.ones(self.picture.shape[:2], bool) if usable is None else usable
-        return unlikeness(self.picture, self.lattice.vectors, everywhere)
+        longest = max(abs(n) for v in self.lattice.vectors for n in v) // UNIT
+        part = _middle(self.picture.shape, max(COMPARED, 4 * longest))
+        if not everywhere[part].any():
+            part = _middle(self.picture.shape, max(self.picture.shape))
+        return unlikeness(np.ascontiguousarray(self.picture[part]), self.lattice.vectors, everywhere[part].copy())
 
     @cached_property
     def element(self) -> ElementSize:
@@ -194,7 +206,7 @@ class Facts:
     def middle(self) -> Exemplar:
         """The middle of the exemplar in full, on which its grain is measured; all of it where it is small enough."""
         e = self.exemplar
-        rows, columns = (slice(max(0, n - MIDDLE) // 2, max(0, n - MIDDLE) // 2 + MIDDLE) for n in (e.height, e.width))
+        rows, columns = _middle((e.height, e.width), MIDDLE)
         whole = all((p.height, p.width) == (e.height, e.width) for p in e.planes.values())
         usable = None if e.usable is None else e.usable[rows, columns]
         if max(e.height, e.width) <= MIDDLE or not whole or (usable is not None and not usable.any()):
