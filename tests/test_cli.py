@@ -375,7 +375,10 @@ def test_warm_up_grows_with_every_method() -> None:
 def test_a_stop_leaves_no_file(number: int) -> None:
     before = sorted(os.listdir())
     args = ["grow", "a.png", "-o", "out.png", "--size", "3000", "--patch", "9", "--progress", "json", "--threads", "1"]
-    work = subprocess.Popen([sys.executable, "-m", "intarsia", *args], stderr=subprocess.PIPE, text=True)
+    work = subprocess.Popen(
+        [sys.executable, "-m", "intarsia", *args], stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # a shell's background jobs ignore Ctrl-C
+    )  # fmt: skip
     assert work.stderr is not None
     while json.loads(line := work.stderr.readline() or "{}") and not 0 < json.loads(line)["fraction"] < 0.9:
         pass

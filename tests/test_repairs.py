@@ -370,7 +370,8 @@ class TestCommand:
         return json.loads(result.stdout) if "--json" in words else result
 
     def test_grow_and_replay(self) -> None:
-        told = self.run("grow", "e.png", "-o", "a.png", "--size", "60", "--patch", "12", "--repair", "2", "--json")
+        method = ("--method", "image-quilting", "--patch", "12")
+        told = self.run("grow", "e.png", "-o", "a.png", "--size", "60", *method, "--repair", "2", "--json")
         assert told["repair"]["passes"] == 2
         assert 0 < told["repair"]["seams"] < 1
         made = ia.repair(ia.synthesize("e.png", 60, ia.ImageQuilting(patch=12)), 2)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .analysis import Features, default_patch, features, rim_of, seam_total
+from .analysis import Features, element_patch, features, rim_of, seam_total, supplied
 from .auto import AUTO_METHOD, Auto
 from .errors import IntarsiaError, ParameterError
 from .exemplar import Exemplar
@@ -32,7 +32,6 @@ else:  # only holes need it
     ndimage = lazy("scipy.ndimage")
 
 LEAST_PATCH = 12
-SUPPLY = 8  # at least 1/SUPPLY of the windows of the exemplar must be free of marked pixels
 SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes tried on a hole, relative to the automatic one
 PIXELWISE = "efros-leung"
 
@@ -200,29 +199,8 @@ def patch_for(scene: Scene) -> int:
     assert start is not None
     holes = np.pad(start.holes, 1)
     thick = 2 * int(ndimage.distance_transform_cdt(holes, metric="chessboard").max()) - 1
-    side = max(min(max(2 * thick, thick + 16), default_patch(scene.exemplars)), LEAST_PATCH)
-    side = min(side, scene.canvas.height, scene.canvas.width)
-    while side > LEAST_PATCH and not any(SUPPLY * free >= all_ for free, all_ in _supply(scene, side)):
-        side = max(side - max(side // 8, 1), LEAST_PATCH)
-    while side > 1 and not any(free for free, _ in _supply(scene, side)):
-        side -= 1
-    return side
-
-
-def _supply(scene: Scene, side: int) -> list[tuple[int, int]]:
-    """Of every exemplar, how many places there are for patches of this size: free of marked pixels, and in all."""
-    counts = []
-    for e in scene.exemplars:
-        rows, columns = e.height - side + 1, e.width - side + 1
-        if min(rows, columns) < 1:
-            counts.append((0, 1))
-        elif e.usable is None:
-            counts.append((rows * columns, rows * columns))
-        else:
-            bad = np.pad(np.cumsum(np.cumsum(~e.usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
-            marked = bad[side:, side:] - bad[:-side, side:] - bad[side:, :-side] + bad[:-side, :-side]
-            counts.append((int(np.count_nonzero(marked == 0)), rows * columns))
-    return counts
+    side = max(min(max(2 * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)
+    return supplied(scene.exemplars, min(side, scene.canvas.height, scene.canvas.width), LEAST_PATCH)
 
 
 def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None, edge: int) -> Synthesis:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
     from .segmentation import Segments, SizeRule, segments
-    from .sizes import check_patch, clear_side, default_patch, fitting, large_patch
+    from .sizes import check_patch, default_patch, element_patch, fitting, large_patch, supplied
     from .stitching import Stitch, Stitching
     from .symmetry import allowed_isometries, settled_isometries
     from .tiling import Tiling
@@ -79,8 +79,8 @@ _MODULES = {
     "check_pyramid": "pyramid",
     "check_window": "pixels",
     "choices": "pixels",
-    "clear_side": "sizes",
     "default_patch": "sizes",
+    "element_patch": "sizes",
     "default_window": "pixels",
     "fitting": "sizes",
     "footing_of": "footing",
@@ -100,6 +100,7 @@ _MODULES = {
     "similar_pixels": "trees",
     "slack_of": "boundary",
     "striking": "repetition",
+    "supplied": "sizes",
     "tree_of": "trees",
     "waves": "patchwork",
 }
@@ -144,10 +145,10 @@ __all__ = [
     "check_pyramid",
     "check_window",
     "choices",
-    "clear_side",
     "contrast",
     "default_patch",
     "default_window",
+    "element_patch",
     "features",
     "fitting",
     "footing_of",
@@ -169,6 +170,7 @@ __all__ = [
     "similar_pixels",
     "slack_of",
     "striking",
+    "supplied",
     "tree_of",
     "variants",
     "waves",

@@ -177,14 +177,14 @@ def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[i
         ids = numbered(source, guide.names)
         for k in range(len(guide.names)):
             mine = ids == k if e.usable is None else (ids == k) & e.usable
-            y, x, side = largest_square(mine)
+            y, x, side = _largest_square(mine)
             before = best[k]
             if side > (0 if before is None else before[3]):
                 best[k] = (number, y, x, side)
     return best
 
 
-def largest_square(mine: Array) -> tuple[int, int, int]:
+def _largest_square(mine: Array) -> tuple[int, int, int]:
     """First row, first column and side of the largest square of True."""
     low, high, at = 0, min(mine.shape), (0, 0)
     total = np.pad(np.cumsum(np.cumsum(mine, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))

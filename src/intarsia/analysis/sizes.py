@@ -13,12 +13,13 @@ from ..guide import Guide
 from ..params import extent
 from .elements import ElementSize, element_size
 from .features import features
-from .guidance import check_sources, largest_square, largest_squares
+from .guidance import check_sources, largest_squares
 from .variants import isometry_ids, valid_windows, without_patch
 
 LEAST = 16
 USUAL = 64
 LARGEST_SHARE = 0.6  # of the exemplar's shorter side
+SUPPLY = 8  # at least 1/SUPPLY of the windows of an exemplar must be free of masked pixels
 
 
 def elements(exemplar: Exemplar) -> ElementSize:
@@ -34,7 +35,13 @@ def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> 
     """
     if guide is not None and guide.is_labels:
         return _patch_of_labels(exemplars, guide)
-    return fitting(max(elements(e).size for e in _sampled(exemplars)), clear_side(exemplars))
+    return supplied(exemplars, element_patch(exemplars))
+
+
+def element_patch(exemplars: Sequence[Exemplar]) -> int:
+    """Return a patch side in px for the largest elements, whatever masks leave."""
+    sampled = _sampled(exemplars)
+    return fitting(max(elements(e).size for e in sampled), min(min(e.height, e.width) for e in sampled))
 
 
 def large_patch(exemplars: Sequence[Exemplar]) -> int:
@@ -43,14 +50,28 @@ def large_patch(exemplars: Sequence[Exemplar]) -> int:
     Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats.
     """
     plain = default_patch(exemplars)
-    return max(plain, min(3 * plain // 2, 2 * clear_side(exemplars) // 5))
+    side = min(min(e.height, e.width) for e in _sampled(exemplars))
+    return supplied(exemplars, max(plain, min(3 * plain // 2, 2 * side // 5)))
 
 
-def clear_side(exemplars: Sequence[Exemplar]) -> int:
-    """Side of the square, px, that fits into every exemplar that is sampled, and into what is unmasked of one."""
-    sampled = _sampled(exemplars)
-    free = max(min(e.height, e.width) if e.usable is None else largest_square(e.usable)[2] for e in sampled)
-    return max(min(free, *(min(e.height, e.width) for e in sampled)), 1)
+def supplied(exemplars: Sequence[Exemplar], patch: int, least: int = LEAST) -> int:
+    """Return the largest patch side, px, up to `patch`, for which there are places enough that no mask touches.
+
+    Below `least` one place is enough.
+    """
+    if all(e.usable is None for e in exemplars):
+        return patch
+    while patch > least and not any(SUPPLY * free >= every for free, every in _places(exemplars, patch)):
+        patch = max(patch - max(patch // 8, 1), least)
+    while patch > 1 and not any(free for free, _ in _places(exemplars, patch)):
+        patch -= 1
+    return patch
+
+
+def _places(exemplars: Sequence[Exemplar], patch: int) -> list[tuple[int, int]]:
+    """Of every exemplar, how many places there are for patches of this size: free of masked pixels, and in all."""
+    free = [valid_windows((e.height, e.width), e.usable, e.toroidal, (patch, patch)) for e in exemplars]
+    return [(int(np.count_nonzero(f)), max(f.size, 1)) for f in free]
 
 
 def fitting(element: float, side: int) -> int:

@@ -135,9 +135,13 @@ class Growth(ParamType):
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         if value in ("auto", -1):
             return -1
-        if not re.fullmatch(r"[0-9]{1,9}", str(value)) or int(value) > self.most:
+        try:
+            px = int(value)
+        except ValueError:
+            px = -1
+        if not 0 <= px <= self.most:
             self.fail(f"{value} is not allowed; give 0 to {self.most} px, or auto.", param, ctx)
-        return int(value)
+        return px
 
 
 class Seeds(ParamType):

@@ -148,13 +148,7 @@ class Facts:
 
     @cached_property
     def straight(self) -> tuple[Straight, Lattice] | None:
-        """How its courses are laid straight, and the lattice they then have, where that is much surer.
-
-        Where not even a bad candidate for courses is seen, none are looked for: that saves a third of the time.
-        """
-        found = self.lattices
-        if found.accepted is None and all(one.kind == "2-D" for one in found.ranked):
-            return None
+        """How its courses are laid straight, and the lattice they then have, where that is much surer."""
         return improved(self.exemplar)
 
     @cached_property

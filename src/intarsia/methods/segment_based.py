@@ -64,7 +64,8 @@ class SegmentBased(parameters.CutSquares):
         patch, overlap = self.patch, self.overlap
         if patch is AUTO:
             found = analysis.segments(exemplars[0])
-            patch = analysis.fitting(found.patch, analysis.clear_side(exemplars))
+            patch = analysis.fitting(found.patch, min(exemplars[0].height, exemplars[0].width))
+            patch = analysis.supplied(exemplars, patch)
             overlap = max(found.zone, patch // 4) if overlap is AUTO else overlap
         elif overlap is AUTO:
             rows, columns = extent(patch)
