@@ -94,24 +94,11 @@ def whole_products(vectors: Array) -> Array:
     return np.asarray(centred.T @ centred)
 
 
-def packed(features: Array, h: int, toroidal: bool) -> Array:
-    """Lay eight values of each pixel into two words, with a border of `h` px: ((H + 2 h) * (W + 2 h), 2) uint64."""
-    around = bordered(features, h, toroidal)
-    lifted = np.ascontiguousarray((around + np.int16(MIDDLE)).astype("<u2"))
-    return lifted.reshape(-1, AXES).view("<u8").astype(np.uint64)
+def packed(lifted: Array) -> Array:
+    """Lay the eight values of each pixel, 0 .. 2046, (rows, columns, 8) int16 into two words: (positions, 2) uint64."""
+    return np.ascontiguousarray(lifted.astype("<u2")).reshape(-1, AXES).view("<u8").astype(np.uint64)
 
 
-def appearance_table(features: Array, h: int, toroidal: bool) -> Array:
-    """Return the neighbourhood of each exemplar pixel as corrections add it up: (H * W, 32) int16."""
-    around = bordered(features + np.int16(MIDDLE), h, toroidal)
-    table = np.empty((features.shape[0] * features.shape[1], 4 * AXES), np.int16)
-    kernels.diagonal_table(around, h, table)
-    return table
-
-
-def colour_table(values: Array, h: int, mask: Array, toroidal: bool) -> Array:
-    """Return the weighted 5 x 5 colours around each exemplar pixel: (H * W, 25 * C) int16."""
-    height, width, channels = values.shape
-    table = np.empty((height * width, 25 * channels), np.int16)
-    kernels.colour_table(bordered(values, 2 * h, toroidal), h, mask, table)
-    return table
+def unpacked(words: Array, width: int) -> Array:
+    """Return what :func:`packed` was given."""
+    return words.astype("<u8").view("<u2").astype(np.int16).reshape(-1, width, AXES)

@@ -24,10 +24,12 @@ ASKED = 16  # pixels that the tree names for each jump, to be ranked exactly
 Array = NDArray[Any]
 
 
-def similar_places(table: Array, size: tuple[int, int, bool], h: int, closed: Array, count: int) -> Array:
+def similar_places(
+    table: Array, size: tuple[int, int, bool], border: int, h: int, closed: Array, count: int
+) -> Array:
     """Return the `count` most similar pixels of every (h / 2)-th one: (rows, columns, count, 2) int32 (y, x), or -1.
 
-    ``table`` (H * W, n): neighbourhoods; ``size``: height, width, toroidal; ``closed`` (H, W): where no pixel may be
+    ``table`` (positions, n): neighbourhoods, those of `border` px on all sides included; ``size``: height, width, toroidal; ``closed`` (H, W): where no pixel may be
     jumped to. They lie at least 5 % of the exemplar, or h, from the pixel itself and from one another.
     """
     height, width, toroidal = size
@@ -37,7 +39,9 @@ def similar_places(table: Array, size: tuple[int, int, bool], h: int, closed: Ar
     places = np.stack(np.meshgrid(ys, xs, indexing="ij"), axis=2).reshape(-1, 2).astype(np.int64)
     free = ~closed[places[:, 0], places[:, 1]]
     if count and free.any():
-        points = _points(table[places[:, 0] * width + places[:, 1]])
+        stride = width + 2 * border
+        vectors = table[(places[:, 0] + border) * stride + places[:, 1] + border]
+        points = _points(vectors)
         order = np.arange(int(free.sum()))
         own, nodes = points[free], 4 * (len(order) // trees.LEAF + 1)
         axis, cut = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
@@ -47,7 +51,7 @@ def similar_places(table: Array, size: tuple[int, int, bool], h: int, closed: Ar
         apart = max(2, round(APART * max(height, width)), h)
         limits = np.array([height, width, toroidal, apart, LEAVES], np.int64)
         queries = np.concatenate([places, points], axis=1)
-        jump_sets(tree, queries, places[free], table, width, limits, ASKED * count, out)
+        jump_sets(tree, queries, vectors, np.flatnonzero(free), limits, ASKED * count, out)
     return out.reshape(len(ys), len(xs), count, 2)
 
 

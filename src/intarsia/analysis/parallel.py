@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..draws import seed_state
-from ..kernels.correction import FINE, ONE, Axis, Site, correct, descend, put
+from ..kernels.correction import FINE, ONE, Axis, Site, correct, descend, pixels, positions, put
 from ..run import Run
 from .sites import Sites
 
@@ -93,32 +93,33 @@ class Descent:
     def window(self, rows: Span, cols: Span, run: Run) -> Array:
         """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32."""
         spans = self._spans(rows, cols)
-        coords = self._first(*spans[-1], spans[0])
-        for level in range(len(spans) - 1, -1, -1):
-            run.tick(len(spans) - 1 - level, len(spans))
-            if level < len(spans) - 1:
+        top = len(spans) - 1
+        coords = self._first(spans[top], spans[0])
+        for level in range(top, -1, -1):
+            run.tick(top - level, top + 1)
+            if level < top:
                 coords = self._handed_down(coords, level, spans)
-            if level < len(self.sites.sites):
-                self._corrected(coords, level, spans[level], run)
-        run.tick(len(spans), len(spans))
-        margin = self._margin(0)
-        return np.ascontiguousarray(coords[margin : len(coords) - margin, margin : coords.shape[1] - margin])
+            if level < len(self.sites.levels):
+                coords = self._corrected(coords, level, spans[level], run)
+        run.tick(top + 1, top + 1)
+        return coords
 
     def _margin(self, level: int) -> int:
-        return self.rules.margin if level < len(self.sites.sites) else 0
+        return self.rules.margin if level < len(self.sites.levels) else 0
 
     def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
         spans = [(rows.wider(self._margin(0)), cols.wider(self._margin(0)))]
-        for level in range(1, self.sites.levels):
-            spans.append(tuple(s.above().wider(self._margin(level)) for s in spans[-1]))  # type: ignore[arg-type]
+        for level in range(1, self.sites.count):
+            above = [span.above().wider(self._margin(level)) for span in spans[-1]]
+            spans.append((above[0], above[1]))
         return spans
 
-    def _first(self, rows: Span, cols: Span, finest: tuple[Span, Span]) -> Array:
+    def _first(self, spans: tuple[Span, Span], finest: tuple[Span, Span]) -> Array:
         """The coarsest level: the exemplar side by side, and the first jitter."""
-        sizes, top = (self.sites.exemplar.height, self.sites.exemplar.width), self.sites.levels - 1
+        sizes, top = (self.sites.exemplar.height, self.sites.exemplar.width), self.sites.count - 1
         axes = []
-        for span, n, whole in zip((rows, cols), sizes, finest, strict=True):
+        for span, n, whole in zip(spans, sizes, finest, strict=True):
             start = _place(span, top, whole.period) % n
             axes.append(Axis(np.zeros(len(start), np.int64), start, span.at))
         return self._descended(np.zeros((1, 1, 2), np.int32), axes, top)
@@ -130,7 +131,7 @@ class Descent:
             parent = Span(0, above.period, above.period) if above.period else above
             up = span.at >> 1
             step = _place(span, level, whole.period) - _place_of(up, parent, level + 1, whole.period)
-            axes.append(Axis(up - above.start, step, span.at))
+            axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
         return self._descended(coords, axes, level)
 
     def _descended(self, coords: Array, axes: list[Axis], level: int) -> Array:
@@ -142,30 +143,36 @@ class Descent:
         descend(coords, axes[0], axes[1], state, spread, self.sites.home, size, out)
         return out
 
-    def _corrected(self, coords: Array, level: int, spans: tuple[Span, Span], run: Run) -> None:
-        """Correct a level in place: what a subpass finds is written when all of it is found (S4-28)."""
-        site, side = self.sites.site(level), round(self.rules.subpasses**0.5)
-        rule = np.array([*RULES[self.rules.candidates], self.rules.factor], np.int64)
+    def _corrected(self, coords: Array, level: int, spans: tuple[Span, Span], run: Run) -> Array:
+        """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""
+        place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
+        site, rule = place.ready(), np.array([*RULES[self.rules.candidates], self.rules.factor], np.int64)
+        work = np.empty(coords.shape[:2], np.int32)
+        positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
-                here = divmod(number % self.rules.subpasses, side)
-                edge = REACH * (number + 1)
+                here, edge = divmod(number % self.rules.subpasses, side), REACH * (number + 1)
                 rows, cols = (
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                self._subpass(coords, (rows, cols), site, rule, each)
+                _subpass(work, (rows, cols), site, rule, each)
+        margin = self.rules.margin
+        out = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
+        pixels(work, margin, place.border, place.stride, out)
+        return out
 
-    def _subpass(self, coords: Array, pixels: tuple[Array, Array], site: Site, rule: Array, each: Any) -> None:
-        rows, cols = pixels
-        found = np.empty((len(rows), len(cols), 2), np.int32)
 
-        def band(low: int) -> None:
-            correct(coords, rows, cols, low, min(low + BAND, len(rows)), site, rule, found)
+def _subpass(work: Array, where: tuple[Array, Array], site: Site, rule: Array, each: Any) -> None:
+    rows, cols = where
+    found = np.empty((len(rows), len(cols)), np.int32)
 
-        each(band, range(0, len(rows), BAND))
-        put(coords, rows, cols, found)
+    def band(low: int) -> None:
+        correct(work, rows, cols, low, min(low + BAND, len(rows)), site, rule, found)
+
+    each(band, range(0, len(rows), BAND))
+    put(work, rows, cols, found)
 
 
 def _place(span: Span, level: int, whole: int) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,53 +10,59 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt, distance_transform_edt
 
 from ..exemplar import Exemplar
-from ..kernels.correction import Site
-from .appearance import WEIGHTS, appearance_table, bordered, colour_table, filled, packed, stack_of, transformed
+from ..kernels import appearance as kernels
+from ..kernels.correction import MIDDLE, Site
+from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked
 from .features import features
 from .jumps import similar_places
 
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
 Array = NDArray[Any]
-EMPTY = np.zeros((0, 2), np.uint64)
+
+
+@dataclass(frozen=True)
+class Level:
+    """A level of the exemplar: `site` with a border of `border` px, rows of `stride`, pixels `h` px apart."""
+
+    h: int
+    border: int
+    stride: int
+    site: Site
+
+    def ready(self) -> Site:
+        """Return the site with its table, which may be too large to be kept."""
+        return self.site if len(self.site.table) else self.site._replace(table=table_of(self).ravel())
+
+
+def table_of(level: Level) -> Array:
+    """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions, n) int16."""
+    site, positions = level.site, len(level.site.inner)
+    if len(site.packed):
+        table = np.zeros((positions, 4 * AXES), np.int16)
+        kernels.diagonal_table(unpacked(site.packed, level.stride), level.h, level.border, table)
+    else:
+        table = np.zeros((positions, 25 * site.values.shape[1]), np.int16)
+        values = site.values.reshape(-1, level.stride, site.values.shape[1])
+        kernels.colour_table(values, level.h, level.border, site.mask, table)
+    return table
 
 
 @dataclass(frozen=True)
 class Sites:
-    """The levels of an exemplar, by the spacing of their pixels: 1, 2, 4, ... px up to `top`.
+    """The levels of an exemplar: pixels 1, 2, 4, ... px apart; `count` of them, the coarsest one a pixel in all.
 
-    ``sites`` holds the levels that are corrected, from spacing 1 on; coarser ones see more than the exemplar holds.
+    ``levels``: those that are corrected, the finest first; coarser ones would see more than the exemplar holds.
     ``home``: for each pixel the usable one in its place, or empty.
     """
 
     exemplar: Exemplar
-    neighbourhood: str
-    top: int
-    sites: tuple[Site, ...]
+    count: int
+    levels: tuple[Level, ...]
     home: NDArray[np.int32]
 
-    @property
-    def levels(self) -> int:
-        """The number of levels; the coarsest has a pixel for all of the exemplar."""
-        return self.top.bit_length()
 
-    def site(self, level: int) -> Site:
-        """Return the level of spacing 2**level with its table."""
-        site = self.sites[level]
-        return site if len(site.table) else site._replace(table=self._table(site))
-
-    def _table(self, site: Site) -> Array:
-        height, width, h, torus = (int(site.shape[k]) for k in (0, 1, 2, 6))
-        if len(site.packed):
-            around = site.packed.astype("<u8").view("<u2").reshape(height + 2 * h, width + 2 * h, -1)
-            own = around[h : h + height, h : h + width].astype(np.int16) - 1023
-            return appearance_table(own, h, bool(torus))
-        return colour_table(site.values.reshape(height, width, -1), h, site.mask, bool(torus))
-
-
-def sites_of(
-    exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None
-) -> Sites:
+def sites_of(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
     """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine.
 
     ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods; ``k`` - 1 jumps for each pixel.
@@ -67,28 +73,43 @@ def sites_of(
 
 def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
-    top = 1 << (max(height, width) - 1).bit_length()
-    corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(top.bit_length()))
+    count = (max(height, width) - 1).bit_length() + 1
+    corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
     picture = filled(features([exemplar], weights).pictures[0], exemplar)
-    far = depths(exemplar)
-    sites = []
-    for level, blurred in enumerate(stack_of(picture, corrected, torus)):
-        h = 1 << level
-        pad = h if neighbourhood == "appearance" else 0
+    far, levels = depths(exemplar), []
+    for number, blurred in enumerate(stack_of(picture, corrected, torus)):
+        h = 1 << number
         closed = far <= min(2 * h, int(far.max()) // 4)
-        shape = np.array([height, width, h, pad, width + 2 * pad, max(level - 1, 0), torus], np.int64)
-        if neighbourhood == "appearance":
-            own = transformed(blurred, h, torus)
-            words, values = packed(own, h, torus), np.zeros((0, 1), np.int16)
-            table = appearance_table(own, h, torus)
-        else:
-            own = ((blurred + 8) >> 4).astype(np.int16)
-            words, values = EMPTY, np.ascontiguousarray(own.reshape(height * width, -1))
-            table = colour_table(own, h, WEIGHTS, torus)
-        jumps = similar_places(table, (height, width, torus), h, closed, k - 1)
-        keep = table if corrected * table.nbytes <= KEPT else table[:0]
-        sites.append(Site(shape, words, values, WEIGHTS, keep, (~closed).astype(np.uint8).ravel(), jumps))
-    return Sites(exemplar, neighbourhood, top, tuple(sites), _home(exemplar))
+        level = _compared(blurred, h, torus, neighbourhood == "appearance", closed)
+        table = table_of(level)
+        jumps = np.full((len(table), k - 1), -1, np.int32)
+        cells = similar_places(table, (height, width, torus), level.border, h, closed, k - 1)
+        inner = level.site.inner.reshape(-1, level.stride)
+        kernels.spread_jumps(cells, max(1, h // 2), level.border, inner, jumps)
+        keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
+        levels.append(replace(level, site=level.site._replace(table=keep, jumps=jumps)))
+    return Sites(exemplar, count, tuple(levels), _home(exemplar))
+
+
+def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Array) -> Level:
+    """A level without its jumps and table: features, and where candidates may lie."""
+    height, width = blurred.shape[:2]
+    border = 2 * h
+    stride = width + 2 * border
+    packing, values = np.zeros((0, 2), np.uint64), np.zeros((0, 1), np.int16)
+    if appearance:
+        packing = packed(bordered(transformed(blurred, h, torus), border, torus) + np.int16(MIDDLE))
+    else:
+        values = np.ascontiguousarray(bordered(((blurred + 8) >> 4).astype(np.int16), border, torus))
+        values = values.reshape(-1, values.shape[2])
+    own = np.arange(border, border + height)[:, None] * stride + np.arange(border, border + width)
+    inner = bordered(own, border, True) if torus else np.pad(own, border, constant_values=-1)
+    open_ = np.pad(~closed, border).astype(np.uint8).ravel()
+    none = np.zeros((0, 0), np.int32)
+    steps = np.array([h * stride, h, h], np.int64)
+    no_table = np.zeros(0, np.int16)
+    site = Site(steps, packing, values, WEIGHTS, no_table, inner.astype(np.int32).ravel(), open_, none)
+    return Level(h, border, stride, site)
 
 
 def depths(exemplar: Exemplar) -> Array:

@@ -43,25 +43,45 @@ def sample(planes: Any, h: int, ys: Any, xs: Any, out: Any) -> None:
 
 
 @kernel
-def diagonal_table(padded: Any, h: int, table: Any) -> None:
-    """Write three times the features of the four diagonal neighbours: padded (H + 2 h, W + 2 h, 8) -> (H * W, 32)."""
-    height, width = padded.shape[0] - 2 * h, padded.shape[1] - 2 * h
-    for y in range(height):
-        for x in range(width):
+def diagonal_table(padded: Any, h: int, border: int, table: Any) -> None:
+    """Write three times the features of the four diagonal neighbours of each pixel inside the border: (positions, 32).
+
+    ``padded`` (rows, columns, 8), the border included, which is at least `h` wide.
+    """
+    height, width = padded.shape[0], padded.shape[1]
+    for y in range(border, height - border):
+        for x in range(border, width - border):
             row = table[y * width + x]
             for j in range(4):
-                value = padded[y + h + h * ((j & 2) - 1), x + h + h * (2 * (j & 1) - 1)]
+                value = padded[y + h * ((j & 2) - 1), x + h * (2 * (j & 1) - 1)]
                 for d in range(8):
                     row[8 * j + d] = 3 * value[d]
 
 
 @kernel
-def colour_table(padded: Any, h: int, mask: Any, table: Any) -> None:
-    """Write the weighted 5 x 5 colours at spacing `h`: padded (H + 4 h, W + 4 h, C) -> (H * W, 25 * C)."""
-    height, width, channels = padded.shape[0] - 4 * h, padded.shape[1] - 4 * h, padded.shape[2]
-    for y in range(height):
-        for x in range(width):
+def colour_table(padded: Any, h: int, border: int, mask: Any, table: Any) -> None:
+    """Write the weighted 5 x 5 colours at spacing `h` of each pixel inside the border, 2 h at least: (positions, n)."""
+    height, width, channels = padded.shape
+    for y in range(border, height - border):
+        for x in range(border, width - border):
             row = table[y * width + x]
             for k in range(25):
                 for c in range(channels):
-                    row[k * channels + c] = (padded[y + k // 5 * h, x + k % 5 * h, c] * mask[k]) >> 8
+                    row[k * channels + c] = (padded[y + (k // 5 - 2) * h, x + (k % 5 - 2) * h, c] * mask[k]) >> 8
+
+
+@kernel
+def spread_jumps(cells: Any, step: int, border: int, inner: Any, jumps: Any) -> None:
+    """Hand the jumps of every step-th pixel (rows, columns, k - 1, 2) to all pixels, as positions (positions, k - 1).
+
+    ``inner`` (rows, columns), the border included: the pixel that lies there, or -1 outside. A pixel between takes what
+    lies beside the jump; where that is outside there is none.
+    """
+    height, width = inner.shape
+    for y in range(height - 2 * border):
+        for x in range(width - 2 * border):
+            for i in range(cells.shape[2]):
+                to = cells[y // step, x // step, i]
+                jumps[(y + border) * width + x + border, i] = -1
+                if to[0] >= 0:
+                    jumps[(y + border) * width + x + border, i] = inner[to[0] + y % step + border, to[1] + x % step + border]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .hashes import STEP, mixed
 from .jit import kernel
 
-HEIGHT, WIDTH, SPACING, PAD, STRIDE, SHIFT, TORUS = range(7)
+BELOW, ACROSS, SPACING = range(3)
 REACH, LOOKUP_FIRST, FACTOR = range(3)
 ONE = 256  # what FACTOR counts in: the squared price of a jump
 FINE = 12  # bits after the point of a jitter
@@ -26,17 +26,18 @@ MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
 class Site(NamedTuple):
     """One level of the exemplar, ready to be compared with.
 
-    ``shape``: height, width, spacing h, border of the packed features, their row length, log2 of the step of the jump
-    sets, 1 if toroidal. Of ``packed`` and ``values`` one is empty, which says what is compared.
+    The exemplar has a border on all sides; a pixel is named by its *position*, row * stride + column, border included.
+    Of ``packed`` and ``values`` one is empty, which says what is compared.
     """
 
-    shape: NDArray[np.int64]
-    packed: NDArray[np.uint64]  # (rows * stride, 2): eight 16-bit appearance values of each pixel, all at least 0
-    values: NDArray[np.int16]  # (H * W, C): colours
+    steps: NDArray[np.int64]  # (3,): how far positions lie apart of pixels h px below, h px to the right; h
+    packed: NDArray[np.uint64]  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
+    values: NDArray[np.int16]  # (positions, C): colours
     mask: NDArray[np.int64]  # (25,): weights of the 5 x 5 colours, 256 = 1
-    table: NDArray[np.int16]  # (H * W, n): the neighbourhood of each exemplar pixel
-    open: NDArray[np.uint8]  # (H * W,): 1 where a candidate may lie
-    jumps: NDArray[np.int32]  # (rows, columns, k - 1, 2): similar pixels of every step-th pixel, -1 where none is
+    table: NDArray[np.int16]  # (positions * n,): the neighbourhood of each exemplar pixel
+    inner: NDArray[np.int32]  # (positions,): the exemplar pixel that the border shows there, or -1 outside
+    open: NDArray[np.uint8]  # (positions,): 1 where a candidate may lie
+    jumps: NDArray[np.int32]  # (positions, k - 1): similar pixels, -1 where there is none
 
 
 class Axis(NamedTuple):
@@ -80,69 +81,13 @@ def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, home: A
 
 
 @kernel
-def appearance_here(coords: Any, y: int, x: int, site: Any, words: Any) -> None:
-    """Write the neighbourhood of output pixel (y, x): four diagonal points, each foretold three times and added.
-
-    Plainly, for D in (+-1, +-1): the sum of F[S[p + D + D'] - h D'] over D' in 0, (D_y, 0), (0, D_x) (2006, section 4).
-    Four 16-bit values lie in one word; three of at most 2046 add up without reaching the next.
-    """
-    h, pad, stride = site.shape[SPACING], site.shape[PAD], site.shape[STRIDE]
-    for j in range(4):
-        dy, dx = (j & 2) - 1, 2 * (j & 1) - 1
-        qy, qx = y + dy, x + dx
-        a = np.uint64((coords[qy, qx, 0] + pad) * stride + coords[qy, qx, 1] + pad)
-        b = np.uint64((coords[qy + dy, qx, 0] + pad - h * dy) * stride + coords[qy + dy, qx, 1] + pad)
-        c = np.uint64((coords[qy, qx + dx, 0] + pad) * stride + coords[qy, qx + dx, 1] + pad - h * dx)
-        p = site.packed
-        words[2 * j] = p[a, 0] + p[b, 0] + p[c, 0]
-        words[2 * j + 1] = p[a, 1] + p[b, 1] + p[c, 1]
-
-
-@kernel
-def colours_here(coords: Any, y: int, x: int, site: Any, here: Any) -> None:
-    """Write the 5 x 5 colours around output pixel (y, x), weighted by the mask."""
-    width, channels = site.shape[WIDTH], site.values.shape[1]
+def colours_here(work: Any, at: int, stride: int, site: Any, here: Any) -> None:
+    """Write the 5 x 5 colours around the pixel `at`, weighted by the mask."""
+    channels = site.values.shape[1]
     for k in range(25):
-        qy, qx = y + k // 5 - 2, x + k % 5 - 2
-        u = np.int64(coords[qy, qx, 0]) * width + coords[qy, qx, 1]
+        u = work[at + (k // 5 - 2) * stride + k % 5 - 2]
         for c in range(channels):
             here[k * channels + c] = (site.values[u, c] * site.mask[k]) >> 8
-
-
-@kernel
-def moved(y: Any, x: Any, site: Any) -> int:
-    """Return the position of exemplar pixel (y, x), across the border of a toroidal exemplar, or -1 outside."""
-    height, width = site.shape[HEIGHT], site.shape[WIDTH]
-    if site.shape[TORUS]:
-        y += height if y < 0 else -height if y >= height else 0
-        x += width if x < 0 else -width if x >= width else 0
-    elif y < 0 or x < 0 or y >= height or x >= width:
-        return -1
-    return np.int64(y) * width + x
-
-
-@kernel
-def jump(y: Any, x: Any, i: int, dy: int, dx: int, site: Any) -> int:
-    """Return the position of the i-th pixel similar to (y, x), moved by (dy, dx); -1 if there is none."""
-    shift = site.shape[SHIFT]
-    cell = site.jumps[y >> shift, x >> shift, i]
-    if cell[0] < 0:
-        return -1
-    rest = (np.int64(1) << shift) - 1
-    return moved(cell[0] + (y & rest) + dy, cell[1] + (x & rest) + dx, site)
-
-
-@kernel
-def continuations(coords: Any, y: int, x: int, site: Any, reach: int, found: Any) -> int:
-    """List the different exemplar pixels that continue what lies around (y, x): S[p + D] - h D; return how many."""
-    h, count = site.shape[SPACING], 0
-    for dy in range(-reach, reach + 1):
-        for dx in range(-reach, reach + 1):
-            u = moved(coords[y + dy, x + dx, 0] - h * dy, coords[y + dy, x + dx, 1] - h * dx, site)
-            if u >= 0 and not listed(found, count, u):
-                found[count] = u
-                count += 1
-    return count
 
 
 @kernel
@@ -155,13 +100,16 @@ def listed(found: Any, count: int, u: int) -> bool:
 
 
 @kernel
-def looked_up(coords: Any, y: int, x: int, site: Any, reach: int, found: Any, count: int) -> int:
+def looked_up(work: Any, at: int, stride: int, site: Any, reach: int, found: Any, count: int) -> int:
     """Append the jumps of 2005: what is similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
-    h = site.shape[SPACING]
+    below, across = site.steps[BELOW], site.steps[ACROSS]
     for dy in range(-reach, reach + 1):
         for dx in range(-reach, reach + 1):
-            for i in range(site.jumps.shape[2]):
-                u = jump(coords[y + dy, x + dx, 0], coords[y + dy, x + dx, 1], i, -h * dy, -h * dx, site)
+            v = work[at + dy * stride + dx]
+            for i in range(site.jumps.shape[1]):
+                u = np.int64(site.jumps[v, i])
+                if u >= 0:
+                    u = np.int64(site.inner[u - dy * below - dx * across])
                 if u >= 0 and not listed(found, count, u):
                     found[count] = u
                     count += 1
@@ -169,72 +117,83 @@ def looked_up(coords: Any, y: int, x: int, site: Any, reach: int, found: Any, co
 
 
 @kernel
-def shifted(site: Any, found: Any, count: int) -> int:
-    """Append the jumps of the memo: what is similar to each of the `count` continuations."""
-    width, known = site.shape[WIDTH], count
-    for c in range(known):
-        y, x = found[c] // width, found[c] % width
-        for i in range(site.jumps.shape[2]):
-            u = jump(y, x, i, 0, 0, site)
-            if u >= 0 and not listed(found, count, u):
-                found[count] = u
-                count += 1
-    return count
-
-
-@kernel
-def difference(here: Any, table: Any, u: int) -> Any:
-    """Return the sum of squared differences between a neighbourhood and that of exemplar pixel `u`."""
-    total, row = np.int32(0), np.uint64(u)
-    for i in range(len(here)):
-        d = np.int16(here[i] - table[row, i])
-        total = np.int32(total + np.int32(d) * np.int32(d))
-    return total
-
-
-@kernel
 def correct(coords: Any, rows: Any, cols: Any, low: int, high: int, site: Any, rule: Any, out: Any) -> None:
-    """Find better coordinates for the pixels (rows[low:high], cols) of a map, into `out` (rows, cols, 2).
+    """Find better positions for the pixels (rows[low:high], cols) of a map (H, W), into `out` (rows, cols).
 
-    The candidates are continuations of what lies around, and jumps to similar places, whose squared distance is
-    multiplied by rule[FACTOR] / 256 (none if it is negative). The nearest wins; of equal ones the first, continuations
-    before jumps; where no candidate may be used the pixel stays. The map is only read: what is found goes into it when
-    all pixels of the subpass are done.
+    The candidates are the different continuations of what lies around, S[p + D] - h D, and jumps to similar places,
+    whose squared distance is multiplied by rule[FACTOR] / 256 (none if it is negative). The nearest wins; of equal ones
+    the first, the pixel's own before others, continuations before jumps; where no candidate may be used the pixel
+    stays. The map is only read: what is found goes into it when all pixels of the subpass are done.
+
+    The appearance around a pixel is that of four diagonal points, each foretold three times and added: for D in
+    (+-1, +-1) the sum of F[S[p + D + D'] - h D'] over D' in 0, (D_y, 0), (0, D_x) (2006, section 4). Four 16-bit values
+    lie in one word; three of at most 2046 add up without reaching the next.
     """
-    n, width, factor = site.table.shape[1], site.shape[WIDTH], rule[FACTOR]
+    # All in one piece: calls that take arrays would count references for every pixel, for all threads at once.
+    stride, factor, reach, first = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], rule[LOOKUP_FIRST]
+    below, across = site.steps[BELOW], site.steps[ACROSS]
+    work, packed, table, inner, may, jumps = (
+        coords.reshape(coords.size), site.packed, site.table, site.inner, site.open, site.jumps
+    )  # fmt: skip
+    appearance, more, n = len(packed) > 0, jumps.shape[1], np.int64(len(table) // len(inner))
     words = np.zeros((n + 3) // 4, np.uint64)
     here = words.view(np.int16)[:n]
-    side = 2 * rule[REACH] + 1
-    found = np.empty(side * side * (1 + site.jumps.shape[2]), np.int64)
+    found = np.empty((2 * reach + 1) ** 2 * (1 + more), np.int64)
     for i in range(low, high):
-        y = rows[i]
         for j in range(len(cols)):
-            x = cols[j]
-            if len(site.packed):
-                appearance_here(coords, y, x, site, words)
+            at = rows[i] * stride + cols[j]
+            if appearance:
+                for q in range(4):
+                    dy, dx = (q & 2) - 1, 2 * (q & 1) - 1
+                    p = at + dy * stride + dx
+                    r0 = np.uint64(work[np.uint64(p)])
+                    r1 = np.uint64(work[np.uint64(p + dy * stride)] - dy * below)
+                    r2 = np.uint64(work[np.uint64(p + dx)] - dx * across)
+                    words[2 * q] = packed[r0, 0] + packed[r1, 0] + packed[r2, 0]
+                    words[2 * q + 1] = packed[r0, 1] + packed[r1, 1] + packed[r2, 1]
             else:
-                colours_here(coords, y, x, site, here)
-            near = continuations(coords, y, x, site, rule[REACH], found)
-            best, at = np.int64(1) << 62, np.int64(-1)
-            for c in range(near):
-                if site.open[found[c]]:
-                    d = np.int64(difference(here, site.table, found[c])) * ONE
-                    if d < best:
-                        best, at = d, found[c]
-            if factor >= 0 and best > 0:
-                if rule[LOOKUP_FIRST]:
-                    count = looked_up(coords, y, x, site, rule[REACH], found, near)
-                else:
-                    count = shifted(site, found, near)
-                for c in range(near, count):
-                    if site.open[found[c]]:
-                        d = np.int64(difference(here, site.table, found[c])) * factor
-                        if d < best:
-                            best, at = d, found[c]
-            if at < 0:
-                out[i, j, 0], out[i, j, 1] = coords[y, x, 0], coords[y, x, 1]
-            else:
-                out[i, j, 0], out[i, j, 1] = at // width, at % width
+                colours_here(work, at, stride, site, here)
+            own = np.int64(work[np.uint64(at)])
+            found[0], near = own, 1
+            for dy in range(-reach, reach + 1):
+                for dx in range(-reach, reach + 1):
+                    v = np.int64(work[np.uint64(at + dy * stride + dx)]) - dy * below - dx * across
+                    if v != own:
+                        u = np.int64(inner[np.uint64(v)])
+                        fresh = u >= 0
+                        for m in range(near):
+                            fresh = fresh and found[m] != u
+                        if fresh:
+                            found[near] = u
+                            near += 1
+            best, kept, count, price, begin = np.int64(1) << 62, own, near, np.int64(ONE), 0
+            for kind in range(2):
+                if kind:
+                    if factor < 0 or best == 0:
+                        break
+                    begin, price = near, factor
+                    if first:
+                        count = looked_up(work, at, stride, site, reach, found, near)
+                    else:
+                        for c in range(near):
+                            for k in range(more):
+                                u = np.int64(jumps[np.uint64(found[c]), k])
+                                fresh = u >= 0
+                                for m in range(count):
+                                    fresh = fresh and found[m] != u
+                                if fresh:
+                                    found[count] = u
+                                    count += 1
+                for c in range(begin, count):
+                    u = found[c]
+                    if may[np.uint64(u)]:
+                        total, row = np.int32(0), np.uint64(u * n)
+                        for k in range(n):
+                            d = np.int16(here[k] - table[row + np.uint64(k)])
+                            total = np.int32(total + np.int32(d) * np.int32(d))
+                        if np.int64(total) * price < best:
+                            best, kept = np.int64(total) * price, u
+            out[i, j] = kept
 
 
 @kernel
@@ -242,4 +201,21 @@ def put(coords: Any, rows: Any, cols: Any, found: Any) -> None:
     """Write what a subpass found into the map."""
     for i in range(len(rows)):
         for j in range(len(cols)):
-            coords[rows[i], cols[j], 0], coords[rows[i], cols[j], 1] = found[i, j, 0], found[i, j, 1]
+            coords[rows[i], cols[j]] = found[i, j]
+
+
+@kernel
+def positions(coords: Any, border: int, stride: int, out: Any) -> None:
+    """Turn exemplar pixels (H, W, 2) into positions (H, W)."""
+    for i in range(coords.shape[0]):
+        for j in range(coords.shape[1]):
+            out[i, j] = (coords[i, j, 0] + border) * stride + coords[i, j, 1] + border
+
+
+@kernel
+def pixels(work: Any, low: int, border: int, stride: int, out: Any) -> None:
+    """Turn positions back into exemplar pixels (H, W, 2), all but `low` px at each side of the map."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            u = np.uint32(work[low + i, low + j])
+            out[i, j, 0], out[i, j, 1] = u // np.uint32(stride) - border, u % np.uint32(stride) - border

@@ -68,24 +68,22 @@ def ask_apart(tree: Any, point: Any, place: Any, y: int, x: int, limits: Any, ne
 
 
 @kernel
-def jump_sets(tree: Any, queries: Any, targets: Any, table: Any, width: int, limits: Any, asked: int, out: Any) -> None:
+def jump_sets(tree: Any, queries: Any, vectors: Any, free: Any, limits: Any, asked: int, out: Any) -> None:
     """Write for each query its most similar targets, apart from it and from one another, (N, k - 1, 2).
 
-    ``queries`` (N, 2 + D): pixel and point; ``targets`` (M, 2): pixels of the tree's points; those found are ranked by
-    their whole neighbourhoods in ``table`` (H * W, n), equal ones by their number. -1 where there are no more.
+    ``queries`` (N, 2 + D): pixel and point; ``vectors`` (N, n): the same as whole neighbourhoods, by which those that
+    the tree names are ranked, equal ones by their number; ``free`` (M,): which queries are the tree's points.
+    -1 where there are no more.
     """
     near, number = np.empty(asked, np.int64), np.empty(asked, np.int64)
     exact, ranked = np.empty(asked, np.int64), np.empty(asked, np.int64)
+    targets = queries[free, :2]
     for q in range(len(queries)):
-        y, x = queries[q, 0], queries[q, 1]
-        count = ask_apart(tree, queries[q, 2:], targets, y, x, limits, near, number)
-        own = table[np.int64(y) * width + x]
+        count = ask_apart(tree, queries[q, 2:], targets, queries[q, 0], queries[q, 1], limits, near, number)
         for c in range(count):
-            at = targets[number[c]]
-            other = table[np.int64(at[0]) * width + at[1]]
-            total = np.int64(0)
-            for i in range(len(own)):
-                gap = np.int64(own[i]) - other[i]
+            total, other = np.int64(0), free[number[c]]
+            for i in range(vectors.shape[1]):
+                gap = np.int64(vectors[q, i]) - vectors[other, i]
                 total += gap * gap
             _insert(exact, ranked, c + 1, total, number[c])
         kept = 0
