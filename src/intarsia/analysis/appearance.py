@@ -55,7 +55,7 @@ def stack_of(picture: Array, levels: int, toroidal: bool) -> list[Array]:
             taps = [np.take(out, _places(n, t * spacing, toroidal), axis) for t in (-2, -1, 0, 1, 2)]
             out = (taps[0] + taps[4] + 4 * (taps[1] + taps[3]) + 6 * taps[2] + 8) >> 4
         stack.append(out)
-    return stack
+    return stack[:levels]
 
 
 def _places(n: int, move: int, toroidal: bool) -> Array:

@@ -18,7 +18,7 @@ from .axes import principal_axes
 AXES = 8
 SAMPLE = 8192
 APART = 0.05  # of the exemplar's longer side: nearer ones are no jumps
-LEAVES = 10  # of the tree, looked into for one pixel
+LEAVES = 8  # of the tree, looked into for one pixel
 ASKED = 16  # pixels that the tree names for each jump, to be ranked exactly
 
 Array = NDArray[Any]

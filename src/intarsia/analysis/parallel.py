@@ -181,7 +181,11 @@ def _place(span: Span, level: int, whole: int) -> Array:
 
 
 def _place_of(at: Array, span: Span, level: int, whole: int) -> Array:
-    """The same for pixels `at`. A torus of `whole` px is shared out evenly among its pixels."""
+    """The same for pixels `at`. A torus of `whole` px is shared out evenly among its pixels.
+
+    Where they cannot all be `h` px apart, the odd steps lie in other places on every level.
+    """
     if span.period:
-        return np.asarray((2 * at + 1) * whole // (2 * span.period))
+        odd = 2 * span.period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
+        return np.asarray(((2 * at + 1) * whole + odd) // (2 * span.period))
     return np.asarray((at << level) + ((1 << level) >> 1))

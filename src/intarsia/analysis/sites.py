@@ -116,12 +116,13 @@ def depths(exemplar: Exemplar) -> Array:
     """Return how far, along rows, columns and diagonals, each pixel is from what is unusable or outside; 0 there."""
     height, width = exemplar.height, exemplar.width
     usable = np.ones((height, width), bool) if exemplar.usable is None else exemplar.usable
-    reach = max(height, width)
     if exemplar.toroidal and usable.all():
         return np.full((height, width), 1 << 30)
-    around = bordered(usable, reach, True) if exemplar.toroidal else np.pad(usable, reach)
+    tops, lefts = (height, width) if exemplar.toroidal else (1, 1)
+    sides = (tops, tops), (lefts, lefts)
+    around = np.pad(usable, sides, mode="wrap") if exemplar.toroidal else np.pad(usable, sides)
     far = distance_transform_cdt(around, metric="chessboard")
-    return np.asarray(far[reach : reach + height, reach : reach + width], np.int64)
+    return np.asarray(far[tops : tops + height, lefts : lefts + width], np.int64)
 
 
 def _home(exemplar: Exemplar) -> NDArray[np.int32]:

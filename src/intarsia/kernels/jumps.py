@@ -50,20 +50,21 @@ def ask_apart(tree: Any, point: Any, place: Any, y: int, x: int, limits: Any, ne
                 stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node + 1, low, middle
                 node, low = 2 * node + 2, middle
             top += 1
-        used = 0
+        refused, taken = False, False  # a leaf of nothing but neighbours does not count
         for i in range(low, high):
-            at = place[tree.order[i]]
-            if apart(y, x, at[0], at[1], limits) < limits[3]:
-                continue
-            used = 1
             total = np.int64(0)
             for d in range(dims):
                 gap = np.int64(tree.points[i, d]) - point[d]
                 total += gap * gap
             if count < k or total < near[k - 1] or (total == near[k - 1] and tree.order[i] < number[k - 1]):
+                at = place[tree.order[i]]
+                if apart(y, x, at[0], at[1], limits) < limits[3]:
+                    refused = True
+                    continue
+                taken = True
                 count = min(count + 1, k)
                 _insert(near, number, count, total, tree.order[i])
-        leaves -= used
+        leaves -= 0 if refused and not taken else 1
     return count
 
 

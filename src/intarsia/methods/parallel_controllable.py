@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ParameterError
 from ..geometry import Box, Wrap
 from ..lazy import lazy
-from ..params import check, param
+from ..params import AUTO, check, param
 from . import parameters
 from .base import Ability
 
@@ -38,6 +38,7 @@ else:
 
 STAGE = 200505  # keeps this method's draws apart from those of others
 FARTHEST = 1 << 40
+JITTER = (0.0, 0.0, 0.0, 0.4)  # none below 8 px, where corrections could not mend it unseen
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,9 @@ class ParallelControllable:
     summary: ClassVar[str] = "coarse to fine, endless: any window alone, randomness set for each scale"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
-    jitter: float | tuple[float, ...] = param(
-        0.4, "levels", "how far pixels are moved at random on each level, in steps of that level (1, 2, 4, ... px)",
+    jitter: float | tuple[float, ...] | None = param(
+        AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the finest "
+        "first, the last for all coarser ones; automatic: 0,0,0,0.4",
         low=0, high=1,
     )  # fmt: skip
     kappa: float | str = param(
@@ -85,9 +87,9 @@ class ParallelControllable:
         return sourcemap.Blend(0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
-        """Return the method itself: nothing is left to decide; ParameterError for weights that do not fit."""
+        """Decide the jitter; ParameterError for weights that do not fit."""
         analysis.features([exemplars[0]], self.channel_weights)
-        return self
+        return replace(self, jitter=JITTER) if self.jitter is AUTO else self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
@@ -106,6 +108,7 @@ class ParallelControllable:
         self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
     ) -> sourcemap.SourceMap:
         sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights)
-        descent = analysis.Descent(sites, analysis.Corrections.of(self), seed, STAGE)
+        rules = analysis.Corrections.of(self if self.jitter is not AUTO else replace(self, jitter=JITTER))
+        descent = analysis.Descent(sites, rules, seed, STAGE)
         yx = descent.window(*spans, run)
         return sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)
