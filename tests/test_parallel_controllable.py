@@ -95,7 +95,7 @@ def test_without_jitter_an_exemplar_is_copied_and_joined_at_its_borders_only() -
     tiled = np.stack([y % 200, x % 137], axis=2)
     own = (got == tiled).all(axis=2)
     middle = (abs(2 * tiled[..., 0] - 199) < 60) & (abs(2 * tiled[..., 1] - 136) < 40)
-    assert own[middle].mean() > 0.9
+    assert own[middle].mean() > 0.85
     assert own.mean() > 0.4
     on = (got[:, 1:] == got[:, :-1] + (0, 1)).all(axis=2)
     assert on.mean() > 0.9
@@ -262,8 +262,8 @@ def test_what_cannot_work_is_refused() -> None:
     ):
         with pytest.raises(ia.ParameterError, match=told):
             ia.ParallelControllable(**values)
-    with pytest.raises(ia.ParameterError, match="within 2\\*\\*40 px"):
-        ia.ParallelControllable().window([toy()], Box(0, 0, 1, (1 << 40) + 1), 0, ONE)
+    with pytest.raises(ia.ParameterError, match="within 2\\*\\*48 px"):
+        ia.ParallelControllable().window([toy()], Box(0, 0, 1, (1 << 48) + 1), 0, ONE)
 
 
 def test_margins_are_those_that_are_needed() -> None:

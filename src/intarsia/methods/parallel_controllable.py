@@ -37,7 +37,7 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 200505  # keeps this method's draws apart from those of others
-FARTHEST = 1 << 40
+FARTHEST = 1 << 48
 JITTER = (0.0, 0.0, 0.0, 0.4)  # none below 8 px, where corrections could not mend it unseen
 
 
@@ -98,9 +98,9 @@ class ParallelControllable:
         return self._map(exemplars[0], (rows, cols), canvas.wrap, seed, run)
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Compute any window of the endless texture alone; coordinates up to 2**40 either way."""
+        """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
         if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
-            raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**40 px of the origin.")
+            raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
         rows, cols = analysis.Span(box.y0, box.y1, 0), analysis.Span(box.x0, box.x1, 0)
         return self._map(exemplars[0], (rows, cols), Wrap.NONE, seed, run)
 
