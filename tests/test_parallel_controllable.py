@@ -196,7 +196,7 @@ def test_the_stack_is_blurred_more_and_more() -> None:
 
 
 def test_appearance_vectors_are_projections() -> None:
-    """S4-40: whole projections of weighted 5 x 5 neighbourhoods, in plain numpy; far fewer numbers, most of the energy."""
+    """S4-40: whole projections of weighted 5 x 5 neighbourhoods, in plain numpy, with most of the energy."""
     picture = stack_of(texture(24, 20, 3, 1).astype(np.int16) * 4, 2, False)[1]
     got = transformed(picture, 2, False)
     assert got.dtype == np.int16

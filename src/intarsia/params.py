@@ -68,9 +68,9 @@ def param(
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
     Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
-    (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``vectors`` (one or
-    two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is decided
-    from the exemplar when a method settles).
+    (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``vectors``
+    (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is decided from the exemplar when a method
+    settles).
     """
     data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
     return dataclasses.field(default=default, metadata={"param": data})

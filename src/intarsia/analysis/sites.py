@@ -93,7 +93,7 @@ def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float,
 
 def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Array) -> Level:
     """A level without its jumps and table: features, and where candidates may lie."""
-    height, width = blurred.shape[:2]
+    height, width, _ = blurred.shape
     border = 2 * h
     stride = width + 2 * border
     packing, values = np.zeros((0, 2), np.uint64), np.zeros((0, 1), np.int16)

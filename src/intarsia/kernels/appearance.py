@@ -81,7 +81,7 @@ def spread_jumps(cells: Any, step: int, border: int, inner: Any, jumps: Any) -> 
     for y in range(height - 2 * border):
         for x in range(width - 2 * border):
             for i in range(cells.shape[2]):
-                to = cells[y // step, x // step, i]
-                jumps[(y + border) * width + x + border, i] = -1
+                to, at = cells[y // step, x // step, i], (y + border) * width + x + border
+                jumps[at, i] = -1
                 if to[0] >= 0:
-                    jumps[(y + border) * width + x + border, i] = inner[to[0] + y % step + border, to[1] + x % step + border]
+                    jumps[at, i] = inner[to[0] + y % step + border, to[1] + x % step + border]

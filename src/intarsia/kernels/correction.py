@@ -81,7 +81,7 @@ def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, home: A
 
 
 @kernel
-def colours_here(work: Any, at: int, stride: int, site: Any, here: Any) -> None:
+def colours_here(work: Any, at: Any, stride: Any, site: Any, here: Any) -> None:
     """Write the 5 x 5 colours around the pixel `at`, weighted by the mask."""
     channels = site.values.shape[1]
     for k in range(25):
@@ -91,16 +91,7 @@ def colours_here(work: Any, at: int, stride: int, site: Any, here: Any) -> None:
 
 
 @kernel
-def listed(found: Any, count: int, u: int) -> bool:
-    """Say whether a position is among the first `count`."""
-    for c in range(count):
-        if found[c] == u:
-            return True
-    return False
-
-
-@kernel
-def looked_up(work: Any, at: int, stride: int, site: Any, reach: int, found: Any, count: int) -> int:
+def looked_up(work: Any, at: Any, stride: Any, site: Any, reach: Any, found: Any, count: int) -> int:
     """Append the jumps of 2005: what is similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
     below, across = site.steps[BELOW], site.steps[ACROSS]
     for dy in range(-reach, reach + 1):
@@ -110,7 +101,10 @@ def looked_up(work: Any, at: int, stride: int, site: Any, reach: int, found: Any
                 u = np.int64(site.jumps[v, i])
                 if u >= 0:
                     u = np.int64(site.inner[u - dy * below - dx * across])
-                if u >= 0 and not listed(found, count, u):
+                fresh = u >= 0
+                for m in range(count):
+                    fresh = fresh and found[m] != u
+                if fresh:
                     found[count] = u
                     count += 1
     return count

@@ -38,7 +38,8 @@ else:
 
 STAGE = 200505  # keeps this method's draws apart from those of others
 FARTHEST = 1 << 48
-JITTER = (0.0, 0.0, 0.0, 0.4)  # none below 8 px, where corrections could not mend it unseen
+FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to
+ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,12 @@ class ParallelControllable:
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
     jitter: float | tuple[float, ...] | None = param(
-        AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the finest "
-        "first, the last for all coarser ones; automatic: 0,0,0,0.4",
+        AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
+        "finest first, the last for all coarser ones; automatic: 0,0,0.1, then 0.2, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
     kappa: float | str = param(
-        1.1, "price", "a jump counts as so many times farther than a continuation, distances not squared; 1: no "
+        2, "price", "a jump counts as so many times farther than a continuation, distances not squared; 1: no "
         "preference, inf: never jump",
         low=1, high=1000,
     )  # fmt: skip
@@ -89,7 +90,15 @@ class ParallelControllable:
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
         """Decide the jitter; ParameterError for weights that do not fit."""
         analysis.features([exemplars[0]], self.channel_weights)
-        return replace(self, jitter=JITTER) if self.jitter is AUTO else self
+        return self._with_jitter(exemplars[0])
+
+    def _with_jitter(self, exemplar: Exemplar) -> ParallelControllable:
+        """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
+        if self.jitter is not AUTO:
+            return self
+        top = (max(exemplar.height, exemplar.width) - 1).bit_length()
+        shares = (ANYWHERE if level >= top - 1 else FINE[min(level, len(FINE) - 1)] for level in range(top + 1))
+        return replace(self, jitter=tuple(shares))
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
@@ -108,7 +117,7 @@ class ParallelControllable:
         self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
     ) -> sourcemap.SourceMap:
         sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights)
-        rules = analysis.Corrections.of(self if self.jitter is not AUTO else replace(self, jitter=JITTER))
+        rules = analysis.Corrections.of(self._with_jitter(exemplar))
         descent = analysis.Descent(sites, rules, seed, STAGE)
         yx = descent.window(*spans, run)
         return sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)
