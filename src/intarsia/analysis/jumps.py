@@ -30,7 +30,8 @@ def similar_places(
     """Return the `count` most similar pixels of every (h / 2)-th one: (rows, columns, count, 2) int32 (y, x), or -1.
 
     ``table`` (positions, n): neighbourhoods, those of `border` px on all sides included; ``size``: height, width,
-    toroidal; ``closed`` (H, W): where no pixel may be jumped to. They lie at least 5 % of the exemplar, or h, from the pixel itself and from one another.
+    toroidal; ``closed`` (H, W): where no pixel may be jumped to. They lie at least 5 % of the exemplar, or h, from the
+    pixel itself and from one another.
     """
     height, width, toroidal = size
     step = max(1, h // 2)
