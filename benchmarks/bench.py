@@ -389,6 +389,35 @@ def case_best_tile() -> list[Result]:
     return [timed("best tile, 1024x1024 from 256x256", None, lambda: ia.synthesize(tiles, 1024, method, run=ONE))]
 
 
+def case_parallel() -> list[Result]:
+    """From a ready analysis, rendering included; then the finest level of a map that is known down to it."""
+    from intarsia.analysis import Corrections, Descent, Span, sites_of
+    from intarsia.canvas import Canvas
+
+    exemplar, method = ia.Exemplar.of(pixels()), ia.ParallelControllable()
+    method = method.settled((exemplar,), Canvas(1024, 1024))
+
+    def analysed() -> None:
+        sites_of(ia.Exemplar.of(pixels()), "appearance", method.k, None)
+
+    descent = Descent(sites_of(exemplar, "appearance", method.k, None), Corrections.of(method), 1, 0)
+    spans = descent._spans(Span(0, 1024, 0), Span(0, 1024, 0))
+    coords = descent._first(spans[-1], spans[0])
+    for level in range(len(spans) - 2, 0, -1):
+        coords = descent._handed_down(coords, level, spans)
+        if level < len(descent.sites.levels):
+            coords = descent._corrected(coords, level, spans[level], ONE)
+    finest = descent._handed_down(coords, 0, spans)
+    box = ia.Box(10**6, -(10**6), 10**6 + 64, 64 - 10**6)
+    return [
+        timed("parallel-controllable, 1024x1024 from a ready analysis", 7,
+              lambda: ia.synthesize(exemplar, 1024, method, seed=1, run=ONE).render(run=ONE)),
+        timed("its finest level alone", 3.5, lambda: descent._corrected(finest, 0, spans[0], ONE)),
+        timed("a window of 64x64 px of it", 0.4, lambda: method.window((exemplar,), box, 1, ONE)),
+        timed("its analysis of 256x256", 45, analysed),
+    ]
+
+
 def case_near_regular() -> list[Result]:
     """Both variants on one lattice, known beforehand, and without one."""
 
@@ -426,6 +455,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "pixels": case_pixels,
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,
+    "parallel": case_parallel,
     "graphcut": case_graphcut,
     "repair": case_repair,
     "help": case_help,

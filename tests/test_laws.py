@@ -316,6 +316,27 @@ class TestAutomaticAshikhmin(MethodContract):
     examples = 4
 
 
+class TestParallelControllable(MethodContract):
+    method = ia.ParallelControllable(jitter=(0.2, 0.4))
+    examples = 8
+
+    def map_of_window(self, case: Case, box: Box) -> SourceMap:
+        assert isinstance(self.method, ia.ParallelControllable)
+        return self.method.window(case.exemplars, box, case.seed, ia.Run(1))
+
+
+class TestParallelControllableOfTheMemo(TestParallelControllable):
+    """5 x 5 colours and candidates, jumps at no extra price."""
+
+    method = ia.ParallelControllable(jitter=0.5, neighbourhood="colour", candidates="memo", kappa=1, k=3, passes=1)
+    examples = 5
+
+
+class TestAutomaticParallelControllable(TestParallelControllable):
+    method = ia.ParallelControllable()
+    examples = 5
+
+
 def test_every_method_is_under_contract() -> None:
     tested = {c.method.slug for c in MethodContract.__subclasses__()}
     assert tested == set(METHODS)

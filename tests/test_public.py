@@ -29,6 +29,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "graphcut": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "image-quilting": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
+    "parallel-controllable": {A.WRAP, A.MASK, A.WINDOW},
     "near-regular": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "repeat": {A.START},
@@ -123,7 +124,7 @@ def test_every_parameter_says_what_it_is(slug: str) -> None:
         assert p.help
         assert p.help[0].islower(), "help follows a name"
         assert not p.help.endswith(".")
-        assert p.kind in ("int", "float", "choice", "extent", "weights", "vectors", "isometries")
+        assert p.kind in ("int", "float", "choice", "extent", "weights", "vectors", "isometries", "levels", "price")
         if p.kind == "choice":
             assert p.default in p.choices
         elif p.kind != "isometries":

@@ -37,6 +37,7 @@ _HOMES = {
     "Mixing": "sourcemap",
     "NearRegular": "methods.near_regular",
     "ParameterError": "errors",
+    "ParallelControllable": "methods.parallel_controllable",
     "PatchSampling": "methods.patch_sampling",
     "Plane": "image",
     "RandomTiling": "methods.random_tiling",
@@ -79,6 +80,7 @@ __all__ = [
     "MethodError",
     "Mixing",
     "NearRegular",
+    "ParallelControllable",
     "ParameterError",
     "PatchSampling",
     "Plane",
@@ -119,6 +121,7 @@ if TYPE_CHECKING:
     from .methods.graphcut import Graphcut
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular
+    from .methods.parallel_controllable import ParallelControllable
     from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat

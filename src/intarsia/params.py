@@ -14,6 +14,7 @@ from typing import Any
 from .errors import ParameterError
 from .geometry import ISOMETRY_SETS
 
+MOST_LEVELS = 20
 AUTO = None  # a field left at AUTO is decided from the exemplar
 
 
@@ -47,6 +48,8 @@ class Parameter:
         return {
             "extent": f"{span}{unit}, one number or WIDTHxHEIGHT",
             "weights": f"{span}, one for each channel",
+            "levels": f"{span}, one number or one for each level, the finest first, such as 0,0,0.2",
+            "price": f"{span}, or inf",
             "vectors": "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
             "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
         }.get(self.kind, span + unit)
@@ -65,8 +68,9 @@ def param(
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
     Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
-    (a tuple of numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is decided
-    from the exemplar when a method settles).
+    (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``vectors``
+    (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is decided from the exemplar when a method
+    settles).
     """
     data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
     return dataclasses.field(default=default, metadata={"param": data})
@@ -101,9 +105,14 @@ def parse(p: Parameter, text: str) -> Any:
             return int(text)
         if p.kind == "float":
             return float(text)
+        if p.kind == "price":
+            return text if text == "inf" else float(text)
+        if p.kind == "levels":
+            numbers = tuple(float(part) for part in text.split(","))
+            return numbers[0] if len(numbers) == 1 else numbers
         if p.kind == "extent":
-            numbers = [int(part) for part in text.lower().split("x")]
-            return numbers[0] if len(numbers) == 1 else tuple(reversed(numbers))
+            sides = [int(part) for part in text.lower().split("x")]
+            return sides[0] if len(sides) == 1 else tuple(reversed(sides))
         if p.kind == "weights":
             return tuple(float(part) for part in text.split(","))
         if p.kind == "vectors":
@@ -144,6 +153,10 @@ def _normal(p: Parameter, value: Any) -> Any:
             rows, columns = (_whole(p, v) for v in value)
             return rows if rows == columns else (rows, columns)
         return _whole(p, value)
+    if p.kind == "price" and value in ("inf", math.inf):
+        return "inf"
+    if p.kind == "levels" and isinstance(value, (tuple, list)):
+        return _levels(p, value)
     if p.kind == "weights":
         weights = tuple(_number(p, v) for v in value)
         if not weights or not any(weights):
@@ -168,6 +181,13 @@ def _vectors(p: Parameter, value: Any) -> tuple[tuple[float, ...], ...]:
     if len(vectors) not in (1, 2) or any(len(v) != 2 or not any(v) for v in vectors):
         raise ValueError
     return vectors
+
+
+def _levels(p: Parameter, value: Any) -> float | tuple[float, ...]:
+    numbers = tuple(_number(p, v) for v in value)
+    if not 1 <= len(numbers) <= MOST_LEVELS:
+        raise ValueError
+    return numbers[0] if len(numbers) == 1 else numbers
 
 
 def _whole(p: Parameter, value: Any) -> int:

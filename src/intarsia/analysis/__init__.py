@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .held import Held
     from .mosaic import Mosaic
     from .mosaic_places import FewPlaces
+    from .parallel import Corrections, Descent, Span
     from .patchwork import Patchwork, Window, random_patch, waves
     from .pixels import Layer, check_window, choices, default_window, ground, layers
     from .posed_sheet import settled_poses
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
     from .segmentation import Segments, SizeRule, segments
+    from .sites import sites_of
     from .sizes import check_patch, default_patch, element_patch, fitting, large_patch, supplied
     from .stitching import Stitch, Stitching
     from .symmetry import allowed_isometries, settled_isometries
@@ -43,7 +45,9 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "Candidates": "search",
+    "Corrections": "parallel",
     "Courses": "courses",
+    "Descent": "parallel",
     "FewPlaces": "mosaic_places",
     "Footing": "footing",
     "Growth": "growth",
@@ -67,6 +71,7 @@ _MODULES = {
     "SegmentSearch": "segment_search",
     "Segments": "segmentation",
     "SizeRule": "segmentation",
+    "Span": "parallel",
     "Stitch": "stitching",
     "Stitching": "stitching",
     "Tiling": "tiling",
@@ -98,6 +103,7 @@ _MODULES = {
     "settled_isometries": "symmetry",
     "settled_poses": "posed_sheet",
     "similar_pixels": "trees",
+    "sites_of": "sites",
     "slack_of": "boundary",
     "striking": "repetition",
     "supplied": "sizes",
@@ -107,7 +113,9 @@ _MODULES = {
 
 __all__ = [
     "Candidates",
+    "Corrections",
     "Courses",
+    "Descent",
     "Features",
     "FewPlaces",
     "Footing",
@@ -132,6 +140,7 @@ __all__ = [
     "SegmentSearch",
     "Segments",
     "SizeRule",
+    "Span",
     "Stitch",
     "Stitching",
     "Tiling",
@@ -168,6 +177,7 @@ __all__ = [
     "settled_isometries",
     "settled_poses",
     "similar_pixels",
+    "sites_of",
     "slack_of",
     "striking",
     "supplied",

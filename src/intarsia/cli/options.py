@@ -156,6 +156,8 @@ METAVARS = {
     "int": "N",
     "float": "F",
     "weights": "W,W,...",
+    "levels": "F|F,F,...",
+    "price": "F|inf",
     "vectors": "'X,Y X,Y'",
     "isometries": "none|180|90|both|auto|IDS",
 }

@@ -57,6 +57,7 @@ METHODS = {
     "best-tile": ("best_tile", "BestTile"),
     "random-tiling": ("random_tiling", "RandomTiling"),
     "repeat": ("repeat", "Repeat"),
+    "parallel-controllable": ("parallel_controllable", "ParallelControllable"),
     "efros-leung": ("efros_leung", "EfrosLeung"),
     "wei-levoy": ("wei_levoy", "WeiLevoy"),
     "ashikhmin": ("ashikhmin", "Ashikhmin"),

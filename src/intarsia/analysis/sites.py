@@ -1,0 +1,133 @@
+"""An exemplar as corrections see it: level by level, what is compared, where candidates may lie, where to jump."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_cdt, distance_transform_edt
+
+from ..exemplar import Exemplar
+from ..kernels import appearance as kernels
+from ..kernels.correction import MIDDLE, Site
+from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked
+from .features import features
+from .jumps import similar_places
+
+KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Level:
+    """A level of the exemplar: `site` with a border of `border` px, rows of `stride`, pixels `h` px apart."""
+
+    h: int
+    border: int
+    stride: int
+    site: Site
+
+    def ready(self) -> Site:
+        """Return the site with its table, which may be too large to be kept."""
+        return self.site if len(self.site.table) else self.site._replace(table=table_of(self).ravel())
+
+
+def table_of(level: Level) -> Array:
+    """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions, n) int16."""
+    site, positions = level.site, len(level.site.inner)
+    if len(site.packed):
+        table = np.zeros((positions, 4 * AXES), np.int16)
+        kernels.diagonal_table(unpacked(site.packed, level.stride), level.h, level.border, table)
+    else:
+        table = np.zeros((positions, 25 * site.values.shape[1]), np.int16)
+        values = site.values.reshape(-1, level.stride, site.values.shape[1])
+        kernels.colour_table(values, level.h, level.border, site.mask, table)
+    return table
+
+
+@dataclass(frozen=True)
+class Sites:
+    """The levels of an exemplar: pixels 1, 2, 4, ... px apart; `count` of them, the coarsest one a pixel in all.
+
+    ``levels``: those that are corrected, the finest first; coarser ones would see more than the exemplar holds.
+    ``home``: for each pixel the usable one in its place, or empty.
+    """
+
+    exemplar: Exemplar
+    count: int
+    levels: tuple[Level, ...]
+    home: NDArray[np.int32]
+
+
+def sites_of(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
+    """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine.
+
+    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods; ``k`` - 1 jumps for each pixel.
+    """
+    key = ("sites", neighbourhood, k, weights)
+    return exemplar.memo(key, lambda: _sites(exemplar, neighbourhood, k, weights))
+
+
+def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
+    height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
+    count = (max(height, width) - 1).bit_length() + 1
+    corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
+    picture = filled(features([exemplar], weights).pictures[0], exemplar)
+    far, levels = depths(exemplar), []
+    for number, blurred in enumerate(stack_of(picture, corrected, torus)):
+        h = 1 << number
+        closed = far <= min(2 * h, int(far.max()) // 4)
+        level = _compared(blurred, h, torus, neighbourhood == "appearance", closed)
+        table = table_of(level)
+        jumps = np.full((len(table), k - 1), -1, np.int32)
+        cells = similar_places(table, (height, width, torus), level.border, h, closed, k - 1)
+        inner = level.site.inner.reshape(-1, level.stride)
+        kernels.spread_jumps(cells, max(1, h // 2), level.border, inner, jumps)
+        keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
+        levels.append(replace(level, site=level.site._replace(table=keep, jumps=jumps)))
+    return Sites(exemplar, count, tuple(levels), _home(exemplar))
+
+
+def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Array) -> Level:
+    """A level without its jumps and table: features, and where candidates may lie."""
+    height, width, _ = blurred.shape
+    border = 2 * h
+    stride = width + 2 * border
+    packing, values = np.zeros((0, 2), np.uint64), np.zeros((0, 1), np.int16)
+    if appearance:
+        packing = packed(bordered(transformed(blurred, h, torus), border, torus) + np.int16(MIDDLE))
+    else:
+        values = np.ascontiguousarray(bordered(((blurred + 8) >> 4).astype(np.int16), border, torus))
+        values = values.reshape(-1, values.shape[2])
+    own = np.arange(border, border + height)[:, None] * stride + np.arange(border, border + width)
+    inner = bordered(own, border, True) if torus else np.pad(own, border, constant_values=-1)
+    open_ = np.pad(~closed, border).astype(np.uint8).ravel()
+    none = np.zeros((0, 0), np.int32)
+    steps = np.array([h * stride, h, h], np.int64)
+    no_table = np.zeros(0, np.int16)
+    site = Site(steps, packing, values, WEIGHTS, no_table, inner.astype(np.int32).ravel(), open_, none)
+    return Level(h, border, stride, site)
+
+
+def depths(exemplar: Exemplar) -> Array:
+    """Return how far, along rows, columns and diagonals, each pixel is from what is unusable or outside; 0 there."""
+    height, width = exemplar.height, exemplar.width
+    usable = np.ones((height, width), bool) if exemplar.usable is None else exemplar.usable
+    if exemplar.toroidal and usable.all():
+        return np.full((height, width), 1 << 30)
+    tops, lefts = (height, width) if exemplar.toroidal else (1, 1)
+    sides = (tops, tops), (lefts, lefts)
+    around = np.pad(usable, sides, mode="wrap") if exemplar.toroidal else np.pad(usable, sides)
+    far = distance_transform_cdt(around, metric="chessboard")
+    return np.asarray(far[tops : tops + height, lefts : lefts + width], np.int64)
+
+
+def _home(exemplar: Exemplar) -> NDArray[np.int32]:
+    """For each pixel itself, or the nearest usable one."""
+    if exemplar.usable is None:
+        return np.zeros(0, np.int32)
+    y, x = distance_transform_edt(~exemplar.usable, return_distances=False, return_indices=True)
+    return np.asarray(y * exemplar.width + x, np.int32).ravel()

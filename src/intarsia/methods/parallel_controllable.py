@@ -1,0 +1,123 @@
+"""Parallel controllable synthesis: coordinates handed down from coarse to fine, jittered, and corrected.
+
+Lefebvre and Hoppe, "Parallel controllable texture synthesis", SIGGRAPH 2005, and "Appearance-space texture synthesis",
+SIGGRAPH 2006; the correction operation as source 004 tells it.
+
+Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be made alone.
+
+Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
+jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
+are those of its different continuations, as in the memo (candidates=published: those of its neighbours, then shifted);
+an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies near them.
+
+Cost: for each pixel, pass and level about five comparisons of 32 numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from ..errors import ParameterError
+from ..geometry import Box, Wrap
+from ..lazy import lazy
+from ..params import AUTO, check, param
+from . import parameters
+from .base import Ability
+
+if TYPE_CHECKING:
+    from .. import analysis, sourcemap
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+else:
+    analysis = lazy("intarsia.analysis")
+    sourcemap = lazy("intarsia.sourcemap")
+
+STAGE = 200505  # keeps this method's draws apart from those of others
+FARTHEST = 1 << 48
+FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to
+ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
+
+
+@dataclass(frozen=True)
+class ParallelControllable:
+    """Refine an endless map of the exemplar from coarse to fine, moving pixels at random and mending what broke."""
+
+    slug: ClassVar[str] = "parallel-controllable"
+    paper: ClassVar[str] = "Lefebvre and Hoppe 2005, 2006"
+    summary: ClassVar[str] = "coarse to fine, endless: any window alone, randomness set for each scale"
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+
+    jitter: float | tuple[float, ...] | None = param(
+        AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
+        "finest first, the last for all coarser ones; automatic: 0,0,0.1, then 0.2, and 1 from half the exemplar on",
+        low=0, high=1,
+    )  # fmt: skip
+    kappa: float | str = param(
+        2, "price", "a jump counts as so many times farther than a continuation, distances not squared; 1: no "
+        "preference, inf: never jump",
+        low=1, high=1000,
+    )  # fmt: skip
+    k: int = param(2, "int", "candidates of each kind of continuation: itself and k - 1 similar places", low=1, high=8)
+    passes: int = param(2, "int", "how often every pixel of a level is corrected", low=0, high=8)
+    subpasses: int = param(
+        4, "int", "parts of a pass, which see what the earlier ones found; 1, 4, 9 or 16", low=1, high=16
+    )
+    neighbourhood: str = param(
+        "appearance", "choice", "what is compared: appearance vectors at four points, or the 5 x 5 colours",
+        choices=("appearance", "colour"),
+    )  # fmt: skip
+    candidates: str = param(
+        "near", "choice", "continuations of the 3 x 3 pixels around and their jumps; jumps looked up before they are "
+        "shifted, as published; or of 5 x 5 pixels, as in the memo",
+        choices=("near", "published", "memo"),
+    )  # fmt: skip
+    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+
+    def __post_init__(self) -> None:
+        check(self)
+        if math.isqrt(self.subpasses) ** 2 != self.subpasses:
+            raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
+
+    @property
+    def blend(self) -> sourcemap.Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
+        """Decide the jitter; ParameterError for weights that do not fit."""
+        analysis.features([exemplars[0]], self.channel_weights)
+        return self._with_jitter(exemplars[0])
+
+    def _with_jitter(self, exemplar: Exemplar) -> ParallelControllable:
+        """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
+        if self.jitter is not AUTO:
+            return self
+        top = (max(exemplar.height, exemplar.width) - 1).bit_length()
+        shares = (ANYWHERE if level >= top - 1 else FINE[min(level, len(FINE) - 1)] for level in range(top + 1))
+        return replace(self, jitter=tuple(shares))
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
+        rows = analysis.Span(0, canvas.height, canvas.height if canvas.wrap.y else 0)
+        cols = analysis.Span(0, canvas.width, canvas.width if canvas.wrap.x else 0)
+        return self._map(exemplars[0], (rows, cols), canvas.wrap, seed, run)
+
+    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
+        if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
+            raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
+        rows, cols = analysis.Span(box.y0, box.y1, 0), analysis.Span(box.x0, box.x1, 0)
+        return self._map(exemplars[0], (rows, cols), Wrap.NONE, seed, run)
+
+    def _map(
+        self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
+    ) -> sourcemap.SourceMap:
+        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights)
+        rules = analysis.Corrections.of(self._with_jitter(exemplar))
+        descent = analysis.Descent(sites, rules, seed, STAGE)
+        yx = descent.window(*spans, run)
+        return sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)

@@ -1,0 +1,276 @@
+"""parallel-controllable against its plain twin, and what Lefebvre and Hoppe and the memo promise (S4, D4)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from naive_correction import NaiveLevel, NaiveSynthesis
+
+import intarsia as ia
+from intarsia.analysis.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked
+from intarsia.analysis.jumps import similar_places
+from intarsia.analysis.parallel import Corrections, Descent, Span
+from intarsia.analysis.sites import depths, sites_of
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import Box, Wrap
+from intarsia.methods.parallel_controllable import STAGE
+from intarsia.run import Run
+from intarsia.testing.cases import texture
+
+ONE = Run(threads=1)
+
+
+def toy(height: int = 21, width: int = 18, *, toroidal: bool = False, channels: int = 3) -> Exemplar:
+    return Exemplar.of(texture(height, width, channels, 5), toroidal=toroidal)
+
+
+def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynthesis:
+    """The plain twin on the exemplar's own features and jump sets."""
+    sites, rules = sites_of(e, method.neighbourhood, method.k, None), Corrections.of(method)
+    levels = []
+    far = depths(e)
+    for level in sites.levels:
+        inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
+        if method.neighbourhood == "appearance":
+            picture = unpacked(level.site.packed, level.stride)[inner]
+        else:
+            picture = level.site.values.reshape(-1, level.stride, level.site.values.shape[1])[inner]
+        closed = far <= min(2 * level.h, int(far.max()) // 4)
+        table = level.site.table.reshape(len(level.site.inner), -1)
+        size = (e.height, e.width, e.toroidal)
+        cells = similar_places(table, size, level.border, level.h, closed, method.k - 1)
+        colours = WEIGHTS if method.neighbourhood == "colour" else None
+        levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
+    side = round(method.subpasses**0.5)
+    return NaiveSynthesis(
+        (e.height, e.width), levels, sites.count, rules.spread, rules.factor, method.passes, side, method.candidates,
+        seed, STAGE,
+    )  # fmt: skip
+
+
+BASE = ia.ParallelControllable(jitter=(0.3, 0.2, 0.5), passes=1)
+VARIANTS = [
+    BASE,
+    replace(BASE, candidates="published", k=3),
+    replace(BASE, candidates="memo", neighbourhood="colour"),
+    replace(BASE, kappa="inf"),
+    replace(BASE, kappa=1, k=3),
+    replace(BASE, passes=2, subpasses=1),
+    replace(BASE, subpasses=9, k=1),
+]
+
+
+@pytest.mark.parametrize("toroidal", [False, True])
+@pytest.mark.parametrize("method", VARIANTS, ids=str)
+def test_the_kernels_do_what_the_plain_twin_does(method: ia.ParallelControllable, toroidal: bool) -> None:
+    """S4-20 to S4-28, S4-41, S4-64: hash, descent, subpasses, candidates, ties and prices."""
+    e = toy(toroidal=toroidal)
+    box = Box(-3, 1 << 33, 2, (1 << 33) + 6)
+    got = method.window([e], box, 11, ONE).yx
+    twin = naive(method, e, 11)
+    expected = [[twin.final(y, x) for x in range(box.x0, box.x1)] for y in range(box.y0, box.y1)]
+    assert got.tolist() == [[list(u) for u in row] for row in expected]
+
+
+def test_without_jitter_a_torus_is_tiled_exactly() -> None:
+    """S4-23: also of a size that is no power of two, with any candidates, on coordinates below 0."""
+    e = toy(37, 50, toroidal=True)
+    for m in (ia.ParallelControllable(jitter=0), ia.ParallelControllable(jitter=0, neighbourhood="colour", kappa=1)):
+        got = m.window([e], Box(-70, -60, 90, 80), 3, ONE).yx
+        y, x = np.mgrid[-70:90, -60:80]
+        assert (got == np.stack([y % 37, x % 50], axis=2)).all()
+
+
+def test_without_jitter_an_exemplar_is_copied_and_joined_at_its_borders_only() -> None:
+    """S4-23, S4-30: copies side by side, all but whole in the middle; where two meet, the corrections find a way.
+
+    They are looked for on coarse levels first, so that a few pieces of others reach far in.
+    """
+    e = Exemplar.of(texture(200, 137, 3, 5))
+    got = ia.ParallelControllable(jitter=0).window([e], Box(-200, 0, 200, 274), 3, ONE).yx
+    y, x = np.mgrid[-200:200, :274]
+    tiled = np.stack([y % 200, x % 137], axis=2)
+    own = (got == tiled).all(axis=2)
+    middle = (abs(2 * tiled[..., 0] - 199) < 60) & (abs(2 * tiled[..., 1] - 136) < 40)
+    assert own[middle].mean() > 0.85
+    assert own.mean() > 0.4
+    on = (got[:, 1:] == got[:, :-1] + (0, 1)).all(axis=2)
+    assert on.mean() > 0.9
+    border = np.minimum(np.minimum(got[..., 0], 199 - got[..., 0]), np.minimum(got[..., 1], 136 - got[..., 1]))
+    assert border.min() >= 2, "nothing is compared with what lies beyond the border"
+
+
+@pytest.mark.parametrize("method", [ia.ParallelControllable(), VARIANTS[2], VARIANTS[6]], ids=str)
+def test_windows_are_crops(method: ia.ParallelControllable) -> None:
+    """S4-31, S4-63: windows across 0 and +-2**31, of 200 x 137 px that are no torus."""
+    e = Exemplar.of(texture(137, 200, 3, 8))
+    for y, x in ((-20, -31), (2**31 - 33, -(2**31) - 17), (-(2**31) - 5, 2**31 - 40), (2**40 - 90, -(2**40))):
+        whole = method.window([e], Box(y, x, y + 90, x + 70), 5, ONE)
+        for part in (Box(11, 13, 75, 70), Box(0, 40, 33, 41), Box(89, 0, 90, 70)):
+            alone = method.window([e], Box(y + part.y0, x + part.x0, y + part.y1, x + part.x1), 5, ONE)
+            assert alone.digest == whole.window(part).digest
+
+
+def test_threads_change_nothing() -> None:
+    e = Exemplar.of(texture(64, 64, 3, 8))
+    digests = {ia.synthesize(e, (300, 260), ia.ParallelControllable(), run=Run(n)).map.digest for n in (1, 2, 4)}
+    assert len(digests) == 1
+
+
+def test_infinite_and_equal_prices() -> None:
+    """S4-07, S4-27: with inf no jump is made, whatever k is; 1 and a little more differ; the price is squared."""
+    e = Exemplar.of(texture(48, 48, 3, 8))
+    m = ia.ParallelControllable(kappa="inf", jitter=0.5)
+    maps = {ia.synthesize(e, 120, replace(m, k=k)).map.digest for k in (1, 2, 4)}
+    assert len(maps) == 1
+    assert ia.ParallelControllable(kappa=float("inf")) == ia.ParallelControllable(kappa="inf")
+    prices = {ia.synthesize(e, 120, replace(m, kappa=price)).map.digest for price in (1, 1.5, "inf")}
+    assert len(prices) == 3
+    assert Corrections.of(replace(m, kappa=1.5)).factor == 576
+
+
+def test_without_jumps_both_rules_are_one() -> None:
+    """S4-05, S4-07: near and published have the same proximity sets."""
+    e = Exemplar.of(texture(48, 48, 3, 8))
+    m = ia.ParallelControllable(kappa="inf", jitter=0.5)
+    first, second = (ia.synthesize(e, 120, replace(m, candidates=c)).map.digest for c in ("near", "published"))
+    assert first == second
+
+
+@pytest.mark.parametrize("toroidal", [False, True])
+@pytest.mark.parametrize("h", [1, 2, 8])
+def test_jumps_lead_elsewhere(h: int, toroidal: bool) -> None:
+    """S4-26, S4-66: never to the pixel itself or what lies beside it, and nowhere that is closed."""
+    e = Exemplar.of(texture(60, 44, 3, 8), toroidal=toroidal)
+    level = sites_of(e, "appearance", 4, None).levels[h.bit_length() - 1]
+    closed = np.zeros((60, 44), bool)
+    closed[:5] = True
+    table = level.site.table.reshape(-1, 32)
+    cells = similar_places(table, (60, 44, toroidal), level.border, h, closed, 3)
+    step, apart = max(1, h // 2), max(3, h)
+    found, least = 0, 0
+    for i in range(cells.shape[0]):
+        for j in range(cells.shape[1]):
+            u = (i * step, j * step)
+            known = [u] + [tuple(c) for c in cells[i, j].tolist() if c[0] >= 0]
+            assert len(known) == 4
+            for n, a in enumerate(known):
+                for b in known[:n]:
+                    gaps = [abs(p - q) for p, q in zip(a, b, strict=True)]
+                    if toroidal:
+                        gaps = [min(g, s - g) for g, s in zip(gaps, (60, 44), strict=True)]
+                    assert max(gaps) >= apart
+                assert n == 0 or not closed[a]
+            distances = to_all(table, level, (60, 44), closed, u, step, apart, toroidal)
+            found, least = found + distances[known[1]], least + min(distances.values())
+    assert least <= found < 1.3 * least, "the tree looks into a few leaves only"
+
+
+def to_all(table, level, size, closed, u, step, apart, toroidal):  # type: ignore[no-untyped-def]
+    """Squared distances to all pixels that may be jumped to, by brute force."""
+    y, x = (c.ravel() for c in np.mgrid[: size[0] : step, : size[1] : step])
+    dy, dx = abs(y - u[0]), abs(x - u[1])
+    if toroidal:
+        dy, dx = np.minimum(dy, size[0] - dy), np.minimum(dx, size[1] - dx)
+    rows = table[(y + level.border) * level.stride + x + level.border].astype(np.int64)
+    own = table[(u[0] + level.border) * level.stride + u[1] + level.border].astype(np.int64)
+    d = ((rows - own) ** 2).sum(axis=1)
+    fit = (np.maximum(dy, dx) >= apart) & ~closed[y, x]
+    return {(int(y[k]), int(x[k])): int(d[k]) for k in np.flatnonzero(fit)}
+
+
+def test_the_stack_is_blurred_more_and_more() -> None:
+    """S4-21, S4-70: any size, full size on every level; a torus is shifted with its picture."""
+    picture = texture(23, 30, 2, 1).astype(np.int16)
+    stack = stack_of(picture, 4, True)
+    assert [s.shape for s in stack] == [(23, 30, 2)] * 4
+    spreads = [s.astype(float).var() for s in stack]
+    assert spreads == sorted(spreads, reverse=True)
+    moved = stack_of(np.roll(picture, (5, 7), (0, 1)), 4, True)
+    assert all((np.roll(a, (5, 7), (0, 1)) == b).all() for a, b in zip(stack, moved, strict=True))
+    flat = stack_of(np.full((9, 11, 1), 700, np.int16), 3, False)
+    assert all((s == 700 << 4).all() for s in flat)
+
+
+def test_appearance_vectors_are_projections() -> None:
+    """S4-40: whole projections of weighted 5 x 5 neighbourhoods, in plain numpy, with most of the energy."""
+    picture = stack_of(texture(24, 20, 3, 1).astype(np.int16) * 4, 2, False)[1]
+    got = transformed(picture, 2, False)
+    assert got.dtype == np.int16
+    assert np.abs(got).max() <= 1023
+    around = bordered((picture + 4) >> 3, 4, False).astype(float)
+    taps = [around[dy : dy + 24, dx : dx + 20] for dy in range(0, 9, 2) for dx in range(0, 9, 2)]
+    vectors = np.concatenate([t * w / 256 for t, w in zip(taps, WEIGHTS, strict=True)], axis=2).reshape(480, -1)
+    vectors -= vectors.mean(axis=0)
+    energy = np.linalg.svd(vectors, compute_uv=False) ** 2
+    kept = got.reshape(480, -1).astype(float)
+    spread = (kept - kept.mean(axis=0)).var(axis=0)
+    share = spread / spread.sum()
+    assert np.allclose(share, energy[:8] / energy[:8].sum(), atol=0.01)
+    assert energy[:8].sum() > 0.8 * energy.sum()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 40), (3, 2), (70, 9), (33, 64)])
+@pytest.mark.parametrize("toroidal", [False, True])
+def test_any_shape_will_do(shape: tuple[int, int], toroidal: bool) -> None:
+    """S4-70, S4-71, D4-2: where the exemplar is smaller than a neighbourhood nothing is corrected."""
+    e = Exemplar.of(texture(*shape, 3, 2), toroidal=toroidal)
+    out = ia.synthesize(e, (40, 50), ia.ParallelControllable(jitter=0.5), wrap="both", run=ONE)
+    assert not out.map.holes.any()
+    assert len(sites_of(e, "appearance", 2, None).levels) == sum(4 * (1 << n) < min(shape) for n in range(7))
+
+
+def test_large_exemplars_keep_their_coordinates() -> None:
+    """S4-72: beyond 8 and 16 bits."""
+    e = Exemplar.of(texture(6, 70000, 1, 2))
+    got = ia.ParallelControllable(jitter=1).window([e], Box(0, 0, 6, 200), 1, ONE).yx
+    assert got[..., 1].max() > 65535
+
+
+def test_a_torus_closes_on_any_size() -> None:
+    """Wrapped sizes that are no powers of two: neighbours across the border go on about as often as inside."""
+    e, border, inside = Exemplar.of(texture(64, 64, 3, 8)), [], []
+    for seed in range(8):
+        yx = ia.synthesize(e, (131, 77), ia.ParallelControllable(), wrap="both", seed=seed).map.yx.astype(int)
+        for axis, step in ((0, (1, 0)), (1, (0, 1))):
+            on = (np.roll(yx, -1, axis) == yx + step).all(axis=2).mean(axis=1 - axis)
+            border.append(on[-1])
+            inside.append(on[:-1].mean())
+    assert np.mean(border) > 0.9 * np.mean(inside)
+
+
+def test_masked_pixels_are_never_shown_nor_compared() -> None:
+    """What lies under the mask does not matter, and is nowhere shown."""
+    pixels, usable = texture(60, 70, 3, 4), np.ones((60, 70), bool)
+    usable[20:30, 40:52] = False
+    other = pixels.copy()
+    other[~usable] = 255 - other[~usable]
+    maps = [ia.synthesize(Exemplar.of(p, usable=usable), 128, ia.ParallelControllable()).map for p in (pixels, other)]
+    assert (maps[0].yx == maps[1].yx).all()
+    assert usable[maps[0].yx[..., 0], maps[0].yx[..., 1]].all()
+
+
+def test_what_cannot_work_is_refused() -> None:
+    for values, told in (
+        ({"subpasses": 5}, "subpasses=5 is not allowed; choose 1, 4, 9 or 16"),
+        ({"kappa": 0.5}, "kappa=0.5 is not allowed; give 1 to 1000, or inf"),
+        ({"jitter": (0.1, 2)}, "jitter=.* is not allowed; give 0 to 1, one number or one for each level"),
+        ({"jitter": ()}, "jitter=.* is not allowed"),
+    ):
+        with pytest.raises(ia.ParameterError, match=told):
+            ia.ParallelControllable(**values)
+    with pytest.raises(ia.ParameterError, match="within 2\\*\\*48 px"):
+        ia.ParallelControllable().window([toy()], Box(0, 0, 1, (1 << 48) + 1), 0, ONE)
+
+
+def test_margins_are_those_that_are_needed() -> None:
+    """S4-31: they stay bounded from level to level."""
+    e = toy(100, 100)
+    descent = Descent(sites_of(e, "appearance", 2, None), Corrections.of(replace(BASE, passes=2)), 0, STAGE)
+    spans = descent._spans(Span(0, 1, 0), Span(0, 1, 0))
+    assert [s[0].stop - s[0].start for s in spans][:4] == [33, 49, 57, 61]
+    assert max(s[0].stop - s[0].start for s in spans) <= 1 + 2 * 34
+    assert Canvas(1, 1).wrap is Wrap.NONE
