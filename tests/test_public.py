@@ -31,7 +31,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "near-regular": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
-    "repeat": {A.START},
+    "repeat": {A.START, A.WINDOW},
     "segment-based": {A.WRAP, A.MASK},
     "wei-levoy": {A.WRAP, A.START, A.MASK, A.SEVERAL},
 }
