@@ -45,6 +45,7 @@ _HOMES = {
     "SegmentBased": "methods.segment_based",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
+    "Weave": "giant",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
     "analyze": "inspection",
@@ -54,6 +55,7 @@ _HOMES = {
     "read": "files",
     "repair": "repairing",
     "synthesize": "synthesis",
+    "weave": "giant",
     "write": "files",
 }
 
@@ -88,6 +90,7 @@ __all__ = [
     "SegmentBased",
     "SourceMap",
     "Synthesis",
+    "Weave",
     "WeiLevoy",
     "Wrap",
     "analyze",
@@ -97,6 +100,7 @@ __all__ = [
     "read",
     "repair",
     "synthesize",
+    "weave",
     "write",
 ]
 
@@ -108,6 +112,7 @@ if TYPE_CHECKING:
     from .exemplar import Exemplar
     from .files import read, write
     from .geometry import Box, Wrap
+    from .giant import Weave, weave
     from .guide import Guide
     from .healing import extend, heal
     from .image import Kind, Plane
