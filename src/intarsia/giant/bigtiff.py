@@ -76,7 +76,7 @@ class TiffStore:
         cls, texture: Weave, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
     ) -> TiffStore:
         """Plan a file; ParameterError for sides that TIFF does not hold."""
-        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 16, 4096)
+        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096, 16)
         if max(sides) > LONGEST:
             raise ParameterError(f"a TIFF holds at most {LONGEST} px a side; write a zarr array.")
         header = header_of(texture, sides, origin, {"format": "tiff", "tile": tile, "zlib": zlib.ZLIB_RUNTIME_VERSION})
@@ -92,6 +92,11 @@ class TiffStore:
     def part(self) -> Path:
         """Where the file grows."""
         return self.path.with_name(self.path.name + ".part")
+
+    def look(self) -> None:
+        """Refuse, before any work, a place where this store cannot be; writes nothing."""
+        check_folder(self.path, self.shown)
+        self._found()
 
     def open(self) -> Iterable[int]:
         """Begin or go on; the tiles that are there are checked, and what follows the last whole one is cut off."""
@@ -154,7 +159,6 @@ class TiffStore:
                 self.file.write(data)
         self.file.truncate(self.ends[-1] + len(tail))
         self.file.flush()
-        os.fsync(self.file.fileno())
         self.ledger.settle([str(n) for n in range(len(self.tiles))])
         if self.part.exists():
             os.replace(self.part, self.path)
@@ -167,9 +171,19 @@ class TiffStore:
 
     def _begun(self) -> Ledger:
         """The ledger that is there, or a new one."""
+        found = self._found()
+        if found is not None:
+            return found
         place = self.path.with_name(self.path.name + ".ledger")
+        for old in (place, self.path, self.part):
+            with suppress(FileNotFoundError):
+                old.unlink()
+        return Ledger.begin(place, self.header)
+
+    def _found(self) -> Ledger | None:
+        """The ledger of what is there; None where nothing is, or where it may be replaced."""
         try:
-            found = Ledger.load(place, self.header, self.shown)
+            found = Ledger.load(self.path.with_name(self.path.name + ".ledger"), self.header, self.shown)
         except IntarsiaError:
             if not self.force:
                 raise
@@ -181,16 +195,14 @@ class TiffStore:
         for old in (self.path, self.part):
             if os.path.lexists(old) and not self.force:
                 raise ParameterError(f"{old} exists; name another file, or replace it with --force (force=True).")
-        for old in (place, self.path, self.part):
-            with suppress(FileNotFoundError):
-                old.unlink()
-        return Ledger.begin(place, self.header)
+        return None
 
     def _ours(self, ledger: Ledger) -> bool:
         """Say whether a whole file begins as the ledger has it; who put another in its place wants to keep that."""
-        end = START + sum(e.size for e in ledger.entries.values())
+        known = [ledger.entries[n] for n in map(str, range(len(self.tiles))) if n in ledger.entries]
+        end = START + sum(e.size for e in known)
         with self.path.open("rb") as file:
-            return len(ledger.entries) == len(self.tiles) and file.read(START) == _head(end + end % 2)
+            return len(known) == len(self.tiles) and file.read(START) == _head(end + end % 2)
 
     def _numbers(self, cell: Cell) -> list[int]:
         """The numbers of the tiles of a cell."""

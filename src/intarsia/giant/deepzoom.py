@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from ..files import encode, read_plane
 from ..image import Array, Plane
 from ..mixers import halved
 from ..run import Run
 from .cells import SIDE, Cell, Grid
 from .folder import FolderStore
+from .png import decode_png, encode_png
 from .stream import check_side, checked, header_of
 from .texture import Weave
 
@@ -36,7 +36,7 @@ class TilePacker:
 
     def one(self, pixels: Array) -> bytes:
         """A tile (h, w, C) as PNG."""
-        return encode(self.like.like(pixels), "png")
+        return encode_png(pixels, self.like.meta.get("icc"))
 
 
 @dataclass
@@ -50,7 +50,7 @@ class TileStore(FolderStore):
         cls, texture: Weave, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
     ) -> TileStore:
         """Plan a pyramid; ParameterError for pixels that PNG does not hold."""
-        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 16, 4096)
+        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096)
         if texture.dtype.name not in ("bool", "uint8", "uint16") or texture.channels > 4:
             raise ParameterError(
                 f"tiles are PNG of 1 to 4 channels, 8 or 16 bit, not {texture.channels} of {texture.dtype.name}; write "
@@ -121,7 +121,8 @@ class TileStore(FolderStore):
         return self.packer.one(halved(np.concatenate([np.concatenate(p, axis=1) for p in parts]), self.packer.like))
 
     def _read(self, level: int, row: int, column: int) -> Array:
-        return read_plane(self.path / named(level, row, column)).samples.astype(self.texture.dtype, copy=False)
+        pixels = decode_png((self.path / named(level, row, column)).read_bytes())
+        return pixels > 0 if self.texture.dtype == bool else pixels
 
 
 def named(level: int, row: int, column: int) -> str:

@@ -32,6 +32,7 @@ ExecutorLike = Any
 
 Results = Generator[tuple[Cell, list[bytes]], None, None]
 
+CLIENT = ("scatter", "submit", "nthreads")  # what a dask client can do
 AHEAD = 2  # cells under way for each worker
 DEATHS = 3  # of workers one after another, without a result between them
 
@@ -75,20 +76,16 @@ class Processes:
     workers: int
 
     def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        todo, deaths = deque[Cell](), 0
-        rest = iter(cells)
-        while True:
+        todo, deaths, rest = deque[Cell](), 0, iter(cells)  # todo: handed out, and not back yet
+        todo.extend(islice(rest, 1))
+        while todo:
             pool = ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), _hold, (task,))
+            submit = partial(pool.submit, _held)  # type: ignore[call-arg]
             try:
-                waiting = iter([*todo, *islice(rest, 1)])
-                todo.clear()
-                source = _noted(_chained(waiting, rest), todo)
-                submit: Callable[[Cell], Any] = partial(pool.submit, _held)
-                for cell, pieces in _windowed(source, AHEAD * self.workers, submit, Future.result):
+                for cell, pieces in _windowed(_again(todo, rest), AHEAD * self.workers, submit, Future.result):
                     todo.popleft()
                     deaths = 0
                     yield cell, pieces
-                return
             except BrokenProcessPool:
                 deaths += 1
                 if deaths == DEATHS:
@@ -110,38 +107,47 @@ class Cluster:
         return max(sum(int(n) for n in self.client.nthreads().values()), 1)
 
     def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        distributed = extra("distributed")
+        distributed, todo = extra("distributed"), list(cells)
+        if not todo:
+            return
         sent = self.client.scatter(task, broadcast=True, hash=False)
 
         def submit(cell: Cell) -> Any:
             return self.client.submit(_carry_out, sent, cell, pure=False, retries=DEATHS)
 
         try:
-            yield from _windowed(iter(cells), AHEAD * self.workers, submit, lambda future: future.result())
+            yield from _windowed(iter(todo), AHEAD * self.workers, submit, lambda future: future.result())
         except (distributed.KilledWorker, distributed.client.FutureCancelledError) as e:
             raise ResourceError(
                 f"the workers of the cluster died again and again ({type(e).__name__}); look at their logs."
             ) from None
 
 
-@contextmanager
-def executor_of(given: ExecutorLike, run: Run) -> Iterator[Executor]:
-    """Understand who is to draw; what is started here is ended here."""
-    if given is None or given == "threads":
-        yield Threads(run.workers)
-    elif given == "processes":
-        yield Processes(run.workers)
-    elif given == "local" or (isinstance(given, str) and "://" in given):
-        distributed = extra("distributed")
-        with _started(distributed, given, run) as client:
-            yield Cluster(client)
-    elif all(hasattr(given, name) for name in ("scatter", "submit", "nthreads")):
-        yield Cluster(given)
-    else:
+def check_executor(given: ExecutorLike) -> None:
+    """Refuse, before any work, an executor that is unknown, or whose packages are missing."""
+    if given in (None, "threads", "processes") or all(hasattr(given, name) for name in CLIENT):
+        return
+    if given != "local" and not (isinstance(given, str) and "://" in given):
         raise ParameterError(
             f"executor={given!r} is unknown; give threads, processes, local, the tcp:// address of a dask scheduler, "
             "or a dask client."
         )
+    extra("distributed")
+
+
+@contextmanager
+def executor_of(given: ExecutorLike, run: Run) -> Iterator[Executor]:
+    """Understand who is to draw; what is started here is ended here."""
+    check_executor(given)
+    if given is None or given == "threads":
+        yield Threads(run.workers)
+    elif given == "processes":
+        yield Processes(run.workers)
+    elif isinstance(given, str):
+        with _started(extra("distributed"), given, run) as client:
+            yield Cluster(client)
+    else:
+        yield Cluster(given)
 
 
 @contextmanager
@@ -157,7 +163,7 @@ def _started(distributed: Any, where: str, run: Run) -> Iterator[Any]:
             yield client
         return
     try:
-        client = distributed.Client(where, timeout=10)
+        client = distributed.Client(where, timeout=5)
     except (OSError, ValueError) as e:
         raise InputError(
             f"no dask scheduler answers at {where} ({type(e).__name__}); start one with: dask scheduler"
@@ -181,14 +187,10 @@ def _windowed(
         yield first, result(future)
 
 
-def _chained(*parts: Iterator[Cell]) -> Iterator[Cell]:
-    for part in parts:
-        yield from part
-
-
-def _noted(cells: Iterator[Cell], todo: deque[Cell]) -> Iterator[Cell]:
-    """Write down what was handed out, so that it can be handed out again."""
-    for cell in cells:
+def _again(todo: deque[Cell], rest: Iterator[Cell]) -> Iterator[Cell]:
+    """Hand out what was handed out before, then further cells, noting them."""
+    yield from tuple(todo)
+    for cell in rest:
         todo.append(cell)
         yield cell
 

@@ -6,6 +6,7 @@ import os
 import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,12 @@ class FolderStore(ABC):
         """Every file that the ledger knows in the end, in order."""
         for cell in self.grid:
             yield from self.files_of(cell)
+
+    def look(self) -> None:
+        """Refuse, before any work, a place where this store cannot be; writes nothing."""
+        check_folder(self.path, self.shown)
+        if self._found() is None and not self._replaced():
+            check_free(self.path, self.shown)
 
     def open(self) -> Iterable[int]:
         """Begin or go on; yield the numbers of the cells of which a file is missing or damaged."""
@@ -89,21 +96,32 @@ class FolderStore(ABC):
     def _begun(self) -> Ledger:
         """The ledger that is there, or a new one."""
         check_folder(self.path, self.shown)
-        place = self.path / LEDGER
+        found = self._found()
+        if found is not None:
+            return found
+        if self._replaced():
+            shutil.rmtree(self.path)
+        check_free(self.path, self.shown)
+        self.path.mkdir(exist_ok=True)
         try:
-            found = Ledger.load(place, self.header, self.shown)
+            return Ledger.begin(self.path / LEDGER, self.header)
+        except BaseException:
+            with suppress(OSError):
+                self.path.rmdir()
+            raise
+
+    def _found(self) -> Ledger | None:
+        """The ledger of what is there; None where nothing is, or where it may be replaced."""
+        try:
+            return Ledger.load(self.path / LEDGER, self.header, self.shown)
         except IntarsiaError:
             if not self.force:
                 raise
-            shutil.rmtree(self.path)
-            found = None
-        if found is not None:
-            return found
-        if not os.path.lexists(self.path):
-            self.path.mkdir()
-        elif not self.path.is_dir() or any(not e.name.startswith(".intarsia-") for e in self.path.iterdir()):
-            raise ParameterError(f"{self.shown} exists, and is no texture that was woven; name another place.")
-        return Ledger.begin(place, self.header)
+            return None
+
+    def _replaced(self) -> bool:
+        """Say whether another texture that was woven here gives way."""
+        return self.force and (self.path / LEDGER).is_file()
 
 
 def sweep(folder: Path) -> None:
@@ -112,6 +130,14 @@ def sweep(folder: Path) -> None:
         for name in names:
             if name.startswith(".intarsia-"):
                 os.unlink(os.path.join(at, name))
+
+
+def check_free(path: Path, shown: str) -> None:
+    """Refuse a place where something else is."""
+    if not os.path.lexists(path):
+        return
+    if not path.is_dir() or any(not e.name.startswith(".intarsia-") for e in path.iterdir()):
+        raise ParameterError(f"{shown} exists, and is no texture that was woven; name another place.")
 
 
 def check_folder(path: Path, shown: str) -> None:

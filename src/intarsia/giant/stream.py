@@ -17,6 +17,8 @@ from .executors import ExecutorLike, executor_of
 from .ledger import ABOUT
 from .texture import Weave, shifted
 
+LEAST = 16  # px: shortest side of chunks and tiles
+
 
 class Packer(Protocol):
     """Turns the pixels of a cell into the bytes that a store holds; sent to the workers."""
@@ -48,6 +50,9 @@ class Store(Protocol):
     def shown(self) -> str:
         """Its name in messages."""
 
+    def look(self) -> None:
+        """Refuse, before any work, a place where this store cannot be; writes nothing."""
+
     def open(self) -> Iterable[int]:
         """Begin or go on; return the numbers of the cells that are missing or damaged, rising."""
 
@@ -78,12 +83,12 @@ def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
     """Fill a store; the same bytes, whoever draws, and however often it was interrupted."""
     total = len(store.grid)
     try:
-        missing = list(store.open())
-        run.tick(total - len(missing), total)
-        if missing:
+        store.look()
+        with executor_of(executor, run) as workers:
+            missing = list(store.open())
+            run.tick(total - len(missing), total)
             task = DrawnAndPacked(store.texture, store.origin, store.packer)
-            cells = (store.grid.cell(number) for number in missing)
-            with executor_of(executor, run) as workers, closing(workers.in_order(task, cells)) as results:
+            with closing(workers.in_order(task, map(store.grid.cell, missing))) as results:
                 for done, (cell, pieces) in enumerate(results, total - len(missing) + 1):
                     store.put(cell, pieces)
                     run.tick(done, total)
@@ -114,11 +119,12 @@ def checked(texture: Weave, sides: tuple[int, int], origin: Any) -> tuple[int, i
     return y, x
 
 
-def check_side(name: str, side: Any, multiple: int, most: int) -> int:
+def check_side(name: str, side: Any, most: int, multiple: int = 1) -> int:
     """Refuse a side of chunks or tiles that cannot be."""
-    if isinstance(side, bool) or not hasattr(side, "__index__") or not multiple <= int(side) <= most or side % multiple:
+    whole = hasattr(side, "__index__") and not isinstance(side, bool)
+    if not whole or not LEAST <= int(side) <= most or int(side) % multiple:
         step = "" if multiple == 1 else f", a multiple of {multiple}"
-        raise ParameterError(f"{name}={side} is not allowed; give {multiple} to {most} px{step}.")
+        raise ParameterError(f"{name}={side} is not allowed; give {LEAST} to {most} px{step}.")
     return int(side)
 
 

@@ -60,7 +60,7 @@ class ZarrStore(FolderStore):
     ) -> ZarrStore:
         """Plan an array; MissingExtraError without zarr."""
         extra("zarr")
-        origin, chunk = checked(texture, sides, origin), check_side("chunk", chunk, 16, 8192)
+        origin, chunk = checked(texture, sides, origin), check_side("chunk", chunk, 8192)
         side = chunk * max(SIDE // chunk, 1)
         tail = () if texture.like.pixels.ndim == 2 else (texture.channels,)
         header = header_of(texture, sides, origin, {"format": "zarr", "chunk": chunk})
