@@ -40,7 +40,7 @@ WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "distance_m
 """Parameters that name files to write -> a name that their format allows."""
 
 GIANT = "out.tif"
-"""What `weave` writes in place of a picture; it goes on with what it began, and replaces nothing that it did not make."""
+"""What `weave` writes in place of a picture; it goes on with what it began."""
 
 SORT = {"saved": "map", "start": "map", "picture": "recipe"}
 """What a parameter reads, where that is no picture."""
@@ -51,8 +51,7 @@ LABELS = ("masks", "usable", "holes", "labels", "target")
 ALSO = {"render": ("files",), "replay": ("files",)}
 """Parameters that a command can do without only for built-in exemplars."""
 
-WEAVE = ("--size", "26x22", "--method", "best-tile", "--lattice", "9,0 0,6")
-SMALL = {"grow": ("--size", "26x22"), "weave": WEAVE, "extend": ("--right", "5"), "analyze": ("--json",)}
+SMALL = {"grow": ("--size", "26x22"), "weave": ("--size", "28x24", "--method", "repeat"), "extend": ("--right", "5"), "analyze": ("--json",)}
 """What keeps the work of a sound line short."""
 
 BESIDE = {

@@ -180,12 +180,15 @@ VALID = {
     "channel_weights": {"1", "1.5", "\u0663", "1_000"},
     "overlap": FROM_0 | {"0x0"},
     "seed": {"0", "00", "1"},
+    "origin": {"0,0"},
 }
 VALID = {option: values for together, values in VALID.items() for option in together.split()}
 """Which of these are in truth valid: whole numbers as Python reads them, within the range of the option."""
 
 LATER = {("heal", "patch", "1_000"): 0, ("heal", "overlap", "1_000"): 0, ("heal", "grow", "1_000"): 3}
 """Holes are looked at one by one, with patches of their own; a hole that is grown over all is a wrong mask."""
+LATER |= {("weave", "channel_weights", value): 2 for value in ("1", "1.5", "\u0663", "1_000")}
+LATER |= {("weave", "isometries", value): 2 for value in FROM_0 | {"0,0", "0,0,0", "0,0,0,0"}}
 
 
 def options() -> list[tuple[str, str]]:

@@ -24,7 +24,7 @@ MOST = 1 << 80  # px; cells and disk set the limit
 OWN = (
     opt(
         "size", "--size", "-s", type=Size(MOST), required=True, metavar="WIDTHxHEIGHT",
-        help="Size of the output in px, one number for a square; 65536 is no problem.",
+        help="Size of the output in px, one number for a square; as large as the disk allows.",
     ),
     opt(
         "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *ABLE]), default=AUTO_METHOD, show_default=True,
