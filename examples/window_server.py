@@ -30,7 +30,8 @@ def server(texture: ia.Weave, port: int = 0) -> ThreadingHTTPServer:
         def do_GET(self) -> None:
             tile = re.fullmatch(r"/(-?\d{1,9})/(-?\d{1,9})\.png", self.path)
             if tile is None and self.path != "/":
-                return self.send_error(404)
+                self.send_error(404)
+                return
             data = PAGE
             if tile is not None:
                 x, y = TILE * int(tile[1]), TILE * int(tile[2])

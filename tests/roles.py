@@ -51,7 +51,8 @@ LABELS = ("masks", "usable", "holes", "labels", "target")
 ALSO = {"render": ("files",), "replay": ("files",)}
 """Parameters that a command can do without only for built-in exemplars."""
 
-SMALL = {"grow": ("--size", "26x22"), "weave": ("--size", "28x24", "--method", "repeat"), "extend": ("--right", "5"), "analyze": ("--json",)}
+SMALL = {"grow": ("--size", "26x22"), "weave": ("--size", "28x24", "--method", "repeat"), "extend": ("--right", "5"),
+         "analyze": ("--json",)}  # fmt: skip
 """What keeps the work of a sound line short."""
 
 BESIDE = {

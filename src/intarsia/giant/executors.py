@@ -90,7 +90,8 @@ class Processes:
                 deaths += 1
                 if deaths == DEATHS:
                     raise ResourceError(
-                        f"{DEATHS} worker processes died one after another (out of memory?); use fewer with --threads."
+                        f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script "
+                        "with if __name__ == '__main__'."
                     ) from None
             finally:
                 pool.shutdown(cancel_futures=True)

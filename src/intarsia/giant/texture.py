@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 Sides = int | tuple[int, int]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Weave:
     """An endless texture; ``texture[y0:y1, x0:x1]`` is an array, wherever it lies.
 
@@ -60,6 +60,10 @@ class Weave:
     seed: int
     blend: Blend
     name: str
+
+    def __repr__(self) -> str:
+        words = f"{self.method.slug}, seed {self.seed}, {self.name}: {self.dtype} x {self.channels}"
+        return f"<endless texture by {words}; slice it, or stream it>"
 
     @property
     def planes(self) -> tuple[str, ...]:
