@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 import intarsia as ia
 from intarsia.testing import texture
@@ -23,3 +26,11 @@ def files_below(path: Path) -> dict[str, bytes]:
     beside = [p for p in path.parent.glob(f"{path.name}*") if p.is_file()]
     inside = [p for p in path.rglob("*") if p.is_file()]
     return {str(p)[len(str(path)) :]: p.read_bytes() for p in (*beside, *inside)}
+
+
+def needs(module: str) -> Any:
+    """Import a module of the extra `giant`; skip the test where it is missing. Pytest counts what is skipped here."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError:
+        pytest.skip(f"{module} is not installed: pip install 'intarsia[giant]'")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from giants import SMALL, files_below, small
+from giants import SMALL, files_below, needs, small
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -156,7 +156,7 @@ DEPTHS = [("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1),
 @pytest.mark.parametrize(("dtype", "channels"), DEPTHS)
 def test_stores_hold_the_window(dtype: str, channels: int, tmp_path: Path) -> None:
     """Every depth and number of channels, read by the libraries of others."""
-    zarr, tifffile = pytest.importorskip("zarr"), pytest.importorskip("tifffile")
+    zarr, tifffile = needs("zarr"), needs("tifffile")
     woven = ia.weave(as_depth(texture(80, 77, channels, 1), dtype), SMALL, 5, blend=ia.Blend(2))
     window = woven[-20:103, 9:154]
     woven.to_zarr(tmp_path / "o.zarr", (123, 145), origin=(-20, 9), chunk=32)
@@ -222,7 +222,7 @@ def test_the_size_of_the_pieces_changes_no_byte(
     tmp_path_factory: pytest.TempPathFactory, one: int, two: int, feather: int
 ) -> None:
     """However many tiles are drawn together, a TIFF has the same bytes; however it is cut, a zarr array the pixels."""
-    zarr = pytest.importorskip("zarr")
+    zarr = needs("zarr")
     folder = tmp_path_factory.mktemp("pieces")
     woven, found = small(feather), []
     for n, together in enumerate((one, two)):
@@ -253,7 +253,7 @@ def drawn(how: str, path: Path, force: bool = False, seed: int = 5) -> int:
 def test_corrupt_pieces_are_found_and_made_again(how: str, tmp_path: Path) -> None:
     """Bytes that were turned over, files that were cut or removed; nothing else is drawn again."""
     if how == "zarr":
-        pytest.importorskip("zarr")
+        needs("zarr")
     path = tmp_path / "o"
     first = drawn(how, path)
     sound = files_below(path)
@@ -281,7 +281,7 @@ def test_corrupt_pieces_are_found_and_made_again(how: str, tmp_path: Path) -> No
 def test_a_damaged_ledger_costs_time_only(how: str, keep: int, tmp_path: Path) -> None:
     """Lines that are missing, cut off or wrong: their pieces count as not written."""
     if how == "zarr":
-        pytest.importorskip("zarr")
+        needs("zarr")
     path = tmp_path / "o"
     drawn(how, path)
     sound = files_below(path)
@@ -299,7 +299,7 @@ def test_a_damaged_ledger_costs_time_only(how: str, keep: int, tmp_path: Path) -
 def test_another_recipe_is_refused_not_mixed(how: str, tmp_path: Path) -> None:
     """It is named in what it differs; with force it gives way."""
     if how == "zarr":
-        pytest.importorskip("zarr")
+        needs("zarr")
     path = tmp_path / "o"
     drawn(how, path)
     before = files_below(path)
@@ -318,7 +318,7 @@ def test_another_recipe_is_refused_not_mixed(how: str, tmp_path: Path) -> None:
 def test_what_is_no_texture_is_never_touched(how: str, tmp_path: Path) -> None:
     """Other files and folders; a damaged first line; with force, too, where it is a folder."""
     if how == "zarr":
-        pytest.importorskip("zarr")
+        needs("zarr")
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "thesis.txt").write_text("years")
     (tmp_path / "file").write_text("work")
@@ -362,7 +362,7 @@ def test_a_tiff_that_somebody_replaced_is_not_written_to(tmp_path: Path) -> None
 )
 def test_what_cannot_be_stored_is_refused_before_work(how: str, more: dict, message: str, tmp_path: Path) -> None:
     if how == "zarr":
-        pytest.importorskip("zarr")
+        needs("zarr")
     with pytest.raises(ParameterError, match=re.escape(message)):
         getattr(small(), f"to_{how}")(tmp_path / "o", **({"shape": 64} | more))
     assert not list(tmp_path.iterdir())
@@ -375,7 +375,7 @@ def test_tiles_of_floats_are_refused(tmp_path: Path) -> None:
 
 
 def test_labels_and_truth_values_are_stored(tmp_path: Path) -> None:
-    zarr = pytest.importorskip("zarr")
+    zarr = needs("zarr")
     names = (noise(80, 77, 3) % np.uint64(5)).astype(np.uint32)
     woven = ia.weave({"albedo": texture(80, 77, 3, 1), "ids": ia.Plane(names, "label")}, SMALL, 5)
     woven.plane("ids").to_zarr(tmp_path / "ids.zarr", 90)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from giants import needs
 
 import intarsia as ia
 from intarsia.cli.app import cli
@@ -53,8 +54,8 @@ def test_what_it_writes_is_what_the_library_draws(here: Path) -> None:
 
 
 def test_zarr_by_processes_and_dask(here: Path) -> None:
-    zarr = pytest.importorskip("zarr")
-    pytest.importorskip("distributed")
+    zarr = needs("zarr")
+    needs("distributed")
     for name, more in (("a", ["--executor", "processes"]), ("b", ["--dask", "local"])):
         words = ["wall.png", "-o", f"{name}.zarr", "--size", "90", "--chunk", "32", "--threads", "2", *more, *LAID]
         command = [sys.executable, "-m", "intarsia", "weave", "-q", *words]
@@ -102,7 +103,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("words", "code", "message"), REFUSED)
 def test_bad_input_is_one_line(words: list[str], code: int, message: str, here: Path) -> None:
-    pytest.importorskip("distributed")
+    needs("distributed")
     before = sorted(os.listdir(here))
     done = run("wall.png", *([] if "--size" in words else ["--size", "64"]), *words)
     assert done.exit_code == code, done.stderr

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dying import Dies
-from giants import files_below, small
+from giants import files_below, needs, small
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -41,7 +41,7 @@ def cut(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("cut")
 @pytest.mark.parametrize("how", HOWS)
 def test_executors_and_their_number_change_no_byte(how: str, tmp_path: Path) -> None:
-    pytest.importorskip("zarr")
+    needs("zarr")
     side = {"chunk": 32} if how == "zarr" else {"tile": 32}
     whole = woven(tmp_path / "a", how, None, 1, **side)
     assert whole == woven(tmp_path / "b", how, "threads", 3, **side)
@@ -72,8 +72,8 @@ def test_threads_keep_the_order(count: int, workers: int) -> None:
 @pytest.mark.filterwarnings("ignore")
 def test_two_kinds_of_processors_in_a_dask_cluster_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Worker processes compiled for another processor make the bytes of this one; so does a client's dask array."""
-    distributed = pytest.importorskip("distributed")
-    pytest.importorskip("zarr")
+    distributed = needs("distributed")
+    needs("zarr")
     monkeypatch.setattr(zarrays, "SIDE", 64)
     whole = woven(tmp_path / "a", "zarr", None, 1, chunk=32)
     around = {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p), "OPENBLAS_NUM_THREADS": "1"}
@@ -112,7 +112,7 @@ def len_of_tasks(dask_worker: Any) -> int:
 @given(st.integers(17, 90), st.integers(17, 90), st.sampled_from([0, 5]))
 def test_blocks_of_a_dask_array_are_windows(rows: int, columns: int, feather: int) -> None:
     """Any chunks, the same pixels; nothing is drawn before it is asked for."""
-    pytest.importorskip("dask")
+    needs("dask")
     texture = small(feather)
     array = texture.to_dask((100, 90), (rows, columns), (-30, -2**31 - 40))
     assert array.shape == (100, 90, 3)
@@ -132,7 +132,7 @@ def test_unknown_executors_are_refused(given: Any) -> None:
 
 def test_a_scheduler_that_is_not_there(tmp_path: Path) -> None:
     """It is looked for before anything is written."""
-    pytest.importorskip("distributed")
+    needs("distributed")
     with pytest.raises(InputError, match="no dask scheduler answers at tcp://"):
         small().to_tiff(tmp_path / "o.tif", 64, executor="tcp://127.0.0.1:9")
     assert not list(tmp_path.iterdir())

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from giants import files_below
+from giants import files_below, needs
 
 HERE = Path(__file__).parent
 
@@ -26,7 +26,7 @@ if __name__ == "__main__":
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kills are tried where processes fork")
 def test_fifty_weaves_killed_at_random_moments_end_as_if_nobody_had(tmp_path: Path) -> None:
     """Up to three times each, in all three formats; in a process without threads, which may fork."""
-    pytest.importorskip("zarr")
+    needs("zarr")
     words = [sys.executable, "-W", "error", str(HERE / "kill_weave.py"), str(tmp_path), "50"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -35,7 +35,7 @@ def test_fifty_weaves_killed_at_random_moments_end_as_if_nobody_had(tmp_path: Pa
 
 def test_a_weave_by_processes_resumes_and_leaves_no_process(tmp_path: Path) -> None:
     """The workers of a killed weave end by themselves."""
-    pytest.importorskip("zarr")
+    needs("zarr")
     script = tmp_path / "weave_it.py"
     script.write_text(PROCESSES)
     around = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])}
