@@ -158,7 +158,7 @@ def case_quilting_exact() -> list[Result]:
 
 def case_quilting_automatic() -> list[Result]:
     def work() -> object:
-        return ia.synthesize(pixels(), 1024, run=ONE).render(run=ONE)
+        return ia.synthesize(pixels(), 1024, ia.ImageQuilting(), run=ONE).render(run=ONE)
 
     return [timed("the same, automatic patch and overlap", None, work)]
 
@@ -263,12 +263,34 @@ def case_command() -> list[Result]:
         source, out = f"{folder}/a.png", f"{folder}/b.png"
         ia.write(source, pixels())
         command = ["intarsia", "grow", source, "-o", out, "--force", "--quiet", "--threads", "1"]
-        seconds = child_cpu([sys.executable, "-m", *command, "--size", "512"], REPEATS)
-        peak = child("peak", *command, "--size", "1024")["peak"]
+        quilting = ["--method", "image-quilting"]
+        seconds = child_cpu([sys.executable, "-m", *command, "--size", "512", *quilting], REPEATS)
+        peak = child("peak", *command, "--size", "1024", *quilting)["peak"]
+        chosen = child_cpu([sys.executable, "-m", *command, "--size", "512"], REPEATS)
     return [
-        Result("`intarsia grow`, 256x256 to 512x512, the whole command, CPU", seconds, "s", 1.2),
-        Result("peak memory of `intarsia grow` to 1024x1024", peak / 1e6, "MB", 250 + 24 * 1024**2 / 1e6),
+        Result("`intarsia grow -m image-quilting`, 256x256 to 512x512, whole command, CPU", seconds, "s", 1.2),
+        Result("peak memory of that to 1024x1024", peak / 1e6, "MB", 250 + 24 * 1024**2 / 1e6),
+        Result("`intarsia grow`, which chooses graphcut, the same, CPU", chosen, "s", None),
     ]
+
+
+def case_choice() -> list[Result]:
+    """The measurements and the choice; every call sees the exemplar for the first time."""
+    results = []
+    for name, target in (("tiles", 60), ("stones", 60)):
+
+        def work(name: str = name) -> object:
+            return ia.Auto().choose([ia.Exemplar.of(pixels(name))], ia.Canvas(512, 512))
+
+        results.append(timed(f"choosing the method, {name}, 256x256", target, work))
+
+    def large() -> object:
+        return ia.Auto().choose([ia.Exemplar.of(np.tile(pixels(), (16, 16, 1)))], ia.Canvas(4096, 4096))
+
+    begin = time.process_time()
+    large()
+    results.append(Result("choosing the method, 4096x4096, CPU", time.process_time() - begin, "s", 10))
+    return results
 
 
 def case_analyze() -> list[Result]:
@@ -442,6 +464,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "repair": case_repair,
     "help": case_help,
     "command": case_command,
+    "choice": case_choice,
     "analyze": case_analyze,
 }
 CHILDREN: dict[str, Callable[..., dict[str, float]]] = {

@@ -18,7 +18,7 @@ GAP = 16
 WHITE = 255
 
 
-def grown(name: str, size: int | tuple[int, int], method: Any = "image-quilting", **more: Any) -> ia.Synthesis:
+def grown(name: str, size: int | tuple[int, int], method: Any = "auto", **more: Any) -> ia.Synthesis:
     """Grow a built-in exemplar."""
     return ia.synthesize(f"sample:{name}", size, method, **more)
 
@@ -54,7 +54,7 @@ def hero() -> np.ndarray:
 
 def photographs() -> np.ndarray:
     """What grows from the photographs of scikit-image."""
-    return beside(*(rgb(grown(name, 320, seed=1)) for name in ("brick", "grass", "gravel")))
+    return beside(*(rgb(grown(name, 320, "image-quilting", seed=1)) for name in ("brick", "grass", "gravel")))
 
 
 def baseline() -> np.ndarray:

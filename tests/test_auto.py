@@ -50,9 +50,9 @@ CLASSES = {
     "checkerboard": {"equal-periods"},
     "constant": {"one-colour"},
     "stripes": {"rows", "periods", "equal-periods"},
-    "noise_pink": {"turnable", "elements", "grain"},
-    "pebbles_black": {"turnable", "elements", "grain"},
-    "noise_white": {"turnable", "elements", "grain"},
+    "noise_pink": {"turnable", "elements", "repeats-show", "grain"},
+    "pebbles_black": {"turnable", "elements", "repeats-show", "grain"},
+    "noise_white": {"turnable", "elements", "repeats-show", "grain"},
 }
 
 
@@ -60,7 +60,8 @@ class TestRules:
     def test_every_rule_names_a_method_and_says_why(self) -> None:
         assert len({r.name for r in RULES}) == len(RULES)
         assert {r.method for r in RULES} <= set(METHODS)
-        assert {"near-regular", "best-tile", "image-quilting", "segment-based"} <= {r.method for r in RULES}
+        methods = {"near-regular", "best-tile", "image-quilting", "segment-based", "graphcut"}
+        assert methods <= {r.method for r in RULES}
         assert all(r.when for r in RULES)
         assert RULES[-1].when == "everything else"
 
@@ -77,17 +78,54 @@ class TestRules:
 
     def test_noise_leads_to_patches(self) -> None:
         found = choice_of(speckle(96, 96))
-        assert found.method.slug in ("image-quilting", "segment-based")
+        assert found.method.slug in ("graphcut", "segment-based")
         assert found.facts.lattice is None
 
+    def test_a_canvas_that_is_vast_is_quilted(self) -> None:
+        found = choice_of(speckle(96, 96), ia.Canvas(2048, 2049))
+        assert (found.rule, found.method.slug) == ("patches", "image-quilting")
+        assert any("minutes" in why for why in found.why)
+        assert choice_of(speckle(96, 96), ia.Canvas(2048, 2048)).method.slug == "graphcut"
+
     def test_patches_are_turned_only_where_that_keeps_the_look(self) -> None:
-        y, x = np.mgrid[:96, :96]
-        leaning = np.clip(speckle(96, 96).astype(int) // 2 + ((x + 3 * y) % 37) * 3, 0, 255).astype(np.uint8)
-        for pixels in (leaning, speckle(96, 96)):
+        turned = []
+        for pixels in (picture("pebbles_black"), speckle(96, 96)):
             found = choice_of(pixels)
-            if found.method.slug == "image-quilting":
-                turns = {0, 5, 6, 7} & set(found.facts.symmetry)
-                assert found.method.isometries == (tuple(sorted(turns)) if len(turns) > 1 else "none")
+            assert found.method.slug == "graphcut"
+            turned.append(found.method.isometries != "none")
+            assert turned[-1] == ({0, 5, 6, 7} <= set(found.facts.symmetry))
+        assert turned == [False, True]
+
+    def test_repeats_are_dear_where_there_are_few_elements(self) -> None:
+        few, many = choice_of(picture("noise_pink")), choice_of(speckle(96, 96))
+        assert few.facts.elements < 12 < many.facts.elements
+        assert (few.method.slug, many.method.slug) == ("graphcut", "graphcut")
+        assert few.method.usage == few.told["usage"] == 0.3
+        assert many.method.usage < 0.1
+
+    def test_elements_that_lie_loosely_are_not_cut_by_a_lattice(self) -> None:
+        facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)
+        sure = facts.lattices.accepted
+        assert sure is not None
+        two = replace(sure, vectors=((0, 8 * 256), (20 * 256, 0)), residual=1.5)
+        for share, kind in ((0.5, None), (0.7, "2-D")):
+            known = Facts(facts.exemplars, CANVAS)
+            vars(known)["lattices"] = replace(facts.lattices, accepted=replace(two, repeats=share))
+            assert (known.lattice and known.lattice.kind) == kind
+            assert known.ordered == (kind is None)
+
+    def test_two_vectors_are_taken_where_rows_are_surer_and_hold_them(self) -> None:
+        facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)
+        sure = facts.lattices.accepted
+        assert sure is not None
+        rows = replace(sure, vectors=((20 * 256, 0),))
+        for vectors, kind in ((((0, 16 * 256), (20 * 256, 100)), "2-D"), (((0, 16 * 256), (30 * 256, 0)), "1-D")):
+            for verdict in ("sure", "refused"):
+                two = replace(sure, vectors=vectors, verdict=verdict, residual=0.1)
+                known = Facts(facts.exemplars, CANVAS)
+                vars(known)["lattices"] = replace(facts.lattices, accepted=rows, ranked=(rows, two))
+                assert known.lattice is not None
+                assert known.lattice.kind == (kind if verdict == "sure" else "1-D")
 
     def test_the_first_rule_that_holds_leads_and_nothing_else_is_measured(self) -> None:
         found = choice_of(picture("brick_colours"))
@@ -109,6 +147,8 @@ class TestAsked:
     def test_a_parameter_restricts_the_choice(self) -> None:
         wall = picture("brick_colours")
         assert choice_of(wall, given={"patch": 20}).method.slug == "image-quilting"
+        assert choice_of(speckle(96, 96), given={"patch": 20}).method.slug == "graphcut"
+        assert choice_of(wall, given={"tolerance": 0.2}).method.slug == "image-quilting"
         assert choice_of(wall, given={"candidates": 3}).method.slug == "patch-sampling"
         assert choice_of(wall, given={"jumps": 2}).method.slug == "ashikhmin"
         assert choice_of(wall, given={"border": 8}).method.slug == "near-regular"
@@ -116,7 +156,8 @@ class TestAsked:
 
     def test_a_patch_that_cannot_be_turned_is_laid_upright(self) -> None:
         found = choice_of(speckle(96, 96), given={"patch": (20, 30)})
-        assert (found.method.slug, found.method.patch) == ("image-quilting", (20, 30))
+        assert (found.method.slug, found.method.patch) == ("graphcut", (20, 30))
+        assert found.method.isometries == "none"
 
     def test_parameters_that_no_method_has_together_are_refused(self) -> None:
         with pytest.raises(ia.ParameterError, match="no method has all of"):

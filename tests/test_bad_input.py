@@ -181,6 +181,7 @@ VALID = {
     "overlap": FROM_0 | {"0x0"},
     "seed": {"0", "00", "1"},
     "origin": {"0,0"},
+    "trials": {"1", "\u0663"},
 }
 VALID = {option: values for together, values in VALID.items() for option in together.split()}
 """Which of these are in truth valid: whole numbers as Python reads them, within the range of the option."""
@@ -202,11 +203,26 @@ def _valued(p: click.Parameter) -> bool:
 @pytest.mark.parametrize(("command", "option"), options())
 def test_a_strange_value_is_used_or_refused_in_one_line(command: str, option: str, place: Place) -> None:
     """R-40, R-41 and what else a stranger may type: never a traceback, a warning of a library, or a file left over."""
+    grows = command in DRY and command != "weave"  # whose line names a method
+    named = ["--method", "image-quilting"] if grows and option not in ("method", "trials") else []
     for value in VALUES:
-        line = [*roles.line(command), *(["--dry-run"] if command in DRY else [])]
+        line = [*roles.line(command), *(["--dry-run"] if command in DRY else []), *named]
         code, told = place.run([*line, *roles.said(command, option, value)])
         right = LATER.get((command, option, value), 0 if value in VALID.get(option, ()) else 2)
         assert code == right, (value, told)
+
+
+@pytest.mark.parametrize("command", ["grow", "extend", "heal", "paint"])
+def test_an_option_without_a_method_restricts_the_choice_or_is_refused_in_one_line(command: str, place: Place) -> None:
+    """Whatever option is given, the choice is among the methods that have it."""
+    from intarsia.cli.grow import UNION
+
+    fields = {str(p.name) for p in roles.command(command).params} & set(UNION)
+    assert "tolerance" in fields
+    for option in sorted(fields):
+        for value in ("-1", "nan", "1", "3", "1,0 2,0 3,0"):
+            code, told = place.run([*roles.line(command), "--dry-run", *roles.said(command, option, value)])
+            assert code in ((2,) if value in ("-1", "nan") else (0, 1, 2)), (option, value, told)
 
 
 @pytest.mark.parametrize("command", list(COMMANDS))

@@ -116,7 +116,8 @@ assert not heavy, heavy
 
 class TestGrow:
     def test_makes_what_the_library_makes_and_replay_repeats_it_byte_for_byte(self) -> None:
-        run(*GROW, "-o", "out.png", "--seed", 5, "--wrap", "both", "--overlap", 4, "--isometries", "180")
+        more = ("--wrap", "both", "--overlap", 4, "--isometries", "180", "-m", "image-quilting")
+        run(*GROW, "-o", "out.png", "--seed", 5, *more)
         method = ia.ImageQuilting(patch=12, overlap=4, isometries="180")
         made = ia.synthesize("a.png", (50, 64), method, seed=5, wrap="both")
         ia.write("library.png", made.render(), recipe=made.recipe_text)

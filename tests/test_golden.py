@@ -177,8 +177,8 @@ GOLDEN = {
         "135681368c43568063649dea3de532a5763d04fe7b6fc41cda666d0f2241ecc5",
     ),
     "tried": (
-        "5bbbd2d8affe8372ef741b6cb3f81b5076b4d38aeab7f6a3e55033ad6cec4015",
-        "2e2d1e2252a9f7a90ce3faa0bccd57e0fcdce3f2b5a723e693955d7a554ec3e7",
+        "d121d8a55e85b030ba182bc2f6d8703f330e9829ed8c518f63e7ac63e6f3f064",
+        "32c41ea4a1f27eef1e0b9d559e4adf14da143f004c046bbce9edf49a132ce39e",
     ),
     "regular": (
         "35c0f18fe6a89320610317793b9bcc8c96419356adca222354efb67b2b16ed4e",

@@ -16,7 +16,7 @@ from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.healing import attempts, patch_for
 from intarsia.methods.base import METHODS as METHODS_THERE
-from intarsia.starts import repair
+from intarsia.starts import mending
 from intarsia.testing.cases import as_depth, noise, texture
 from intarsia.testing.maps import looked_up, which_of
 
@@ -134,11 +134,11 @@ def test_the_patch_suits_the_hole_and_its_surroundings() -> None:
     small[60:68, 60:68] = True
     large[50:150, 50:150] = True
     most[12:, :] = True
-    assert patch_for(repair(e, small)) <= 24
-    assert patch_for(repair(e, large)) > patch_for(repair(e, small))
-    assert patch_for(repair(e, most)) <= 12
-    assert attempts(repair(e, large), QUILTING) == [QUILTING]
-    assert len(attempts(repair(e, large), ia.ImageQuilting())) > 1
+    assert patch_for(mending(e, small)) <= 24
+    assert patch_for(mending(e, large)) > patch_for(mending(e, small))
+    assert patch_for(mending(e, most)) <= 12
+    assert attempts(mending(e, large), QUILTING) == [QUILTING]
+    assert len(attempts(mending(e, large), ia.ImageQuilting())) > 1
     assert (np.asarray(ia.heal(e, most))[:12] == e.base.pixels[:12]).all()
 
 

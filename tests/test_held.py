@@ -16,7 +16,7 @@ from intarsia.canvas import Canvas
 from intarsia.cli.app import cli
 from intarsia.draws import draw
 from intarsia.geometry import Wrap
-from intarsia.starts import Margins, extension, repair
+from intarsia.starts import Margins, extension, mending
 from intarsia.testing.cases import noise
 
 TEXTURES = os.environ.get("INTARSIA_TEXTURES")
@@ -112,7 +112,7 @@ def test_auto_continues_a_lattice_by_it_and_fills_holes_by_patches() -> None:
     assert (choice.rule, choice.method.slug) == ("begun-lattice", "near-regular")
     hole = np.zeros((150, 170), bool)
     hole[50:81, 60:104] = True
-    scene = repair(e, hole)
+    scene = mending(e, hole)
     assert ia.Auto().choose(scene.exemplars, scene.canvas).method.slug == "image-quilting"
 
 

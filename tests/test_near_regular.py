@@ -113,7 +113,7 @@ def test_two_neighbours_never_meet_inside_a_gap() -> None:
         if mosaic.canvas.block_of(y, x) != gap or (own == moved[y, x]).all():
             return set()
         near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
-        return {n for n in near if mosaic._shift(*n, mosaic._random(*n)) == tuple(moved[y, x])}
+        return {n for n in near if mosaic._shift(*n, mosaic._place(*n)) == tuple(moved[y, x])}
 
     let_in = 0
     for y, x in np.ndindex(179, 189):

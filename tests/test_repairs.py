@@ -184,6 +184,51 @@ def test_no_pixel_returns_nearer_than_it_may(wrap: str, isometries: str) -> None
         assert nearest >= 16**2
 
 
+@pytest.mark.parametrize("distance", [0, 60])
+def test_patches_of_one_pass_heed_each_other(distance: int) -> None:
+    """D0-2: two equal defects 40 px apart want the same patch in the same pass; within 60 px only one may have it."""
+    e = Exemplar.of(texture(64, 40, 3, 2), toroidal=True)
+    y, x = np.mgrid[:64, :80]
+    right = np.stack([y, x % 40], axis=2)
+    yx = right.copy()
+    for left in (16, 56):
+        yx[24:32, left : left + 8] = (right[24:32, left : left + 8] + (-20, 30)) % (64, 40)
+    smap = SourceMap(yx, None, None, (e.source,))
+    done = repaired(Repair((24, 24), 1, distance=distance), [e], Canvas(64, 80), smap, ONE)
+    whole = [bool((done.map.yx[24:32, left : left + 8] == right[24:32, left : left + 8]).all()) for left in (16, 56)]
+    assert whole == ([True, True] if not distance else [True, False])
+
+
+def test_what_a_pass_works_on_is_its_own() -> None:
+    """What the cut of one window reads no other changes, and what was barred for one patch is free for the next."""
+    e = Exemplar.of(texture(40, 40, 3, 3))
+    made = ia.synthesize(e, (90, 96), QUILTING, seed=1, wrap="x", run=ONE)
+    work = Repairing(Repair((12, 14), 1, distance=20), [e], Canvas(90, 96, ia.Wrap.X), made.map)
+    wave = work.worst.apart(work.around)
+    assert len(wave) > 4
+    read = np.zeros((90, 96), int)
+    for y, x in wave.values():
+        rows = np.clip(np.arange(y - work.margin - 1, y + 12 + work.margin + 1), 0, 89)
+        columns = np.arange(x - work.margin - 1, x + 14 + work.margin + 1) % 96
+        read[np.ix_(np.unique(rows), columns)] += 1
+    assert read.max() == 1
+    work.growth.patchwork.locked[40:44] = True
+    before = work.growth.patchwork.locked.copy()
+    assert work.cover(wave, ONE)
+    assert (work.growth.patchwork.locked == before).all()
+
+
+def test_a_repair_ends() -> None:
+    """Every patch saves something; a place where none does is left, until there is no place to look at."""
+    made = ia.synthesize(texture(30, 30, 3, 6), (40, 44), QUILTING, run=ONE)
+    passes: list[int] = []
+    out, done = mended(made, 1000, ia.Run(1, lambda now, total, draft: passes.append(now)))
+    assert 4 < len(passes) < 500
+    assert passes[-1] == 1000
+    assert done.before - done.after >= done.patches > 4
+    assert naive_total(out) == done.after
+
+
 @given(st.integers(0, 999))
 def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
     """Which pixels of a patch may not be taken: the same as by comparing each with each."""
@@ -272,7 +317,15 @@ def test_passes_and_nothing_to_do() -> None:
     for wrong in (-1, 1001, 1.5, True):
         with pytest.raises(ia.ParameterError, match="repair="):
             ia.repair(made, wrong)  # type: ignore[arg-type]
-    whole = Synthesis((e,), identity([e.source], 0), ia.Blend(0), QUILTING)
+    smap = identity([e.source], 0)
+    which = np.zeros((40, 40), np.uint8)
+    which[3, 4] = HOLE
+    with pytest.raises(ia.InputError, match="the map has holes"):
+        ia.repair(Synthesis((e,), SourceMap(smap.yx, which, None, smap.sources), ia.Blend(0), QUILTING))
+    other = Exemplar.of(texture(30, 30, 3, 6))
+    with pytest.raises(ia.InputError, match="other sizes"):
+        ia.repair(Synthesis((other,), smap, ia.Blend(0), QUILTING))
+    whole = Synthesis((e,), smap, ia.Blend(0), QUILTING)
     assert mended(whole, 3, ONE)[1].patches == 0
     more = [mended(made, n, ONE)[1].after for n in (1, 2, 3, 4)]
     assert more == sorted(more, reverse=True)

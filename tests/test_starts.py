@@ -13,7 +13,7 @@ from intarsia.analysis import Layout, waves
 from intarsia.analysis.placing import levels, places
 from intarsia.geometry import Wrap
 from intarsia.sourcemap import HOLE, identity
-from intarsia.starts import Margins, extended, extension, grown_hole, repair, with_hole
+from intarsia.starts import Margins, extended, extension, grown_hole, mending, with_hole
 from intarsia.testing.cases import noise, texture
 
 WRAPS = [(False, False), (True, False), (False, True), (True, True)]
@@ -144,9 +144,9 @@ def test_a_hole_grows_on_all_sides_and_around_the_border() -> None:
         (lambda e: Margins(left=-1), ia.ParameterError, "left=-1 is not allowed"),
         (lambda e: Margins(), ia.ParameterError, "no side is extended"),
         (lambda e: extension(e, Margins(right=1 << 30)), ia.ParameterError, "size="),
-        (lambda e: repair(e, np.zeros((20, 30))), ia.InputError, "the hole of exemplar (30x20 px) is empty"),
-        (lambda e: repair(e, np.ones((20, 30))), ia.InputError, "the hole covers all of exemplar (30x20 px)"),
-        (lambda e: repair(e, np.ones((20, 31))), ia.InputError, "the hole's mask is 31x20 px"),
+        (lambda e: mending(e, np.zeros((20, 30))), ia.InputError, "the hole of exemplar (30x20 px) is empty"),
+        (lambda e: mending(e, np.ones((20, 30))), ia.InputError, "the hole covers all of exemplar (30x20 px)"),
+        (lambda e: mending(e, np.ones((20, 31))), ia.InputError, "the hole's mask is 31x20 px"),
         (lambda e: with_hole(identity([e.source], 0), np.ones((3, 3))), ia.InputError, "the hole's mask is 3x3 px"),
         (lambda e: grown_hole(np.ones((3, 3)), -1), ia.ParameterError, "grow=-1 is not allowed"),
     ],
@@ -162,4 +162,4 @@ def test_nothing_usable_is_refused() -> None:
     usable = np.zeros((20, 30), bool)
     usable[:10] = True
     with pytest.raises(ia.InputError, match="nothing of exemplar may be used"):
-        repair(ia.Exemplar.of(texture(20, 30, 3), usable=usable), usable)
+        mending(ia.Exemplar.of(texture(20, 30, 3), usable=usable), usable)

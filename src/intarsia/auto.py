@@ -192,10 +192,10 @@ class Auto:
         return f"no method can do all that is asked ({words}){extra}; ask for less, or name a method."
 
 
-GENERAL = ("begun", "guided", "several", "elements")
+GENERAL = ("begun", "guided", "several", "patches")
 """Rules of the generalist, which can serve every exemplar: what comes after them is not needed."""
 ONLY = "only"
-DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context")
+DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage")
 """Parameters that a rule, a measurement or a trial decides."""
 
 

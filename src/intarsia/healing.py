@@ -23,8 +23,8 @@ from .methods.base import METHODS, Method, make, method_class
 from .params import AUTO, parameters
 from .run import Run
 from .sourcemap import Blend
-from .starts import USUAL, Margins, Scene, extension, repair, with_hole
-from .synthesis import DEFAULT_METHOD, ExemplarLike, Synthesis, as_exemplars, carry_out, named
+from .starts import USUAL, Margins, Scene, extension, mending, with_hole
+from .synthesis import ExemplarLike, Synthesis, as_exemplars, carry_out, named
 
 if TYPE_CHECKING:
     from scipy import ndimage
@@ -40,7 +40,7 @@ PIXELWISE = "efros-leung"
 def extend(
     picture: ExemplarLike,
     margins: Margins | None = None,
-    method: Method | Auto | str = DEFAULT_METHOD,
+    method: Method | Auto | str = AUTO_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     seed: int = 0,
@@ -72,7 +72,7 @@ def extend(
 def heal(
     picture: ExemplarLike,
     hole: ArrayLike,
-    method: Method | Auto | str = DEFAULT_METHOD,
+    method: Method | Auto | str = AUTO_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
     grow: int | None = 0,
@@ -138,9 +138,9 @@ def repaired(
     picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar], wrap: Wrap, grow: int | None = 0
 ) -> Scene:
     """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
-    scene = repair(picture, hole, donors, wrap, grow or 0)
+    scene = mending(picture, hole, donors, wrap, grow or 0)
     more = rim_around(scene, features(scene.exemplars)) if grow is None else 0
-    return repair(picture, hole, donors, wrap, more) if more else scene
+    return mending(picture, hole, donors, wrap, more) if more else scene
 
 
 def rim_around(scene: Scene, feats: Features) -> int:

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 from .analysis import default_patch
 from .analysis.variants import valid_windows
 from .canvas import Canvas
-from .errors import ParameterError
+from .errors import InputError, ParameterError
 from .exemplar import Exemplar
 from .lazy import lazy
 from .methods.base import Method
 from .params import parameters
 from .run import Run
-from .synthesis import Synthesis
+from .synthesis import Synthesis, check_start
 
 if TYPE_CHECKING:
     from .analysis import repairs
@@ -50,6 +50,8 @@ def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> 
     ------
     ParameterError
         where the method keeps a lattice, or `made` was repaired before.
+    InputError
+        where the map has holes, or belongs to other exemplars.
     """
     return mended(made, passes, run)[0]
 
@@ -59,6 +61,9 @@ def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthe
     check_repair(made.method, passes)
     if "repair" in made.recipe:
         raise ParameterError("this picture was repaired already; repair the first one with more passes.")
+    check_start(made.map, made.exemplars)
+    if made.map.holes.any():
+        raise InputError("the map has holes; fill them before its seams are repaired.")
     canvas = made.canvas or Canvas(made.map.height, made.map.width, made.map.wrap)
     asked = repair_of(made.method, made.exemplars, passes)
     done = repairs.repaired(asked, made.exemplars, canvas, made.map, run or Run())

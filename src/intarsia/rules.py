@@ -15,10 +15,14 @@ from .analysis.tile_layout import UNIT
 from .measure import Facts
 
 EQUAL = 0.15  # periods that differ less are one picture, repeated
-FINE_SIDE = 12  # grain: segments of at most 1/12 of the shorter side,
+FINE_SIDE = 12  # grain: elements or segments of at most 1/12 of the shorter side,
 FINE_ELEMENT = 0.55  # and of at most so much of what correlates
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
-FEW_ELEMENTS = 3.0  # across the exemplar: with fewer, repeats show
+FEW_ELEMENTS = 3.0  # across the exemplar: with fewer, repeats show, whatever is done
+FEW = 12  # elements in all of the exemplar: with fewer, repeats show more than seams
+SEEN = 10  # of 12 directions must show where elements end: else a slow change of tone hides it, and size is a guess
+VARIED = 0.3  # the price of a repeat in that case
+VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
 FEW_PERIODS = 2.0
 SMALL = 32  # px
 
@@ -62,20 +66,30 @@ def _rows(f: Facts) -> bool:
     return f.lattice is not None and f.lattice.kind == "1-D"
 
 
-def _fine(f: Facts) -> bool:
+def _free(f: Facts) -> bool:
+    """Whether it repeats by no lattice, and shapes of patches can be searched for."""
+    return f.lattice is None and f.canvas.height * f.canvas.width <= VAST
+
+
+def _clouded(f: Facts) -> bool:
     return (
         f.lattice is None
-        and not f.regions.two
+        and f.element.found < SEEN
         and FINE_SIDE * f.segment[0] <= f.side
         and f.segment[0] <= FINE_ELEMENT * f.element.size
     )
 
 
-def _turns(f: Facts) -> tuple[int, ...]:
-    """The turns that keep the look, the identity among them; only that one where turning would not help."""
-    if f.lattice is not None or f.regions.two:
-        return (0,)
-    return tuple(p for p in TURNED if p in f.symmetry)
+def _repeats(f: Facts) -> bool:
+    """Whether repeats would show more than seams: few elements to choose from, or only the spots of a fine grain."""
+    fine = FINE_SIDE * f.element.size <= f.side
+    return _free(f) and f.element.found >= SEEN and not f.ordered and (f.elements < FEW or fine)
+
+
+def _turns(f: Facts) -> bool:
+    """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
+    seen = _free(f) and f.element.found >= SEEN and not f.ordered and not f.regions.two
+    return seen and set(TURNED) <= set(f.symmetry)
 
 
 def _size(f: Facts) -> str:
@@ -135,29 +149,46 @@ RULES: tuple[Rule, ...] = (
         _rows, _lattice,
         lambda f: ("Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."),
     ),
-    # The place of `graphcut` (large elements, none of them to be cut) is here, above the generalists.
     Rule(
-        "grain", "segment-based", "no lattice, and segments of at most 1/12 of the side and 0.55 of its elements",
-        _fine, _nothing,
+        "grain", "segment-based",
+        "no lattice, and segments of at most 1/12 of the side and 0.55 of its elements, of which the ends are not seen",
+        _clouded, _nothing,
         lambda f: (
             "It repeats by no lattice.",
-            f"Its grain of {f.segment[0]} px is far finer than its spots of {f.element.size} px: small patches mix it.",
+            f"Its grain of {f.segment[0]} px is far finer than the slow change of tone over it: small patches mix it.",
         ),
     ),
     Rule(
-        "turnable", "image-quilting", "no lattice, and it looks the same turned by a half or by quarters",
-        lambda f: len(_turns(f)) > 1, lambda f: {"isometries": _turns(f)},
+        "turnable", "graphcut", "no lattice, no hint of rows, and it looks the same turned by quarters",
+        _turns, lambda f: {"isometries": TURNED} | ({"usage": VARIED} if _repeats(f) else {}),
         lambda f: (
             "It repeats by no lattice.",
-            f"Patches of the size of its elements suit it: {_size(f)}.",
-            f"Turned by {'quarters' if len(_turns(f)) > 2 else 'a half'} it looks the same: patches may be, too.",
+            f"Patches cut around its elements suit it: {_size(f)}.",
+            "Turned by quarters it looks the same: patches may be, too.",
         ),
     ),
     Rule(
-        "elements", "image-quilting", "everything else",
+        "repeats-show", "graphcut",
+        f"no lattice, no hint of rows, and fewer than {FEW} elements, or grain of at most 1/{FINE_SIDE} of the side",
+        _repeats, lambda f: {"usage": VARIED},
+        lambda f: (
+            "It repeats by no lattice.",
+            f"Patches cut around its elements suit it: {_size(f)}.",
+            f"{'Few of them' if f.elements < FEW else 'Spots of its grain'} would return often: repeats are dear.",
+        ),
+    ),
+    Rule(
+        "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
+        _free, _nothing,
+        lambda f: ("It repeats by no lattice.", f"Patches cut around its elements suit it: {_size(f)}."),
+    ),
+    Rule(
+        "patches", "image-quilting", "everything else",
         lambda f: True, _nothing,
         lambda f: (
-            "It repeats by no lattice." if f.lattice is None else "Its lattice is left aside, as it was asked.",
+            "Its lattice is left aside, as it was asked." if f.lattice is not None
+            else "It repeats by no lattice, and patches of free shape would take minutes." if not _free(f)
+            else "It repeats by no lattice.",
             f"Patches of the size of its elements suit it: {_size(f)}.",
         ),
     ),

@@ -105,7 +105,7 @@ def extension(
     return Scene(exemplars, Canvas(start.height, start.width, wrap, start), {"extend": sides})
 
 
-def repair(
+def mending(
     picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar] = (), wrap: Wrap = Wrap.NONE, grow: int = 0
 ) -> Scene:
     """Prepare to fill the holes of a picture with other parts of it, or with pieces of `donors` alone.

@@ -29,8 +29,6 @@ from .sourcemap import HOLE, Blend, SourceMap
 if TYPE_CHECKING:
     from .measure import Score
 
-DEFAULT_METHOD = "image-quilting"
-
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
 
@@ -81,7 +79,7 @@ class Synthesis:
 def synthesize(
     exemplar: ExemplarLike | Sequence[ExemplarLike],
     size: int | tuple[int, int] | None = None,
-    method: Method | Auto | str = DEFAULT_METHOD,
+    method: Method | Auto | str = AUTO_METHOD,
     *,
     seed: int = 0,
     wrap: Wrap | str = Wrap.NONE,
@@ -100,8 +98,8 @@ def synthesize(
         Size of the output in px; a number is a square. Default: that of `start` or of the guide's target, else
         twice the (first) exemplar.
     method : Method, Auto or str
-        For example ``ImageQuilting(patch=96)``, or the name of a method. ``"auto"`` chooses by what the exemplar is
-        like; ``Auto(trials=4)`` also keeps the best of four.
+        For example ``ImageQuilting(patch=96)``, or the name of a method. ``"auto"``, the default, chooses by what the
+        exemplar is like; ``Auto(trials=4)`` also keeps the best of four.
     seed : int
         0 to 2**64 - 1; the same seed gives the same bytes, on any machine and any number of threads.
     wrap : {"none", "x", "y", "both"}

@@ -61,6 +61,8 @@ class Lattice:
         What speaks for and against it, in short sentences; the last one is the verdict.
     verdict : "sure", "faint" or "refused"
         ``faint`` is accepted only where the texture has no courses either.
+    repeats : float
+        Share of the exemplar that repeats by the vectors, 0 to 1, at least; 1 where that was not looked at.
     """
 
     vectors: tuple[tuple[int, int], ...]
@@ -70,6 +72,7 @@ class Lattice:
     residual: float
     reasons: tuple[str, ...] = ()
     verdict: Verdict = REFUSED
+    repeats: float = 1.0
 
     @property
     def kind(self) -> Literal["2-D", "1-D"]:
@@ -129,7 +132,7 @@ def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit, pr
         verdict, why = _judge_few(contrast, points, parts)
     else:
         verdict, why = _judge(confidence, near if one.used > ENOUGH else 0.0, odds, parts)
-    return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict)
+    return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict, float(parts))
 
 
 def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:

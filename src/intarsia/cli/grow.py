@@ -27,7 +27,6 @@ from .report import Report
 from .request import Inputs, Targets, Wish
 from .values import Seed, Seeds, Size
 
-DEFAULT_METHOD = "image-quilting"
 MOST_PASSES = 1000  # as repairing.MOST_PASSES; asking it here would import numpy for a help text
 SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
 """As files.sample_names() lists them; asking it here would import numpy for a help text."""
@@ -38,7 +37,7 @@ OWN = (
         help="Size of the output in px, one number for a square; by default twice the exemplar.",
     ),
     opt(
-        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *METHODS]), default=DEFAULT_METHOD,
+        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *METHODS]), default=AUTO_METHOD,
         show_default=True,
         help="How to grow; auto chooses by what the exemplar is like; `intarsia methods` tells of each.",
     ),

@@ -10,8 +10,8 @@ from ..auto import AUTO_METHOD
 from ..errors import ParameterError
 from ..methods.base import METHODS, Ability, method_class
 from .choosing import chosen_of
-from .grow import DEFAULT_METHOD, SAMPLES, check_stdout, finish_of
 from .grow import OWN as GROWN
+from .grow import SAMPLES, check_stdout, finish_of
 from .options import (
     FILE,
     common,
@@ -47,7 +47,7 @@ OWN = (
         help="Pixels this near to a boundary count as partly of both labels.",
     ),
     opt(
-        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *GUIDED]), default=DEFAULT_METHOD,
+        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *GUIDED]), default=AUTO_METHOD,
         show_default=True,
         help="How to grow; `intarsia methods` tells of each.",
     ),

@@ -33,9 +33,15 @@ from .regions import Regions, regions_of
 from .structure import Border, Structure, border_of, structure_of
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
-MIDDLE = 320  # and segments on its middle
+MIDDLE = 320  # and segments on its middle;
+COMPARED = 1024  # periods are compared in the middle
 NAMES = 16  # a picture of so few colours holds names, not light
 RIGHT = 9  # neighbours of 10 that must be equal in a picture of names
+PARTLY = 0.6  # a lattice by which less than this share of the exemplar repeats,
+LOOSE = 1.0  # and whose points are missed by so many px (rms), is loose
+ROWS = 3  # so many rows that agree by
+HINT = 0.045  # better than what lies between them are a hint of order
+ALONG = 0.1  # of the pitch of rows: a vector that leads so little aside runs along them
 SAMPLED = 1 << 18  # px in which colours are counted
 
 
@@ -50,6 +56,29 @@ class Measured:
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON."""
         return {"value": self.value, "confidence": round(self.confidence, 3), "says": self.says}
+
+
+def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
+    """The middle of a picture, at most so many px a side."""
+    rows, columns = (slice(max(0, n - side) // 2, max(0, n - side) // 2 + side) for n in shape[:2])
+    return rows, columns
+
+
+def _loose(found: Lattice) -> bool:
+    """Whether elements only lie about where a lattice says: cut from element to element they do not fit."""
+    return found.repeats < PARTLY and found.residual >= LOOSE
+
+
+def _holds_rows(two: Lattice, rows: Lattice) -> bool:
+    """Whether a sure lattice of two vectors steps from row to row by one of them, and along the rows by the other.
+
+    Rows alone are often surer, as more of them are seen; but what returns along them must return.
+    """
+    if two.kind == "1-D" or two.verdict != "sure" or _loose(two):
+        return False
+    ((y, x),) = rows.vectors
+    steps = sorted(abs(v * y + u * x) / (y * y + x * x) for v, u in two.vectors)
+    return steps[0] < ALONG and abs(steps[1] - 1) < ALONG
 
 
 class Facts:
@@ -75,7 +104,8 @@ class Facts:
         """Whether all that may be used of it has one colour."""
         seen = self.picture if self.exemplar.usable is None else self.picture[self.exemplar.usable]
         seen = seen.reshape(-1, self.picture.shape[2])
-        return not len(seen) or bool((seen == seen[:1]).all())
+        few = seen[:: max(1, len(seen) // SAMPLED)]
+        return not len(seen) or bool((few == seen[:1]).all() and (seen == seen[:1]).all())
 
     @cached_property
     def names(self) -> bool:
@@ -100,14 +130,31 @@ class Facts:
         """By which steps it repeats (A-01)."""
         return lattices_of(self.exemplar)
 
-    @property
+    @cached_property
     def lattice(self) -> Lattice | None:
-        """The lattice, where there is one that is sure enough."""
-        return self.lattices.accepted
+        """The lattice, where there is one to grow by: not a loose one, and of two vectors rather than of rows."""
+        found = self.lattices.accepted
+        if found is None or found.kind == "1-D":
+            both = [one for one in self.lattices.ranked if found is not None and _holds_rows(one, found)]
+            return both[0] if both else found
+        return None if _loose(found) else found
+
+    @property
+    def ordered(self) -> bool:
+        """Whether its elements lie in rows, or about where a lattice says, but too loosely to grow by it."""
+        rows = (one for one in self.lattices.ranked if one.kind == "1-D" and one.points >= ROWS)
+        loose = self.lattices.accepted is not None or any(one.contrast >= HINT for one in rows)
+        return self.lattice is None and loose
 
     @cached_property
     def straight(self) -> tuple[Straight, Lattice] | None:
-        """How its courses are laid straight, and the lattice they then have, where that is much surer."""
+        """How its courses are laid straight, and the lattice they then have, where that is much surer.
+
+        Where not even a bad candidate for courses is seen, none are looked for: that saves a third of the time.
+        """
+        found = self.lattices
+        if found.accepted is None and all(one.kind == "2-D" for one in found.ranked):
+            return None
         return improved(self.exemplar)
 
     @cached_property
@@ -117,7 +164,11 @@ class Facts:
             return 1.0
         usable = self.exemplar.usable
         everywhere = np.ones(self.picture.shape[:2], bool) if usable is None else usable
-        return unlikeness(self.picture, self.lattice.vectors, everywhere)
+        longest = max(abs(n) for v in self.lattice.vectors for n in v) // UNIT
+        part = _middle(self.picture.shape, max(COMPARED, 4 * longest))
+        if not everywhere[part].any():
+            part = _middle(self.picture.shape, max(self.picture.shape))
+        return unlikeness(np.ascontiguousarray(self.picture[part]), self.lattice.vectors, everywhere[part].copy())
 
     @cached_property
     def element(self) -> ElementSize:
@@ -155,7 +206,7 @@ class Facts:
     def middle(self) -> Exemplar:
         """The middle of the exemplar in full, on which its grain is measured; all of it where it is small enough."""
         e = self.exemplar
-        rows, columns = (slice(max(0, n - MIDDLE) // 2, max(0, n - MIDDLE) // 2 + MIDDLE) for n in (e.height, e.width))
+        rows, columns = _middle((e.height, e.width), MIDDLE)
         whole = all((p.height, p.width) == (e.height, e.width) for p in e.planes.values())
         usable = None if e.usable is None else e.usable[rows, columns]
         if max(e.height, e.width) <= MIDDLE or not whole or (usable is not None and not usable.any()):
@@ -206,6 +257,11 @@ class Facts:
         """Area of the output over that of the exemplar (A-12)."""
         area = sum(e.height * e.width for e in self.exemplars)
         return self.canvas.height * self.canvas.width / area
+
+    @property
+    def elements(self) -> float:
+        """How many elements it holds: its area over that of one."""
+        return self.exemplar.height * self.exemplar.width / max(self.element.height * self.element.width, 1)
 
     @property
     def across(self) -> float:
