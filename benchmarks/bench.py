@@ -438,6 +438,39 @@ def case_near_regular() -> list[Result]:
     ]
 
 
+def case_weaving() -> list[Result]:
+    """Endless textures by near-regular: a window somewhere, and a picture that is streamed by two threads."""
+    texture, places = tiles_without_end(), iter(range(1, 1 << 30))
+
+    def window() -> object:
+        y = 5000 * next(places)  # never the same twice
+        return texture[y : y + 64, -y : 64 - y]
+
+    found = child("weaving")
+    return [
+        timed("a window of 64x64, near-regular, anywhere", 0.4, window),
+        Result("weaving 4096x4096 to zarr, two threads, CPU", found["ratio"], "R", None, f"{found['seconds']:.3g} s"),
+        Result("peak memory of that", found["peak"] / 1e9, "GB", 1),
+    ]
+
+
+def child_weaving() -> dict[str, float]:
+    """Measured in a process of its own: what it holds at most is part of the question."""
+    texture = tiles_without_end()
+    with tempfile.TemporaryDirectory() as folder:
+        texture.to_zarr(Path(folder) / "first", 300, run=ONE)  # compiles, or reads the cache
+        r = statistics.median(unit_r() for _ in range(3))
+        begin = time.process_time()
+        texture.to_zarr(Path(folder) / "whole", 4096, run=ia.Run(2))
+        seconds = time.process_time() - begin
+    return {"ratio": seconds / r, "seconds": seconds, "peak": peak_bytes()}
+
+
+def tiles_without_end() -> Any:
+    """The built-in tiles by near-regular, their lattice known."""
+    return ia.weave(pixels("tiles"), ia.NearRegular(lattice=((64.22, -0.14), (0.07, 63.82))), 1)
+
+
 CASES: dict[str, Callable[[], list[Result]]] = {
     "quilting": case_quilting,
     "quilting-exact": case_quilting_exact,
@@ -456,6 +489,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,
     "parallel": case_parallel,
+    "weaving": case_weaving,
     "graphcut": case_graphcut,
     "repair": case_repair,
     "help": case_help,
@@ -463,7 +497,11 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "choice": case_choice,
     "analyze": case_analyze,
 }
-CHILDREN: dict[str, Callable[..., dict[str, float]]] = {"giant": child_giant, "peak": child_peak}
+CHILDREN: dict[str, Callable[..., dict[str, float]]] = {
+    "giant": child_giant,
+    "peak": child_peak,
+    "weaving": child_weaving,
+}
 
 
 def child(name: str, *arguments: str) -> dict[str, float]:

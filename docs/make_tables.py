@@ -53,7 +53,7 @@ def option_table(name: str) -> str:
     """Return the options of a command as a table, but for those that are parameters of methods."""
     command = cli.get_command(click.Context(cli), name)
     assert command is not None
-    own = {p.name for slug in METHODS for p in parameters(method_class(slug))} if name == "grow" else set()
+    own = {p.name for slug in METHODS for p in parameters(method_class(slug))} if name in ("grow", "weave") else set()
     lines = []
     for option in command.params:
         if isinstance(option, click.Option) and not option.hidden and option.name not in own and option.help:

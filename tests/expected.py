@@ -77,6 +77,8 @@ def _as_colours(role: Role, plane: Plane, path: str) -> int:
         return 3
     if role.how == "second":
         return 2  # one label picture is given
+    if role.command == "weave":  # a TIFF holds them all; the method of the line takes no masks, as of footprints
+        return 2 if role.field == "files" and files.read(path).usable is not None else 0
     return 0 if _fits(path if role.field == "maps" and role.how == "path" else "out.png", plane, channels) else 2
 
 
@@ -103,6 +105,8 @@ def _as_numbers(role: Role, plane: Plane | None) -> int:
         return _as_labels(role.field, plane)
     if role.command == "render":
         return 0  # which pixels may be used was settled when the map was made
+    if role.command == "weave" and _light(plane):
+        return 2  # the method of the line takes no masks
     return 0 if _light(plane) else 3
 
 

@@ -39,6 +39,9 @@ WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "distance_m
            "overlays": "o.png", "best_tile": "o.png"}  # fmt: skip
 """Parameters that name files to write -> a name that their format allows."""
 
+GIANT = "out.tif"
+"""What `weave` writes in place of a picture; it goes on with what it began."""
+
 SORT = {"saved": "map", "start": "map", "picture": "recipe"}
 """What a parameter reads, where that is no picture."""
 
@@ -48,7 +51,8 @@ LABELS = ("masks", "usable", "holes", "labels", "target")
 ALSO = {"render": ("files",), "replay": ("files",)}
 """Parameters that a command can do without only for built-in exemplars."""
 
-SMALL = {"grow": ("--size", "26x22"), "extend": ("--right", "5"), "analyze": ("--json",)}
+SMALL = {"grow": ("--size", "26x22"), "weave": ("--size", "28x24", "--method", "repeat"), "extend": ("--right", "5"),
+         "analyze": ("--json",)}  # fmt: skip
 """What keeps the work of a sound line short."""
 
 BESIDE = {
@@ -121,7 +125,8 @@ def line(name: str, **given: str) -> list[str]:
     if any(p.name == "quiet" for p in command(name).params):
         words.append("--quiet")
     for field in dict.fromkeys([*needed, *given]):
-        words += said(name, field, given.get(field) or (SOUND | WRITTEN)[field])
+        usual = GIANT if (name, field) == ("weave", "out") else (SOUND | WRITTEN)[field]
+        words += said(name, field, given.get(field) or usual)
     return words
 
 

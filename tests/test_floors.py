@@ -33,6 +33,7 @@ FLOORS: dict[str, float] = {
     "analysis": 3.5,
     "ground": 4,
     "mixing": 4,
+    "mixers": 4,
     "translucent": 4,
     "render": 4,
     "finish": 4,
@@ -75,6 +76,7 @@ HOMES = {
     "zarr": {"giant"},
     "dask": {"giant"},
     "distributed": {"giant"},
+    "tifffile": set(),
     "starlette": {"studio"},
     "uvicorn": {"studio"},
 }

@@ -8,12 +8,9 @@ import numpy as np
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.analysis import Courses, Mosaic, Sampling, Tiling, footing_of
-from intarsia.canvas import Canvas
+from intarsia.analysis import footing_of
 from intarsia.exemplar import Exemplar
-from intarsia.geometry import Box, Wrap
 from intarsia.methods.base import METHODS
-from intarsia.sourcemap import SourceMap
 from intarsia.testing import MethodContract
 from intarsia.testing.cases import Case
 
@@ -122,12 +119,6 @@ class TestNearRegular(MethodContract):
 
         return super().cases().map(even)
 
-    def map_of_window(self, case: Case, box: Box) -> SourceMap:
-        exemplar = case.exemplars[0]
-        mosaic = Mosaic.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
-        yx, pose = mosaic.sheet.to_exemplar(mosaic.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0))
-        return SourceMap(yx, None, pose, (exemplar.source,), Wrap.NONE, self.method.blend)
-
 
 class TestTurnedNearRegular(TestNearRegular):
     """All poses that keep the lattice of the other one."""
@@ -152,12 +143,6 @@ class TestPlainNearRegular(MethodContract):
 
         return super().cases().map(whole)
 
-    def map_of_window(self, case: Case, box: Box) -> SourceMap:
-        exemplar = case.exemplars[0]
-        plain = Sampling.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
-        yx = plain.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
-        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
-
 
 class TestCorrelatingNearRegular(TestPlainNearRegular):
     method = replace(TestPlainNearRegular.method, fit="correlation", slack=2)
@@ -180,12 +165,6 @@ class TestBestTile(MethodContract):
 
         return super().cases().map(even)
 
-    def map_of_window(self, case: Case, box: Box) -> SourceMap:
-        exemplar = case.exemplars[0]
-        layout = Tiling.of(self.method, self.method.band, exemplar).layout(Canvas(*case.size, case.wrap))
-        yx = layout.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
-        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
-
 
 class TestBestTileOfRealVectors(TestBestTile):
     """Vectors of fractions of a px, which a wrap strains."""
@@ -207,12 +186,6 @@ class TestNearRegularOfOneVector(MethodContract):
 
         return super().cases().map(whole)
 
-    def map_of_window(self, case: Case, box: Box) -> SourceMap:
-        exemplar = case.exemplars[0]
-        courses = Courses.of(self.method, exemplar, Canvas(*case.size, case.wrap), case.seed)
-        yx = courses.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0)
-        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
-
 
 class TestStraightenedNearRegular(TestNearRegularOfOneVector):
     """Courses of 8 px that converge by a third and slant, laid straight first."""
@@ -222,13 +195,6 @@ class TestStraightenedNearRegular(TestNearRegularOfOneVector):
 
     def cases(self) -> SearchStrategy[Case]:
         return super().cases().map(lambda case: replace(case, exemplars=tuple(fan(e) for e in case.exemplars)))
-
-    def map_of_window(self, case: Case, box: Box) -> SourceMap:
-        exemplar = case.exemplars[0]
-        base = footing_of(self.method, exemplar)
-        courses = Courses.of(self.method, base.exemplar, Canvas(*case.size, case.wrap), case.seed)
-        yx = base.to_exemplar(courses.window(box.y0, box.x0, box.y1 - box.y0, box.x1 - box.x0))
-        return SourceMap(yx, None, None, (exemplar.source,), Wrap.NONE, self.method.blend)
 
     def test_the_exemplars_are_laid_straight(self) -> None:
         def law(case: Case) -> None:
@@ -319,10 +285,6 @@ class TestAutomaticAshikhmin(MethodContract):
 class TestParallelControllable(MethodContract):
     method = ia.ParallelControllable(jitter=(0.2, 0.4))
     examples = 8
-
-    def map_of_window(self, case: Case, box: Box) -> SourceMap:
-        assert isinstance(self.method, ia.ParallelControllable)
-        return self.method.window(case.exemplars, box, case.seed, ia.Run(1))
 
 
 class TestParallelControllableOfTheMemo(TestParallelControllable):

@@ -46,6 +46,7 @@ _HOMES = {
     "SegmentBased": "methods.segment_based",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
+    "Weave": "giant",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
     "analyze": "inspection",
@@ -55,6 +56,7 @@ _HOMES = {
     "read": "files",
     "repair": "repairing",
     "synthesize": "synthesis",
+    "weave": "giant",
     "write": "files",
 }
 
@@ -90,6 +92,7 @@ __all__ = [
     "SegmentBased",
     "SourceMap",
     "Synthesis",
+    "Weave",
     "WeiLevoy",
     "Wrap",
     "analyze",
@@ -99,6 +102,7 @@ __all__ = [
     "read",
     "repair",
     "synthesize",
+    "weave",
     "write",
 ]
 
@@ -110,6 +114,7 @@ if TYPE_CHECKING:
     from .exemplar import Exemplar
     from .files import read, write
     from .geometry import Box, Wrap
+    from .giant import Weave, weave
     from .guide import Guide
     from .healing import extend, heal
     from .image import Kind, Plane

@@ -130,6 +130,14 @@ class Exemplar:
         value: T = self._memo[key]
         return value
 
+    def latest(self, name: str, key: Any, make: Callable[[], T]) -> T:
+        """Return what was made last under `name` if it was for `key`; else make it, in place of the other."""
+        found = self._memo.get(name)
+        if found is None or found[0] != key:
+            found = self._memo[name] = key, make()
+        value: T = found[1]
+        return value
+
     def _digest(self) -> str:
         h = hashlib.sha256()
         for name, plane in self.planes.items():

@@ -29,15 +29,16 @@ from .kernels.cutout import cut_window
 from .kernels.mix import copy_cell, gather
 from .kernels.votes import HOLE, Ground, make_plan
 from .lazy import lazy
-from .mixing import Floats, Integers, Labels, Mixer, Normals, Spread
+from .mixers import coding_of, mixer_of
+from .mixing import Mixer
 from .normals import NormalCoding
 from .run import Run
 from .sourcemap import Blend, Mixing, SourceMap
 
 if TYPE_CHECKING:
-    from . import finish, translucent
-else:  # only some textures need them
-    finish, translucent = lazy("intarsia.finish"), lazy("intarsia.translucent")
+    from . import finish
+else:  # only some textures need it
+    finish = lazy("intarsia.finish")
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
@@ -163,10 +164,7 @@ class _Job:
         samples, ground = lay_out(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, feather)
         none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
         none.flags.writeable = False
-        coding = None
-        if planes[0].kind is Kind.NORMAL:
-            signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
-            coding = NormalCoding(planes[0].pixels.dtype, signed, planes[0].meta.get("normals", "gl") == "dx")
+        coding = coding_of(planes)
         usable = usable_pixels(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
         curve = Curve.of(planes[0])
         if blend.mixing is Mixing.SOURCE:
@@ -178,7 +176,7 @@ class _Job:
             feather,
             ground,
             samples,
-            _mixer(planes[0], samples, coding, curve, blend.mixing, usable),
+            mixer_of(planes[0], samples, coding, curve, blend.mixing, usable),
             coding,
         )
 
@@ -228,34 +226,6 @@ class _Job:
             codes.view(bits),
         )
         return codes if self.coding is None else self.coding.turned(codes, pose)
-
-
-def _mixer(
-    plane: Plane,
-    samples: Array,
-    coding: NormalCoding | None,
-    curve: Curve,
-    mixing: Mixing,
-    usable: NDArray[np.bool_] | None,
-) -> Mixer:
-    if coding is not None:
-        return Normals(samples, coding.vectors(samples), coding)
-    if plane.kind is Kind.LABEL:
-        return Labels.of(samples)
-    # Kernels know no half floats; every half is a float32.
-    light = (
-        curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples)
-        if plane.is_float
-        else samples
-    )
-    spread = None
-    if mixing is Mixing.VARIANCE:
-        seen = slice(None) if usable is None else np.flatnonzero(usable)
-        values = curve.linear(samples[seen])
-        spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
-    if plane.is_float:
-        return (translucent.TranslucentFloats if plane.alpha else Floats)(samples, light, curve, spread)
-    return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
 
 
 def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:

@@ -242,12 +242,6 @@ def check_abilities(method: Method, exemplars: tuple[Exemplar, ...], canvas: Can
 
 def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, seed: int, blend: Blend) -> dict[str, Any]:
     """All that the map depends on, and nothing else: no path, date, timing or number of threads."""
-    sources = []
-    for e in exemplars:
-        entry: dict[str, Any] = {"sha256": e.digest, "size": [e.width, e.height]}
-        if e.name.startswith("sample:"):
-            entry["name"] = e.name
-        sources.append(entry)
     recipe: dict[str, Any] = {
         "intarsia": __version__,
         "method": method.slug,
@@ -256,7 +250,7 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
         "size": [canvas.width, canvas.height],
         "wrap": canvas.wrap.value,
         "blend": blend.told,
-        "exemplars": sources,
+        "exemplars": recipe_exemplars(exemplars),
     }
     if canvas.start is not None:
         recipe["start"] = canvas.start.digest
@@ -269,6 +263,17 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
     if canvas.rim is not None:
         recipe["rim"] = canvas.rim
     return recipe
+
+
+def recipe_exemplars(exemplars: tuple[Exemplar, ...]) -> list[dict[str, Any]]:
+    """The exemplars as recipes hold them: what they are, not where they lie."""
+    sources = []
+    for e in exemplars:
+        entry: dict[str, Any] = {"sha256": e.digest, "size": [e.width, e.height]}
+        if e.name.startswith("sample:"):
+            entry["name"] = e.name
+        sources.append(entry)
+    return sources
 
 
 def recipe_settings(method: Method) -> dict[str, Any]:

@@ -18,6 +18,7 @@ COMMANDS = {
     "paint": "Paint with textures: labels say what grows where.",
     "extend": "Continue a picture beyond its borders.",
     "heal": "Fill holes, remove objects, recover lost blocks.",
+    "weave": "Stream a texture of any size into zarr, BigTIFF or tiles; resumes.",
     "render": "Draw a saved map again: other planes, softer, harder, a window.",
     "replay": "Make a picture again from the recipe it carries.",
     "analyze": "Tell how a texture repeats, how large its elements are, and how to grow it.",

@@ -92,6 +92,8 @@ def command(
     recipe = files.read_recipe(picture)
     if recipe is None:
         raise InputError(f"{picture} carries no recipe; give a picture that intarsia wrote, or its .recipe.json.")
+    if "origin" in recipe:
+        raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
     wish, seed = wish_of(recipe, picture)
     if recipe.get("intarsia") != __version__:
         report.warn(

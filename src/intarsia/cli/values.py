@@ -34,13 +34,17 @@ class Size(ParamType):
 
     name = "WIDTHxHEIGHT"
 
+    def __init__(self, most: int = MAX_PIXELS) -> None:
+        self.most = most
+
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         parts = str(value).lower().split("x")
         if not 1 <= len(parts) <= 2 or not all(re.fullmatch(r"[0-9]{1,12}", p) for p in parts):
             self.fail(f"{value} is no size; give WIDTHxHEIGHT in px such as 1024x768, or one number.", param, ctx)
         width, height = int(parts[0]), int(parts[-1])
-        if min(width, height) < 1 or width * height > MAX_PIXELS:
-            self.fail(f"{value} is not allowed; give sides of at least 1 px, at most 2**31 px in all.", param, ctx)
+        if min(width, height) < 1 or width * height > self.most:
+            power = self.most.bit_length() - 1
+            self.fail(f"{value} is not allowed; give sides of at least 1 px, at most 2**{power} px in all.", param, ctx)
         return width, height
 
 
@@ -94,6 +98,20 @@ class Place(ParamType):
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         if not re.fullmatch(r"[0-9]{1,10},[0-9]{1,10}", str(value)):
             self.fail(f"{value} is no place; give the pixel's column and row such as 120,80.", param, ctx)
+        x, y = str(value).split(",")
+        return int(x), int(y)
+
+
+class Position(ParamType):
+    """A pixel of an endless plane as X,Y, negative or huge; gives (x, y)."""
+
+    name = "X,Y"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if isinstance(value, tuple):
+            return value
+        if not re.fullmatch(r"-?[0-9]{1,13},-?[0-9]{1,13}", str(value)):
+            self.fail(f"{value} is no place; give column and row such as -4096,1000000.", param, ctx)
         x, y = str(value).split(",")
         return int(x), int(y)
 

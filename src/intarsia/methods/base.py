@@ -13,8 +13,12 @@ from ..errors import ParameterError
 if TYPE_CHECKING:
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..geometry import Box
     from ..run import Run
     from ..sourcemap import Blend, SourceMap
+
+FARTHEST = 1 << 40
+"""Px from the origin, up, down and to the sides, in which windows of an endless plane may lie."""
 
 
 class Ability(StrEnum):
@@ -46,6 +50,16 @@ class Method(Protocol):
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
         """Fill the canvas and return the map. The same arguments give the same map, whatever `run` holds."""
+
+
+class WindowMethod(Method, Protocol):
+    """A method whose map can be made window by window, each alone: one that claims WINDOW."""
+
+    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+        """Return the map of a box of the endless plane, at most FARTHEST px away; it depends on nothing outside.
+
+        A plain canvas of H x W px, filled by `synthesize`, is the box (0, 0, H, W).
+        """
 
 
 METHODS = {

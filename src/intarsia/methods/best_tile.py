@@ -22,11 +22,14 @@ from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import analysis, canvas, sourcemap
+    from ..analysis.tile_layout import Layout
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..geometry import Box
     from ..run import Run
 else:
+    canvas = lazy("intarsia.canvas")
     analysis = lazy("intarsia.analysis")
     sourcemap = lazy("intarsia.sourcemap")
 
@@ -73,3 +76,13 @@ class BestTile:
         yx = tiling.layout(canvas).window(0, 0, canvas.height, canvas.width)
         run.tick(2, 2)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)
+
+    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Lay out what of the tiles a box meets; the tile is found once for an exemplar."""
+
+        def prepared() -> Layout:
+            plane = canvas.Canvas(1, 1)
+            return analysis.Tiling.of(self.settled(exemplars, plane), self.band, exemplars[0]).layout(plane)
+
+        yx = exemplars[0].latest("best-tile", self, prepared).window(box.y0, box.x0, box.height, box.width)
+        return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), blend=self.blend)

@@ -35,11 +35,16 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .. import analysis, sourcemap
+    from .. import analysis, canvas, sourcemap
+    from ..analysis.tile_layout import Layout
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..geometry import Box
     from ..run import Run
+
+    Layer = analysis.Mosaic | analysis.Courses | analysis.Sampling | Layout
 else:
+    canvas = lazy("intarsia.canvas")
     analysis = lazy("intarsia.analysis")
     sourcemap = lazy("intarsia.sourcemap")
 
@@ -122,26 +127,50 @@ class NearRegular:
         held = analysis.Held.of(canvas, method.border or 0)
         if held is not None and held.full:
             return replace(held.start, which=None, wrap=canvas.wrap, blend=method.blend)
-        yx, pose = self._laid(method, footing, canvas, held, seed, run)
+        layer = self._layer(method, footing, canvas, held, seed, run)
+        origin = (0, 0) if held is None else held.anchor
+        yx, pose = _laid(layer, (*origin, canvas.height, canvas.width), run)
         yx, source = footing.to_exemplar(yx), exemplars[0].source
         if held is not None:
             yx, pose = held.joined(yx, pose, analysis.features(exemplars, method.channel_weights).pictures[0])
         return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
-    def _laid(
+    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
+
+        def prepared() -> tuple[NearRegular, analysis.Footing, Layer]:
+            plane = canvas.Canvas(1, 1)
+            method = self.settled(exemplars, plane)
+            footing = analysis.footing_of(method, exemplars[0])
+            return method, footing, self._layer(method, footing, plane, None, seed, run)
+
+        method, footing, layer = exemplars[0].latest("near-regular", (self, seed), prepared)
+        yx, pose = _laid(layer, (box.y0, box.x0, box.height, box.width), run)
+        return sourcemap.SourceMap(footing.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=method.blend)
+
+    def _layer(
         self, method: NearRegular, footing: analysis.Footing, canvas: Canvas, held: analysis.Held | None, seed: int,
         run: Run,
-    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:  # fmt: skip
-        """The map's pixels and poses, so that the lattice of a start goes on; too small an exemplar gives one tile."""
-        exemplar, origin = footing.exemplar, (0, 0) if held is None else held.anchor
-        whole = (*origin, canvas.height, canvas.width)
+    ) -> Layer:  # fmt: skip
+        """What is laid, so that the lattice of a start goes on; too small an exemplar gives one tile."""
+        exemplar = footing.exemplar
         if method.variant == "plain":
-            return analysis.Sampling.of(method, exemplar, canvas, seed).window(*whole, run), None
+            return analysis.Sampling.of(method, exemplar, canvas, seed)
         if len(method.lattice or ()) == 1:
-            return analysis.Courses.of(method, exemplar, canvas, seed).window(*whole, run), None
+            return analysis.Courses.of(method, exemplar, canvas, seed)
         try:
-            mosaic = analysis.Mosaic.of(method, exemplar, canvas, seed, held if footing.straight is None else None)
+            return analysis.Mosaic.of(method, exemplar, canvas, seed, held if footing.straight is None else None)
         except analysis.FewPlaces:
             run.notes.append(FEW)
-            return analysis.Tiling.of(method, method.border or 0, exemplar).layout(canvas).window(*whole), None
-        return mosaic.sheet.to_exemplar(mosaic.window(*whole, run))
+            return analysis.Tiling.of(method, method.border or 0, exemplar).layout(canvas)
+
+
+def _laid(
+    layer: Layer, window: tuple[int, int, int, int], run: Run
+) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+    """The pixels and poses of a window (y, x, height, width) of a layer."""
+    if isinstance(layer, analysis.Mosaic):
+        return layer.sheet.to_exemplar(layer.window(*window, run))
+    if isinstance(layer, (analysis.Sampling, analysis.Courses)):
+        return layer.window(*window, run), None
+    return layer.window(*window), None

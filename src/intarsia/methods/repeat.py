@@ -15,12 +15,15 @@ from .base import Ability
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 
-    from .. import sourcemap
+    from .. import geometry, sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..geometry import Box
     from ..run import Run
 else:
+    geometry = lazy("intarsia.geometry")
     np = lazy("numpy")
     sourcemap = lazy("intarsia.sourcemap")
 
@@ -32,7 +35,7 @@ class Repeat:
     slug: ClassVar[str] = "repeat"
     paper: ClassVar[str] = "none"
     summary: ClassVar[str] = "the exemplar again and again"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.START})
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.START, Ability.WINDOW})
 
     def __post_init__(self) -> None:
         check(self)
@@ -50,10 +53,7 @@ class Repeat:
         """Take positions modulo the exemplar; the seed changes nothing."""
         run.tick(0, 1)
         exemplar = exemplars[0]
-        rows, columns = np.arange(canvas.height) % exemplar.height, np.arange(canvas.width) % exemplar.width
-        yx = np.empty((canvas.height, canvas.width, 2), np.int32)
-        yx[:, :, 0], yx[:, :, 1] = rows[:, None], columns[None, :]
-        pose = None
+        yx, pose = _repeated(exemplar, geometry.Box(0, 0, canvas.height, canvas.width)), None
         if canvas.start is not None:
             kept = ~canvas.start.holes
             yx[kept] = canvas.start.yx[kept]
@@ -61,3 +61,16 @@ class Repeat:
                 pose = np.where(kept, canvas.start.pose, 0)
         run.tick(1, 1)
         return sourcemap.SourceMap(yx, None, pose, (exemplar.source,), canvas.wrap, self.blend)
+
+    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Take positions modulo the exemplar, wherever they are."""
+        exemplar = exemplars[0]
+        return sourcemap.SourceMap(_repeated(exemplar, box), None, None, (exemplar.source,), blend=self.blend)
+
+
+def _repeated(exemplar: Exemplar, box: Box) -> NDArray[np.int32]:
+    """The exemplar pixels (height, width, 2) of a box."""
+    yx = np.empty((box.height, box.width, 2), np.int32)
+    yx[:, :, 0] = (np.arange(box.y0, box.y1) % exemplar.height)[:, None]
+    yx[:, :, 1] = np.arange(box.x0, box.x1) % exemplar.width
+    return yx

@@ -32,8 +32,8 @@ class MethodContract(StartLaws):
     """The laws of the package, as tests of one method; subclass it and name the ``method``.
 
     ``examples`` says how many requests are drawn for each law, ``least`` how short an exemplar's side may be;
-    :meth:`cases` and :meth:`rim` may be replaced, :meth:`map_of_window` must be where WINDOW is claimed. Law 11
-    (feathering is a partition of unity) is one of rendering, not of methods.
+    :meth:`cases` and :meth:`rim` may be replaced. Law 11 (feathering is a partition of unity) is one of rendering, not
+    of methods.
     """
 
     def test_every_pixel_is_a_usable_exemplar_pixel(self) -> None:
@@ -115,6 +115,16 @@ class MethodContract(StartLaws):
                 assert same_map(small, large.window(Box(4, 6, 20, 31)))
 
         self.for_all(law)
+
+    def test_a_plain_canvas_is_a_window_of_the_endless_plane(self) -> None:
+        """Law 5 of window methods: what `synthesize` fills is the window whose first pixel is (0, 0)."""
+        self.claims(Ability.WINDOW)
+
+        def law(case: Case) -> None:
+            whole = replace(case, wrap=Wrap.NONE).grow(self.method).map
+            assert same_map(self.map_of_window(case, Box(0, 0, *case.size)), whole)
+
+        self.for_all(law, 5)
 
     def test_the_wrapped_border_is_no_worse_than_the_inside(self) -> None:
         """Law 6: neighbours across the wrapped border differ no more than along the worst lines inside."""

@@ -1,0 +1,7 @@
+"""Endless canvases: any window alone, and pictures too large for memory, streamed and resumed."""
+
+from __future__ import annotations
+
+from .texture import Weave, weave
+
+__all__ = ["Weave", "weave"]

@@ -1,0 +1,43 @@
+"""A texture as a dask array: every block is a window, drawn when it is asked for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..geometry import Box
+from ..image import Array
+from .extras import extra
+from .stream import checked
+from .texture import Weave, shifted
+
+
+def array_of(texture: Weave, sides: tuple[int, int], chunks: Any, origin: Any) -> Any:
+    """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
+    dask, arrays = extra("dask"), extra("dask.array")
+    y, x = checked(texture, sides, origin)
+    shape = texture.shape_of(*sides)
+    wanted = chunks if isinstance(chunks, (tuple, list)) else (chunks, chunks)
+    try:
+        cut = arrays.core.normalize_chunks((*wanted[:2], *shape[2:]), shape, dtype=texture.dtype)
+    except (ValueError, TypeError, NotImplementedError) as e:
+        raise ParameterError(f"chunks={chunks!r} do not suit {shape} ({e}); give a number of px.") from None
+    name = f"weave-{texture.digest[:32]}"
+    return arrays.map_blocks(
+        block,
+        dask.delayed(texture, name=name, traverse=False),
+        y,
+        x,
+        name=f"{name}-{y}-{x}-{dask.base.tokenize(cut)[:16]}",
+        chunks=cut,
+        dtype=texture.dtype,
+        meta=np.empty((0,) * len(shape), texture.dtype),
+    )
+
+
+def block(texture: Weave, y: int, x: int, block_info: Any = None) -> Array:
+    """Draw the block of a dask array that begins at (y, x) of the endless plane."""
+    rows, columns = block_info[None]["array-location"][:2]
+    return texture.draw(shifted(Box(rows[0], columns[0], rows[1], columns[1]), y, x))

@@ -1,0 +1,222 @@
+"""Who draws the cells: threads, processes of this machine, or the workers of a dask cluster; results come in order.
+
+A task is sent once to every worker, with the analysed exemplar in it; then only boxes go out, and packed pieces come
+back, so that files are written by one process, and workers need no common disk. Few cells are under way at a time:
+memory is bounded.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from typing import Any, Protocol
+
+from ..errors import InputError, ParameterError, ResourceError
+from ..run import Run
+from .cells import Cell
+from .extras import extra
+
+Task = Callable[[Cell], list[bytes]]
+ExecutorLike = Any
+"""None, the word or address of an executor, or a dask client: a type that is not installed cannot be named."""
+
+Results = Generator[tuple[Cell, list[bytes]], None, None]
+
+CLIENT = ("scatter", "submit", "nthreads")  # what a dask client can do
+AHEAD = 2  # cells under way for each worker
+DEATHS = 3  # of workers one after another, without a result between them
+
+
+class Executor(Protocol):
+    """Somebody who carries a task out for many cells."""
+
+    @property
+    def workers(self) -> int:
+        """How many cells are drawn at the same time."""
+
+    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
+        """Yield every cell with its pieces, in the order given."""
+
+
+@dataclass(frozen=True)
+class Threads:
+    """Threads of this process."""
+
+    workers: int
+
+    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
+        todo = iter(cells)
+        for cell in islice(todo, 1):  # the first prepares what the others share
+            yield cell, task(cell)
+        if self.workers == 1:
+            for cell in todo:
+                yield cell, task(cell)
+            return
+        pool = ThreadPoolExecutor(self.workers)
+        try:
+            yield from _windowed(todo, AHEAD * self.workers, lambda cell: pool.submit(task, cell), Future.result)
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Processes of this machine; one that dies is replaced, and its cells are drawn again."""
+
+    workers: int
+
+    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
+        todo, deaths, rest = deque[Cell](), 0, iter(cells)  # todo: handed out, and not back yet
+        todo.extend(islice(rest, 1))
+        while todo:
+            pool = ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), _hold, (task,))
+            submit = partial(pool.submit, _held)  # type: ignore[call-arg]
+            try:
+                for cell, pieces in _windowed(_again(todo, rest), AHEAD * self.workers, submit, Future.result):
+                    todo.popleft()
+                    deaths = 0
+                    yield cell, pieces
+            except BrokenProcessPool:
+                deaths += 1
+                if deaths == DEATHS:
+                    raise ResourceError(
+                        f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script "
+                        "with if __name__ == '__main__'."
+                    ) from None
+            finally:
+                pool.shutdown(cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """The workers of a dask cluster, by a client of it."""
+
+    client: Any
+
+    @property
+    def workers(self) -> int:
+        return max(sum(int(n) for n in self.client.nthreads().values()), 1)
+
+    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
+        distributed, todo = extra("distributed"), list(cells)
+        if not todo:
+            return
+        sent = self.client.scatter(task, broadcast=True, hash=False)
+
+        def submit(cell: Cell) -> Any:
+            return self.client.submit(_carry_out, sent, cell, pure=False, retries=DEATHS)
+
+        try:
+            yield from _windowed(iter(todo), AHEAD * self.workers, submit, lambda future: future.result())
+        except (distributed.KilledWorker, distributed.client.FutureCancelledError) as e:
+            raise ResourceError(
+                f"the workers of the cluster died again and again ({type(e).__name__}); look at their logs."
+            ) from None
+
+
+def check_executor(given: ExecutorLike) -> None:
+    """Refuse, before any work, an executor that is unknown, or whose packages are missing."""
+    if given in (None, "threads", "processes") or all(hasattr(given, name) for name in CLIENT):
+        return
+    if given != "local" and not (isinstance(given, str) and "://" in given):
+        raise ParameterError(
+            f"executor={given!r} is unknown; give threads, processes, local, the tcp:// address of a dask scheduler, "
+            "or a dask client."
+        )
+    extra("distributed")
+
+
+@contextmanager
+def executor_of(given: ExecutorLike, run: Run) -> Iterator[Executor]:
+    """Understand who is to draw; what is started here is ended here."""
+    check_executor(given)
+    if given is None or given == "threads":
+        yield Threads(run.workers)
+    elif given == "processes":
+        yield Processes(run.workers)
+    elif isinstance(given, str):
+        with _started(extra("distributed"), given, run) as client:
+            yield Cluster(client)
+    else:
+        yield Cluster(given)
+
+
+@contextmanager
+def _started(distributed: Any, where: str, run: Run) -> Iterator[Any]:
+    """A client of a cluster on this machine, or of one at an address."""
+    if where == "local":
+        with (
+            distributed.LocalCluster(
+                n_workers=run.workers, threads_per_worker=1, processes=True, dashboard_address=None
+            ) as cluster,
+            distributed.Client(cluster) as client,
+        ):
+            yield client
+        return
+    try:
+        client = distributed.Client(where, timeout=5)
+    except (OSError, ValueError) as e:
+        raise InputError(
+            f"no dask scheduler answers at {where} ({type(e).__name__}); start one with: dask scheduler"
+        ) from None
+    with client:
+        yield client
+
+
+def _windowed(
+    cells: Iterator[Cell], most: int, submit: Callable[[Cell], Any], result: Callable[[Any], list[bytes]]
+) -> Results:
+    """Keep at most so many cells under way, and yield them in order."""
+    under_way: deque[tuple[Cell, Any]] = deque()
+    for cell in cells:
+        under_way.append((cell, submit(cell)))
+        if len(under_way) >= most:
+            first, future = under_way.popleft()
+            yield first, result(future)
+    while under_way:
+        first, future = under_way.popleft()
+        yield first, result(future)
+
+
+def _again(todo: deque[Cell], rest: Iterator[Cell]) -> Iterator[Cell]:
+    """Hand out what was handed out before, then further cells, noting them."""
+    yield from tuple(todo)
+    for cell in rest:
+        todo.append(cell)
+        yield cell
+
+
+_task: list[Task] = []
+
+
+def _hold(task: Task) -> None:
+    """Keep the task in a worker process, which ends when the process that started it does."""
+    _task[:] = [task]
+    with suppress(ValueError):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_die_with, args=(parent,), daemon=True).start()
+
+
+def _die_with(parent: Any) -> None:
+    parent.join()
+    os._exit(1)
+
+
+def _held(cell: Cell) -> list[bytes]:
+    return _task[0](cell)
+
+
+def _carry_out(task: Task, cell: Cell) -> list[bytes]:
+    return task(cell)
