@@ -47,7 +47,7 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(method.subpasses**0.5)
     return NaiveSynthesis(
-        (e.height, e.width), levels, sites.count, rules.spread, rules.factor, method.passes, side, method.candidates,
+        (e.height, e.width), levels, sites.count, rules.spread, rules.factor, method.passes, side, method.rule,
         seed, STAGE,
     )  # fmt: skip
 
@@ -55,8 +55,8 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
 BASE = ia.ParallelControllable(jitter=(0.3, 0.2, 0.5), passes=1)
 VARIANTS = [
     BASE,
-    replace(BASE, candidates="published", k=3),
-    replace(BASE, candidates="memo", neighbourhood="colour"),
+    replace(BASE, rule="published", k=3),
+    replace(BASE, rule="memo", neighbourhood="colour"),
     replace(BASE, kappa="inf"),
     replace(BASE, kappa=1, k=3),
     replace(BASE, passes=2, subpasses=1),
@@ -137,7 +137,7 @@ def test_without_jumps_both_rules_are_one() -> None:
     """S4-05, S4-07: near and published have the same proximity sets."""
     e = Exemplar.of(texture(48, 48, 3, 8))
     m = ia.ParallelControllable(kappa="inf", jitter=0.5)
-    first, second = (ia.synthesize(e, 120, replace(m, candidates=c)).map.digest for c in ("near", "published"))
+    first, second = (ia.synthesize(e, 120, replace(m, rule=c)).map.digest for c in ("near", "published"))
     assert first == second
 
 
@@ -359,5 +359,5 @@ def test_pins_are_read_as_they_are_written() -> None:
     for text in ("40,30 200,120 24", "40,30 -> 200,120", ""):
         with pytest.raises(ia.ParameterError, match="give exemplar x,y -> output x,y and a radius"):
             parse(p, text)
-    with pytest.raises(ia.ParameterError, match="pin=.* is not allowed"):
+    with pytest.raises(ia.ParameterError, match=r"pin=.* is not allowed"):
         ia.ParallelControllable(pin=((1, 2, 3, 4, 0),))

@@ -64,7 +64,7 @@ class Corrections:
     factor: int
     passes: int
     subpasses: int
-    candidates: str
+    rule: str
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[tuple[int, ...], ...] = ()  # (exemplar x, y, output x, y, radius), px
 
@@ -74,7 +74,7 @@ class Corrections:
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         shares = tuple(round((1 << FINE) * share) for share in jitter)
-        return cls(shares, factor, method.passes, method.subpasses, method.candidates, method.lattice, method.pin or ())
+        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, method.pin or ())
 
     @property
     def margin(self) -> int:
@@ -184,7 +184,7 @@ class Descent:
     def _corrected(self, coords: Array, level: int, spans: tuple[Span, Span], run: Run) -> Array:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""
         place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
-        site, rule = place.ready(), np.array([*RULES[self.rules.candidates], self.rules.factor], np.int64)
+        site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
         work: Array = np.empty(coords.shape[:2], np.int32)
         positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]

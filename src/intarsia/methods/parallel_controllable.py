@@ -7,7 +7,7 @@ Every pixel is a function of its place, the seed and the parameters: any window 
 
 Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
 jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
-are those of its different continuations, as in the memo (candidates=published: those of its neighbours, then shifted);
+are those of its different continuations, as in the memo (rule=published: those of its neighbours, then shifted);
 an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies near them.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
@@ -78,9 +78,9 @@ class ParallelControllable:
         "appearance", "choice", "what is compared: appearance vectors at four points, or the 5 x 5 colours",
         choices=("appearance", "colour"),
     )  # fmt: skip
-    candidates: str = param(
-        "near", "choice", "continuations of the 3 x 3 pixels around and their jumps; jumps looked up before they are "
-        "shifted, as published; or of 5 x 5 pixels, as in the memo",
+    rule: str = param(
+        "near", "choice", "candidates: continuations of the 3 x 3 pixels around and their jumps; jumps looked up "
+        "before they are shifted, as published; or of 5 x 5 pixels, as in the memo",
         choices=("near", "published", "memo"),
     )  # fmt: skip
     pin: tuple[tuple[int, ...], ...] | None = param(
