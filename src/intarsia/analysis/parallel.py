@@ -242,7 +242,7 @@ def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
 
 
 def _residues(places: Array, lattice: Array, axis: int) -> Array:
-    """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2) in 1/256 px, exact at any size."""
+    """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2), 1/256 px, at any distance."""
     (ay, ax), (by, bx) = lattice.tolist()
     det, out = ay * bx - ax * by, []
     for place in places.tolist():
