@@ -206,6 +206,17 @@ def test_every_line_of_source_000_has_a_test_or_a_decision() -> None:
     assert found == set(range(1, 95)) - gaps
 
 
+def test_the_table_of_corrections_names_tests_that_exist() -> None:
+    text = text_of(ROOT / "docs" / "sources-004.md")
+    lines = (*range(1, 10), *range(20, 36), *range(40, 46), *range(60, 73))
+    wanted = [f"S4-{n:02}" for n in lines] + ["D4-1", "D4-2"]
+    assert re.findall(r"^\| ([SD][\w-]+) \|", text, re.MULTILINE) == wanted
+    tests = text_of(ROOT / "tests" / "test_parallel_controllable.py")
+    for row in re.findall(r"^\| [SD].*$", text, re.MULTILINE):
+        for name, ending in re.findall(r"`(test_\w+)(\.py)?`", row):
+            assert (ROOT / "tests" / f"{name}.py").is_file() if ending else f"def {name}(" in tests, name
+
+
 def test_the_table_of_segments_names_tests_that_exist() -> None:
     text = text_of(ROOT / "docs" / "sources-003.md")
     wanted = [f"S3-{n:02}" for n in (*range(1, 9), *range(20, 27), *range(30, 34))] + ["D3-1", "D3-2", "D3-3"]

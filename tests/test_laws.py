@@ -290,7 +290,7 @@ class TestParallelControllable(MethodContract):
 class TestParallelControllableOfTheMemo(TestParallelControllable):
     """5 x 5 colours and candidates, jumps at no extra price."""
 
-    method = ia.ParallelControllable(jitter=0.5, neighbourhood="colour", candidates="memo", kappa=1, k=3, passes=1)
+    method = ia.ParallelControllable(jitter=0.5, neighbourhood="colour", rule="memo", kappa=1, k=3, passes=1)
     examples = 5
 
 

@@ -9,7 +9,7 @@ import pytest
 from naive_correction import NaiveLevel, NaiveSynthesis
 
 import intarsia as ia
-from intarsia.analysis.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked
+from intarsia.analysis.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked, whole_products
 from intarsia.analysis.jumps import similar_places
 from intarsia.analysis.parallel import Corrections, Descent, Span
 from intarsia.analysis.sites import depths, sites_of
@@ -17,6 +17,7 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
 from intarsia.methods.parallel_controllable import STAGE
+from intarsia.params import parameters, parse
 from intarsia.run import Run
 from intarsia.testing.cases import texture
 
@@ -46,7 +47,7 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(method.subpasses**0.5)
     return NaiveSynthesis(
-        (e.height, e.width), levels, sites.count, rules.spread, rules.factor, method.passes, side, method.candidates,
+        (e.height, e.width), levels, sites.count, rules.spread, rules.factor, method.passes, side, method.rule,
         seed, STAGE,
     )  # fmt: skip
 
@@ -54,8 +55,8 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
 BASE = ia.ParallelControllable(jitter=(0.3, 0.2, 0.5), passes=1)
 VARIANTS = [
     BASE,
-    replace(BASE, candidates="published", k=3),
-    replace(BASE, candidates="memo", neighbourhood="colour"),
+    replace(BASE, rule="published", k=3),
+    replace(BASE, rule="memo", neighbourhood="colour"),
     replace(BASE, kappa="inf"),
     replace(BASE, kappa=1, k=3),
     replace(BASE, passes=2, subpasses=1),
@@ -136,7 +137,7 @@ def test_without_jumps_both_rules_are_one() -> None:
     """S4-05, S4-07: near and published have the same proximity sets."""
     e = Exemplar.of(texture(48, 48, 3, 8))
     m = ia.ParallelControllable(kappa="inf", jitter=0.5)
-    first, second = (ia.synthesize(e, 120, replace(m, candidates=c)).map.digest for c in ("near", "published"))
+    first, second = (ia.synthesize(e, 120, replace(m, rule=c)).map.digest for c in ("near", "published"))
     assert first == second
 
 
@@ -226,7 +227,7 @@ def test_any_shape_will_do(shape: tuple[int, int], toroidal: bool) -> None:
 def test_large_exemplars_keep_their_coordinates() -> None:
     """S4-72: beyond 8 and 16 bits."""
     e = Exemplar.of(texture(6, 70000, 1, 2))
-    got = ia.ParallelControllable(jitter=1).window([e], Box(0, 0, 6, 200), 1, ONE).yx
+    got = ia.ParallelControllable(jitter=0.001).window([e], Box(0, 66000, 6, 66200), 1, ONE).yx
     assert got[..., 1].max() > 65535
 
 
@@ -240,6 +241,64 @@ def test_a_torus_closes_on_any_size() -> None:
             border.append(on[-1])
             inside.append(on[:-1].mean())
     assert np.mean(border) > 0.9 * np.mean(inside)
+
+
+@pytest.mark.parametrize("toroidal", [False, True])
+def test_snapped_jitter_keeps_to_the_lattice(toroidal: bool) -> None:
+    """S4-33: however far away, and across the exemplar's border, pixels stay in step with a lattice of fractions."""
+    vectors = ((9.5, 0.0), (4.75, 7.25))
+    e = Exemplar.of(texture(58, 76, 3, 1), toroidal=toroidal)
+    m = ia.ParallelControllable(jitter=(0, 0, 0.5), snap="on", lattice=vectors, passes=0)
+    for y0, x0 in ((0, 0), (-(2**40), 2**39)):
+        yx = m.window([e], Box(y0, x0, y0 + 70, x0 + 90), 3, ONE).yx.astype(object)
+        moved = np.stack([yx[..., 0] - np.arange(y0, y0 + 70)[:, None], yx[..., 1] - np.arange(x0, x0 + 90)], axis=2)
+        rows = moved[..., 0] * 4 / 29
+        assert (abs(rows - np.vectorize(round)(rows)) < 0.3).all(), "courses of 7.25 px"
+        down = np.vectorize(round)(rows)
+        along = (moved[..., 1] * 4 - 19 * down) / 38
+        assert (abs(along - np.vectorize(round)(along)) < 0.25).all()
+        assert len({(a, b) for a, b in moved.reshape(-1, 2).tolist()}) > 8
+    free = replace(m, snap="off", lattice=None).window([e], Box(0, 0, 70, 90), 3, ONE).yx
+    off = (free[..., 0] - np.arange(70)[:, None]) * 4 / 29
+    assert (abs(off - off.round()) > 0.3).any()
+
+
+def test_a_lattice_is_found_where_it_is_asked_for() -> None:
+    found = ia.synthesize("sample:tiles", 64, ia.ParallelControllable(snap="on"), run=ONE).method
+    assert isinstance(found, ia.ParallelControllable)
+    assert found.lattice is not None
+    with pytest.raises(ia.MethodError, match="parallel-controllable finds no lattice"):
+        ia.synthesize(Exemplar.of(np.zeros((40, 40, 3), np.uint8)), 64, ia.ParallelControllable(snap="on"))
+    with pytest.raises(ia.ParameterError, match="lattice is for snap=on only"):
+        ia.ParallelControllable(lattice=((9.5, 0.0),))
+
+
+def test_subpasses_settle_what_swings() -> None:
+    """S4-62, D4-1: corrected all at once, more pixels still move from the sixth pass to the seventh."""
+    e, n = Exemplar.of(texture(64, 64, 3, 8)), 256
+    sites = sites_of(e, "appearance", 2, None)
+    start = ia.ParallelControllable(jitter=(1, 1, 0.5), passes=0).window([e], Box(0, 0, n, n), 3, ONE).yx
+    moving = []
+    for subpasses in (1, 4):
+        maps = []
+        for passes in (6, 7):
+            rules = Corrections((0,), 1024, passes, subpasses, "near")
+            done = Descent(sites, rules, 0, STAGE)._corrected(start, 0, (Span(0, n, 0), Span(0, n, 0)), ONE)
+            edge = 60 - rules.margin
+            maps.append(done[edge : len(done) - edge, edge : len(done) - edge])
+        moving.append((maps[0] != maps[1]).any(axis=2).mean())
+    assert moving[1] < 0.5 * moving[0]
+
+
+def test_appearance_does_not_depend_on_the_order_of_sums() -> None:
+    """S4-68: what is summed in doubles is whole and below 2**53, so that any order gives the same."""
+    vectors = np.floor(np.random.default_rng(0).integers(-16384, 16384, (8192, 75))).astype(float)
+    products = whole_products(vectors)
+    assert (products == np.floor(products)).all()
+    assert products.max() < 2**53
+    assert (whole_products(vectors[::-1].copy()) == products).all()
+    centred = [int(v) for v in vectors[:, 3] - np.floor(vectors[:, 3].sum() / 8192)]
+    assert products[3, 3] == sum(v * v for v in centred)
 
 
 def test_masked_pixels_are_never_shown_nor_compared() -> None:
@@ -274,3 +333,31 @@ def test_margins_are_those_that_are_needed() -> None:
     assert [s[0].stop - s[0].start for s in spans][:4] == [33, 49, 57, 61]
     assert max(s[0].stop - s[0].start for s in spans) <= 1 + 2 * 34
     assert Canvas(1, 1).wrap is Wrap.NONE
+
+
+def test_a_pin_shows_what_was_dragged_there() -> None:
+    """S4-32: the middle of the disc is the feature itself, in windows and across a wrapped border, too."""
+    e = Exemplar.of(texture(96, 80, 3, 5))
+    m = ia.ParallelControllable(pin=((40, 50, 10, 70, 24),))
+    whole = m.window([e], Box(0, -40, 130, 90), 3, ONE)
+    y, x = np.mgrid[62:79, 2:19]
+    shown = (whole.yx[62:79, 42:59] == np.stack([y - 70 + 50, x - 10 + 40], axis=2)).all(axis=2)
+    assert shown.mean() > 0.95
+    free = replace(m, pin=None).window([e], Box(0, -40, 130, 90), 3, ONE)
+    assert not (free.yx[62:79, 42:59] == whole.yx[62:79, 42:59]).all()
+    far = Box(-2000, -40, -1940, 60)
+    assert m.window([e], far, 3, ONE).digest == replace(m, pin=None).window([e], far, 3, ONE).digest
+    assert m.window([e], Box(55, -5, 90, 20), 3, ONE).digest == whole.window(Box(55, 35, 90, 60)).digest
+    torus = ia.synthesize(e, (131, 150), replace(m, pin=((40, 50, 149, 0, 24),)), wrap="both", run=ONE).map.yx
+    assert (torus[0, 0] == (50, 41)).all()
+    assert (torus[130, 149] == (49, 40)).all()
+
+
+def test_pins_are_read_as_they_are_written() -> None:
+    (p,) = (p for p in parameters(ia.ParallelControllable) if p.name == "pin")
+    assert parse(p, "40,30 -> 200,120 24; 1,2->-3,4 5") == ((40, 30, 200, 120, 24), (1, 2, -3, 4, 5))
+    for text in ("40,30 200,120 24", "40,30 -> 200,120", ""):
+        with pytest.raises(ia.ParameterError, match="give exemplar x,y -> output x,y and a radius"):
+            parse(p, text)
+    with pytest.raises(ia.ParameterError, match=r"pin=.* is not allowed"):
+        ia.ParallelControllable(pin=((1, 2, 3, 4, 0),))

@@ -124,7 +124,8 @@ def test_every_parameter_says_what_it_is(slug: str) -> None:
         assert p.help
         assert p.help[0].islower(), "help follows a name"
         assert not p.help.endswith(".")
-        assert p.kind in ("int", "float", "choice", "extent", "weights", "vectors", "isometries", "levels", "price")
+        plain = "int", "float", "choice", "extent", "weights", "vectors", "isometries"
+        assert p.kind in (*plain, "levels", "price", "pins")
         if p.kind == "choice":
             assert p.default in p.choices
         elif p.kind != "isometries":

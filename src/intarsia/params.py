@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -50,6 +51,7 @@ class Parameter:
             "weights": f"{span}, one for each channel",
             "levels": f"{span}, one number or one for each level, the finest first, such as 0,0,0.2",
             "price": f"{span}, or inf",
+            "pins": "exemplar x,y -> output x,y and a radius, such as '40,30 -> 200,120 24', several after semicolons",
             "vectors": "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
             "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
         }.get(self.kind, span + unit)
@@ -68,9 +70,9 @@ def param(
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
     Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
-    (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``vectors``
-    (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is decided from the exemplar when a method
-    settles).
+    (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``pins``
+    (tuples of five whole numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is
+    decided from the exemplar when a method settles).
     """
     data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
     return dataclasses.field(default=default, metadata={"param": data})
@@ -107,6 +109,8 @@ def parse(p: Parameter, text: str) -> Any:
             return float(text)
         if p.kind == "price":
             return text if text == "inf" else float(text)
+        if p.kind == "pins":
+            return tuple(tuple(int(part) for part in _pin_numbers(word)) for word in text.split(";"))
         if p.kind == "levels":
             numbers = tuple(float(part) for part in text.split(","))
             return numbers[0] if len(numbers) == 1 else numbers
@@ -155,6 +159,8 @@ def _normal(p: Parameter, value: Any) -> Any:
         return _whole(p, value)
     if p.kind == "price" and value in ("inf", math.inf):
         return "inf"
+    if p.kind == "pins":
+        return _pins(p, value)
     if p.kind == "levels" and isinstance(value, (tuple, list)):
         return _levels(p, value)
     if p.kind == "weights":
@@ -181,6 +187,20 @@ def _vectors(p: Parameter, value: Any) -> tuple[tuple[float, ...], ...]:
     if len(vectors) not in (1, 2) or any(len(v) != 2 or not any(v) for v in vectors):
         raise ValueError
     return vectors
+
+
+def _pin_numbers(word: str) -> list[str]:
+    found = re.fullmatch(r"\s*(-?\d+)\s*,\s*(-?\d+)\s*->\s*(-?\d+)\s*,\s*(-?\d+)\s+(\d+)\s*", word)
+    if found is None:
+        raise ValueError
+    return list(found.groups())
+
+
+def _pins(p: Parameter, value: Any) -> tuple[tuple[int, ...], ...]:
+    pins = tuple(tuple(_whole(p, v) for v in pin) for pin in value)
+    if any(len(pin) != 5 or pin[4] < 1 for pin in pins):
+        raise ValueError
+    return pins
 
 
 def _levels(p: Parameter, value: Any) -> float | tuple[float, ...]:

@@ -6,18 +6,21 @@ is made a little larger: by what the corrections of the next finer one read.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..draws import seed_state
-from ..kernels.correction import FINE, ONE, Axis, Site, correct, descend, pixels, positions, put
+from ..kernels.correction import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
 from ..run import Run
 from .sites import Sites
 
 REACH = 2  # px that a correction reads on each side
+FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
 BAND = 32  # rows that are worth a thread
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}  # reach of the candidates, and whether looked up first
 
@@ -61,7 +64,9 @@ class Corrections:
     factor: int
     passes: int
     subpasses: int
-    candidates: str
+    rule: str
+    lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
+    pins: tuple[tuple[int, ...], ...] = ()  # (exemplar x, y, output x, y, radius), px
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
@@ -69,7 +74,7 @@ class Corrections:
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         shares = tuple(round((1 << FINE) * share) for share in jitter)
-        return cls(shares, factor, method.passes, method.subpasses, method.candidates)
+        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, method.pin or ())
 
     @property
     def margin(self) -> int:
@@ -116,13 +121,24 @@ class Descent:
         return spans
 
     def _first(self, spans: tuple[Span, Span], finest: tuple[Span, Span]) -> Array:
-        """The coarsest level: the exemplar side by side, and the first jitter."""
-        sizes, top = (self.sites.exemplar.height, self.sites.exemplar.width), self.sites.count - 1
-        axes = []
-        for span, n, whole in zip(spans, sizes, finest, strict=True):
-            start = _place(span, top, whole.period) % n
-            axes.append(Axis(np.zeros(len(start), np.int64), start, span.at))
-        return self._descended(np.zeros((1, 1, 2), np.int32), axes, top)
+        """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
+        room, top = self._room, self.sites.count - 1
+        places = [_place(span, top, whole.period) for span, whole in zip(spans, finest, strict=True)]
+        if len(room.lattice):
+            down, across = (_residues(place, room.lattice, axis) for axis, place in enumerate(places))
+            start = (down[:, None] + across[None, :] + 128) >> 8
+        else:
+            start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
+        axes = [Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at) for span in spans]
+        coords = self._descended(start, axes, top)
+        self._pin(coords, top, spans, finest)
+        return coords
+
+    @cached_property
+    def _room(self) -> Room:
+        exemplar = self.sites.exemplar
+        size = np.array([exemplar.height, exemplar.width, exemplar.toroidal], np.int64)
+        return Room(size, self.sites.home, _whole_lattice(self.rules.lattice))
 
     def _handed_down(self, coords: Array, level: int, spans: list[tuple[Span, Span]]) -> Array:
         """A level from the next coarser one, whose pixels stand for twice as many px (2006, equation 2)."""
@@ -132,22 +148,44 @@ class Descent:
             up = span.at >> 1
             step = _place(span, level, whole.period) - _place_of(up, parent, level + 1, whole.period)
             axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
-        return self._descended(coords, axes, level)
+        coords = self._descended(coords, axes, level)
+        self._pin(coords, level, spans[level], spans[0])
+        return coords
+
+    def _pin(self, coords: Array, level: int, spans: tuple[Span, Span], finest: tuple[Span, Span]) -> None:
+        """Show a feature of the exemplar where it was dragged to: S[p] = u + (h p - q) in a disc (2005, section 5).
+
+        On coarse levels only: what is finer follows from them, and the corrections find the seam.
+        """
+        exemplar = self.sites.exemplar
+        for sx, sy, x, y, radius in self.rules.pins if level >= FREE else ():
+            away = []
+            for span, whole, q in zip(spans, finest, (y, x), strict=True):
+                d = _place(span, level, whole.period) - q
+                away.append((d + whole.period // 2) % whole.period - whole.period // 2 if whole.period else d)
+            rows, cols = (np.flatnonzero(abs(d) <= radius) for d in away)
+            dy, dx = away[0][rows][:, None], away[1][cols][None, :]
+            inside = (dy * dy + dx * dx <= radius * radius) & (sy + dy >= 0) & (sx + dx >= 0)
+            inside &= (sy + dy < exemplar.height) & (sx + dx < exemplar.width)
+            if exemplar.usable is not None:
+                inside[inside] &= exemplar.usable[(sy + dy + 0 * dx)[inside], (sx + dx + 0 * dy)[inside]]
+            block = coords[np.ix_(rows, cols)]
+            block[inside] = np.stack([(sy + dy + 0 * dx)[inside], (sx + dx + 0 * dy)[inside]], axis=1)
+            coords[np.ix_(rows, cols)] = block
 
     def _descended(self, coords: Array, axes: list[Axis], level: int) -> Array:
-        exemplar = self.sites.exemplar
         out = np.empty((len(axes[0].at), len(axes[1].at), 2), np.int32)
         state = np.uint64(seed_state(self.seed, self.stage, level))
         spread = np.array([[self.rules.spread(level)]], np.int64)
-        size = np.array([exemplar.height, exemplar.width], np.int64)
-        descend(coords, axes[0], axes[1], state, spread, self.sites.home, size, out)
+        free = not len(self._room.lattice) or level < FREE
+        descend(coords, axes[0], axes[1], state, spread, free, self._room, out)
         return out
 
     def _corrected(self, coords: Array, level: int, spans: tuple[Span, Span], run: Run) -> Array:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""
         place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
-        site, rule = place.ready(), np.array([*RULES[self.rules.candidates], self.rules.factor], np.int64)
-        work = np.empty(coords.shape[:2], np.int32)
+        site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        work: Array = np.empty(coords.shape[:2], np.int32)
         positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
         with run.pool() as each:
@@ -159,7 +197,7 @@ class Descent:
                 )
                 _subpass(work, (rows, cols), site, rule, each)
         margin = self.rules.margin
-        out = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
+        out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
         pixels(work, margin, place.border, place.stride, out)
         return out
 
@@ -189,3 +227,26 @@ def _place_of(at: Array, span: Span, level: int, whole: int) -> Array:
         odd = 2 * span.period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
         return np.asarray(((2 * at + 1) * whole + odd) // (2 * span.period))
     return np.asarray((at << level) + ((1 << level) >> 1))
+
+
+def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
+    """Two lattice vectors as (y, x) in 1/256 px, right-handed; a single one gets one px across to it as the second."""
+    if not vectors:
+        return np.zeros((0, 2), np.int64)
+    whole = [[round(256 * y), round(256 * x)] for x, y in vectors]
+    if len(whole) == 1:
+        (y, x), length = whole[0], math.hypot(*whole[0])
+        whole.append([round(-256 * x / length), round(256 * y / length)])
+    (ay, ax), (by, bx) = whole
+    return np.array(whole if ay * bx > ax * by else whole[::-1], np.int64)
+
+
+def _residues(places: Array, lattice: Array, axis: int) -> Array:
+    """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2), 1/256 px, at any distance."""
+    (ay, ax), (by, bx) = lattice.tolist()
+    det, out = ay * bx - ax * by, []
+    for place in places.tolist():
+        y, x = (256 * place, 0) if axis == 0 else (0, 256 * place)
+        m, n = (y * bx - x * by) // det, (ay * x - ax * y) // det
+        out.append((y - m * ay - n * by, x - m * ax - n * bx))
+    return np.array(out, np.int64)

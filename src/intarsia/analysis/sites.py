@@ -96,7 +96,8 @@ def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Arr
     height, width, _ = blurred.shape
     border = 2 * h
     stride = width + 2 * border
-    packing, values = np.zeros((0, 2), np.uint64), np.zeros((0, 1), np.int16)
+    packing: Array = np.zeros((0, 2), np.uint64)
+    values: Array = np.zeros((0, 1), np.int16)
     if appearance:
         packing = packed(bordered(transformed(blurred, h, torus), border, torus) + np.int16(MIDDLE))
     else:

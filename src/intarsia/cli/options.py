@@ -158,6 +158,7 @@ METAVARS = {
     "weights": "W,W,...",
     "levels": "F|F,F,...",
     "price": "F|inf",
+    "pins": "'X,Y -> X,Y R'",
     "vectors": "'X,Y X,Y'",
     "isometries": "none|180|90|both|auto|IDS",
 }

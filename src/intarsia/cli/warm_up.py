@@ -91,7 +91,10 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     if "lattice" in names:
         _find_lattice()
         _lay_courses(threads)
-        patch |= {"lattice": ((5, 0), (0, 5))} | ({"block": 4, "border": 2} if "block" in names else {"band": 2})
+        sizes: dict[str, dict[str, Any]] = {"block": {"block": 4, "border": 2}, "band": {"band": 2}}
+        sizes["snap"] = {"snap": "on"}
+        patch |= {"lattice": ((5, 0), (0, 5))}
+        patch |= next(values for name, values in sizes.items() if name in names)
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
     marks = Plane((columns > 11).astype(np.uint8), Kind.LABEL)

@@ -48,32 +48,69 @@ class Axis(NamedTuple):
     at: NDArray[np.int64]  # absolute coordinate, which draws belong to
 
 
+class Room(NamedTuple):
+    """Where the coordinates of a map may lie."""
+
+    size: NDArray[np.int64]  # (3,): height, width, 1 if toroidal
+    home: NDArray[np.int32]  # (H * W,): for each exemplar pixel the usable one to take in its place, or empty
+    lattice: NDArray[np.int64]  # (2, 2): vectors (y, x), 1/256 px, by which coordinates move; or empty
+
+
 @kernel
-def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, home: Any, size: Any, out: Any) -> None:
+def snapped(dy: Any, dx: Any, lattice: Any) -> Any:
+    """Return the whole steps of a lattice nearest to a move, in px: T round(T^-1 d) (2005, section 5)."""
+    ay, ax, by, bx = lattice[0, 0], lattice[0, 1], lattice[1, 0], lattice[1, 1]
+    det = ay * bx - ax * by
+    m = (2 * 256 * (dy * bx - dx * by) + det) // (2 * det)
+    n = (2 * 256 * (ay * dx - ax * dy) + det) // (2 * det)
+    return (m * ay + n * by + 128) >> 8, (m * ax + n * bx + 128) >> 8
+
+
+@kernel
+def kept_inside(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
+    """Return (y, x) moved into the exemplar, by whole steps of the lattice from (by, bx) if that can be."""
+    height, width = room.size[0], room.size[1]
+    wy, wx = y % height, x % width
+    if len(room.lattice) == 0:
+        return wy, wx
+    dy, dx = snapped(wy - by, wx - bx, room.lattice)
+    for m in range(3):
+        for n in range(3):
+            i, j = (m + 1) % 3 - 1, (n + 1) % 3 - 1  # 0, 1, -1
+            vy = by + dy + ((i * room.lattice[0, 0] + j * room.lattice[1, 0] + 128) >> 8)
+            vx = bx + dx + ((i * room.lattice[0, 1] + j * room.lattice[1, 1] + 128) >> 8)
+            if 0 <= vy < height and 0 <= vx < width:
+                return vy, vx
+    return wy, wx
+
+
+@kernel
+def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: bool, room: Any, out: Any) -> None:
     """Hand coordinates down to the next finer level, and jitter them by draws that belong to places.
 
     S[p] = S_coarse[parent] + step + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the
     draws before the place is mixed in (uint64); ``spread`` (H, W): h r in 1 / 4096 px, over `out` or a single number
-    for all; ``home``: for each exemplar pixel the one to use in its place, or empty; ``size``: of the exemplar.
+    for all; ``free``: whether the jitter need not keep to the lattice.
     """
-    height, width = size[0], size[1]
-    everywhere, half = spread.size == 1, np.int64(1) << (FINE + 30)
+    height, width = room.size[0], room.size[1]
+    everywhere, half, home = spread.size == 1, np.int64(1) << (FINE + 30), room.home
     for i in range(out.shape[0]):
         z = mixed((state ^ np.uint64(rows.at[i])) + STEP)
         py, dy = rows.parent[i], rows.step[i]
         for j in range(out.shape[1]):
             px = cols.parent[j]
-            y, x = parents[py, px, 0] + dy, parents[py, px, 1] + cols.step[j]
+            by, bx = parents[py, px, 0] + dy, parents[py, px, 1] + cols.step[j]
+            y, x = by, bx
             r = np.int64(spread[0, 0] if everywhere else spread[i, j])
             if r:
                 bits = mixed((z ^ np.uint64(cols.at[j])) + STEP)
                 low, high = np.int64(bits & np.uint64(0xFFFFFFFF)), np.int64(bits >> np.uint64(32))
                 y += (r * (high - 2147483648) + half) >> (FINE + 31)
                 x += (r * (low - 2147483648) + half) >> (FINE + 31)
-            if y < 0 or y >= height:
-                y %= height
-            if x < 0 or x >= width:
-                x %= width
+                if free:
+                    by, bx = y, x
+            if y != by or x != bx or y < 0 or y >= height or x < 0 or x >= width:
+                y, x = kept_inside(y, x, by, bx, room)
             if len(home):
                 flat = np.int64(home[y * width + x])
                 y, x = flat // width, flat % width

@@ -7,7 +7,7 @@ Every pixel is a function of its place, the seed and the parameters: any window 
 
 Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
 jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
-are those of its different continuations, as in the memo (candidates=published: those of its neighbours, then shifted);
+are those of its different continuations, as in the memo (rule=published: those of its neighbours, then shifted);
 an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies near them.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
@@ -56,6 +56,14 @@ class ParallelControllable:
         "finest first, the last for all coarser ones; automatic: 0,0,0.1, then 0.2, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
+    snap: str = param(
+        "off", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
+        "that courses and weaves stay in step", choices=("off", "on"),
+    )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = param(
+        AUTO, "vectors", "with snap=on: by which steps the texture repeats; automatic: found in the exemplar",
+        low=-65536, high=65536, unit="px",
+    )  # fmt: skip
     kappa: float | str = param(
         2, "price", "a jump counts as so many times farther than a continuation, distances not squared; 1: no "
         "preference, inf: never jump",
@@ -70,15 +78,21 @@ class ParallelControllable:
         "appearance", "choice", "what is compared: appearance vectors at four points, or the 5 x 5 colours",
         choices=("appearance", "colour"),
     )  # fmt: skip
-    candidates: str = param(
-        "near", "choice", "continuations of the 3 x 3 pixels around and their jumps; jumps looked up before they are "
-        "shifted, as published; or of 5 x 5 pixels, as in the memo",
+    rule: str = param(
+        "near", "choice", "candidates: continuations of the 3 x 3 pixels around and their jumps; jumps looked up "
+        "before they are shifted, as published; or of 5 x 5 pixels, as in the memo",
         choices=("near", "published", "memo"),
+    )  # fmt: skip
+    pin: tuple[tuple[int, ...], ...] | None = param(
+        AUTO, "pins", "what of the exemplar is shown where in the output, within a radius; the seam around is found; "
+        "automatic: nothing", low=-(1 << 40), high=1 << 40, unit="px",
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
 
     def __post_init__(self) -> None:
         check(self)
+        if self.lattice is not AUTO and self.snap == "off":
+            raise ParameterError("lattice is for snap=on only; leave it out, or say snap=on.")
         if math.isqrt(self.subpasses) ** 2 != self.subpasses:
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
 
@@ -88,17 +102,22 @@ class ParallelControllable:
         return sourcemap.Blend(0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
-        """Decide the jitter; ParameterError for weights that do not fit."""
+        """Decide the jitter, find the lattice; ParameterError for weights that do not fit."""
         analysis.features([exemplars[0]], self.channel_weights)
-        return self._with_jitter(exemplars[0])
+        return self._decided(exemplars[0])
 
-    def _with_jitter(self, exemplar: Exemplar) -> ParallelControllable:
+    def _decided(self, exemplar: Exemplar) -> ParallelControllable:
         """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
-        if self.jitter is not AUTO:
-            return self
-        top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-        shares = (ANYWHERE if level >= top - 1 else FINE[min(level, len(FINE) - 1)] for level in range(top + 1))
-        return replace(self, jitter=tuple(shares))
+        lattice, jitter = self.lattice, self.jitter
+        if self.snap == "on" and lattice is AUTO:
+            lattice = analysis.lattice_of(exemplar, self.slug, self.channel_weights)
+        elif lattice is not AUTO:
+            analysis.check_lattice(lattice, exemplar)
+        if jitter is AUTO:
+            top = (max(exemplar.height, exemplar.width) - 1).bit_length()
+            shares = (ANYWHERE if level >= top - 1 else FINE[min(level, len(FINE) - 1)] for level in range(top + 1))
+            jitter = tuple(shares)
+        return replace(self, jitter=jitter, lattice=lattice)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
@@ -117,7 +136,7 @@ class ParallelControllable:
         self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
     ) -> sourcemap.SourceMap:
         sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights)
-        rules = analysis.Corrections.of(self._with_jitter(exemplar))
+        rules = analysis.Corrections.of(self._decided(exemplar))
         descent = analysis.Descent(sites, rules, seed, STAGE)
         yx = descent.window(*spans, run)
         return sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)
