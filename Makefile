@@ -65,7 +65,7 @@ test: lint
 
 lint: $(VENV)/.installed-dev
 	$(call check,-dev)
-	@$(BIN)/python -c 'import hypothesis, mypy, pytest, pytest_timeout, ruff, xdist' 2>/dev/null \
+	@$(BIN)/python -c 'import dask, distributed, hypothesis, mypy, pytest, pytest_timeout, ruff, tifffile, xdist, zarr' 2>/dev/null \
 		|| { rm -f $(VENV)/.installed-dev; $(MAKE) --no-print-directory $(VENV)/.installed-dev; }
 	@$(BIN)/python -m ruff check --quiet src tests examples benchmarks docs
 	@$(BIN)/python -m mypy --no-error-summary

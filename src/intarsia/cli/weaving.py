@@ -26,6 +26,9 @@ from .weave import ENDINGS, Loom
 BASE, PER_PX = 250 << 20, 60
 """Memory of Python and its libraries in bytes, and of a px that is drawn: its map, its weights, its pixels."""
 
+DRAWN = 1 << 22
+"""Px of the map that a worker holds at most."""
+
 
 @dataclass
 class Weaving:
@@ -82,7 +85,8 @@ class Weaving:
             seconds += (time.perf_counter() - began) / px * store.grid.height * store.grid.width / workers
             deep = store.texture.channels * store.texture.dtype.itemsize
             raw += store.grid.height * store.grid.width * deep
-            memory = max(memory, BASE + workers * px * (PER_PX + 2 * deep) + AHEAD * workers * packed)
+            drawn = min(px * store.texture.scale[1] ** 2, DRAWN) * PER_PX + px * 2 * deep
+            memory = max(memory, BASE + workers * drawn + AHEAD * workers * packed)
         about = self._about() | {
             "cells": sum(len(s.grid) for s in self.stores.values()),
             "pixels_bytes": raw, "memory_mib": memory >> 20, "seconds": round(seconds, 1),

@@ -121,8 +121,18 @@ class Weave:
         return out
 
     def draw(self, box: Box, run: Run | None = None) -> Array:
-        """Return the pixels (h, w[, C]) of a box, in one piece; what a worker does."""
-        run = run or Run(1)
+        """Return the pixels (h, w[, C]) of a box; at most 2048 x 2048 px of the map are held at a time."""
+        step = max(2 * SIDE // self.scale[1], 1)
+        if max(box.height, box.width) <= step:
+            return self._drawn(box, run or Run(1))
+        out = np.empty(self.shape_of(box.height, box.width), self.dtype)
+        for cell in Grid(box.height, box.width, step, step):
+            at = cell.box
+            out[at.y0 : at.y1, at.x0 : at.x1] = self._drawn(shifted(at, box.y0, box.x0), run or Run(1))
+        return out
+
+    def _drawn(self, box: Box, run: Run) -> Array:
+        """Draw a box in one piece: its map with the margin that feather and finish reach, then the rendering."""
         inner, (grow, shrink) = self.map_box(box), self.scale
         reach = (self.blend.feather + 1) // 2 + sum(f.radius for f in self.blend.finish)
         reach = -(-reach // shrink) * shrink
