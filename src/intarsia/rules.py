@@ -192,6 +192,11 @@ RULES: tuple[Rule, ...] = (
             f"Patches of the size of its elements suit it: {_size(f)}.",
         ),
     ),
+    Rule(
+        "endless", "parallel-controllable", "windows of an endless texture are asked for, and it has no lattice",
+        lambda f: True, _nothing,
+        lambda f: ("Any window of it can be made alone, from coarse to fine, in pieces of every size.",),
+    ),
 )  # fmt: skip
 """First match leads; the methods of the later ones that hold are what remains if it cannot work."""
 

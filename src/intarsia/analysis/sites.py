@@ -102,7 +102,7 @@ def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Arr
         packing = packed(bordered(transformed(blurred, h, torus), border, torus) + np.int16(MIDDLE))
     else:
         values = np.ascontiguousarray(bordered(((blurred + 8) >> 4).astype(np.int16), border, torus))
-        values = values.reshape(-1, values.shape[2])  # type: ignore[misc]
+        values = values.reshape(-1, values.shape[2])
     own = np.arange(border, border + height)[:, None] * stride + np.arange(border, border + width)
     inner = bordered(own, border, True) if torus else np.pad(own, border, constant_values=-1)
     open_ = np.pad(~closed, border).astype(np.uint8).ravel()
