@@ -213,6 +213,7 @@ def case_rendering() -> list[Result]:
 
 def case_cuts() -> list[Result]:
     from intarsia.kernels.cuts import min_cut, seam_costs
+    from intarsia.kernels.maxflow import grid_min_cut
 
     a, b = pixels()[:, :, :].astype(np.int16), np.roll(pixels(), (37, 91), (0, 1)).astype(np.int16)
     right, down = seam_costs(a, b, False)
@@ -223,8 +224,20 @@ def case_cuts() -> list[Result]:
     ring[[0, -1]] = ring[:, [0, -1]] = 0
     ring[96:160, 96:160] = 2
     return [
-        timed("minimum cut, strip of 256x256 px", 2.6, lambda: min_cut(strip, right, down, out)),
+        timed("minimum cut, strip of 256x256 px", 0.5, lambda: min_cut(strip, right, down, out)),
+        timed("the same by maximum flow", 2.6, lambda: grid_min_cut(strip, right, down, out)),
         timed("minimum cut, patch in patch, 256x256 px", 0.8, lambda: min_cut(ring, right, down, out)),
+    ]
+
+
+def case_lattice() -> list[Result]:
+    """Lattices of tiles, found anew; the largest exemplar is the others, laid side by side."""
+    from intarsia.analysis.cell import lattices_of
+
+    tiles = np.tile(pixels("tiles"), (8, 8, 1))
+    return [
+        timed(f"lattice of {n}x{n}", target, lambda n=n: lattices_of(ia.Exemplar.of(tiles[:n, :n])))  # type: ignore[misc]
+        for n, target in ((128, 5), (256, 15), (2048, 60))
     ]
 
 
@@ -481,6 +494,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "giant": case_giant,
     "rendering": case_rendering,
     "cuts": case_cuts,
+    "lattice": case_lattice,
     "elements": case_elements,
     "segments": case_segments,
     "segment-based": case_segment_based,
