@@ -177,9 +177,7 @@ def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     """
     from scipy.fft import dctn, idctn
 
-    decay = [np.pi * np.arange(n) / n for n in picture.shape]
-    square = decay[0][:, None] ** 2 + decay[1] ** 2
-    narrow, broad = np.exp(-0.5 * square), np.exp(-0.5 * wide * wide * square)
+    narrow, broad = (_gaussian(picture.shape, sigma) for sigma in (1.0, wide))
     if weight is None:
         passed: Floats = idctn(dctn(picture) * (narrow - broad))
         return passed
@@ -190,14 +188,20 @@ def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     return result * weight
 
 
+def _gaussian(shape: tuple[int, ...], sigma: float) -> Floats:
+    """By what the cosine transform of a picture is multiplied to blur it."""
+    decay = [np.pi * np.arange(n) / n for n in shape]
+    square: Floats = decay[0][:, None] ** 2 + decay[1] ** 2
+    return np.asarray(np.exp(-0.5 * sigma * sigma * square))
+
+
 def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floats | None:
     """Correlate a picture with itself, moved by up to `reach` px each way: an array with 1 at its centre.
 
     Unbiased: every lag is divided by the number of pixel pairs that it compares. Lags that compare next to
     none are 1, which never is a dip. None where there is nothing to correlate.
     """
-    from scipy.fft import irfft2, next_fast_len, rfft2
-    from scipy.ndimage import gaussian_filter
+    from scipy.fft import dctn, idctn, irfft2, next_fast_len, rfft2
 
     shape = [next_fast_len(n + reach + 1, real=True) for n in picture.shape]
     around = np.ix_(*(np.arange(-reach, reach + 1) % n for n in shape))
@@ -212,19 +216,25 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
         return None
     few = pairs < max(4.0, pairs[reach, reach] / 32)
     correlation = np.where(few, 1.0, product / np.maximum(pairs, 1.0) / here)
-    smooth: Floats = gaussian_filter(correlation, 1.5, mode="nearest")
+    smooth: Floats = idctn(dctn(correlation) * _gaussian(correlation.shape, 1.5))
     return smooth
+
+
+def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
+    """Read a picture between its pixels, bilinearly. (scipy.ndimage takes longer to import than all of this.)"""
+    top, left = (np.clip(at.astype(np.int64), 0, n - 2) for at, n in zip((y, x), picture.shape, strict=True))
+    down, right = y - top, x - left
+    upper = picture[top, left] * (1 - right) + picture[top, left + 1] * right
+    lower = picture[top + 1, left] * (1 - right) + picture[top + 1, left + 1] * right
+    return np.asarray(upper * (1 - down) + lower * down)
 
 
 def _first_dips(correlation: Floats) -> list[int]:
     """Find the first minimum below 0.1 along each of 12 directions: lags in px, 0 for none."""
-    from scipy.ndimage import map_coordinates
-
     reach = correlation.shape[0] // 2
     angle = np.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS
     lag = np.arange(reach + 1)
-    where = [reach + np.sin(angle) * lag, reach + np.cos(angle) * lag]
-    profile = np.rint(GRAIN * map_coordinates(correlation, where, order=1, mode="nearest"))
+    profile = np.rint(GRAIN * _between(correlation, reach + np.sin(angle) * lag, reach + np.cos(angle) * lag))
     # A profile starts high: where it first rises again from a low value, there it has its first low minimum.
     dip = (profile[:, :-1] < LOW * GRAIN) & (profile[:, 1:] > profile[:, :-1])
     dip[:, 0] = False  # lag 0 is the pattern on itself: the smoothing pulls it down for one-pixel patterns
