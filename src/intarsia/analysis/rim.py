@@ -7,11 +7,17 @@ px), so a rim that looks like other parts of the picture is not found.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt, label, maximum_filter, minimum_filter
+
+from ..lazy import lazy
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only holes need it
+    ndimage = lazy("scipy.ndimage")
 
 Mask = NDArray[np.bool_]
 
@@ -30,14 +36,14 @@ def rim_of(picture: NDArray[np.int16], hole: Mask, usable: Mask | None = None) -
 
     `picture` (H, W, C) features; `hole` (H, W), True where it is filled; `usable` (H, W): what may be taken as usual.
     """
-    depth = distance_transform_cdt(~hole, metric="chessboard")
+    depth = ndimage.distance_transform_cdt(~hole, metric="chessboard")
     rest = depth > REACH
     if usable is not None and usable.any():
         rest &= usable
     if np.count_nonzero(rest) < ELSEWHERE * rest.size:
         return 0
     measures = _measures(picture, hole)
-    spots, count = label(_beyond(measures, rest, RARE) & ~hole, np.ones((3, 3)))
+    spots, count = ndimage.label(_beyond(measures, rest, RARE) & ~hole, np.ones((3, 3)))
     size = np.bincount(spots.ravel(), minlength=count + 1)
     touching = np.bincount(spots[depth == 1], minlength=count + 1)
     elsewhere = size[1:][touching[1:] == 0].max(initial=0)
@@ -50,7 +56,7 @@ def rim_of(picture: NDArray[np.int16], hole: Mask, usable: Mask | None = None) -
 
 def _cover(unusual: Mask, rim: Mask, depth: NDArray[Any]) -> int:
     """How far a rim reaches with all that is unusual within GAP px of it; 0 where it goes on beyond the reach."""
-    pieces, _ = label(maximum_filter(unusual | rim, 2 * (GAP // 2) + 1), np.ones((3, 3)))
+    pieces, _ = ndimage.label(ndimage.maximum_filter(unusual | rim, 2 * (GAP // 2) + 1), np.ones((3, 3)))
     whole = np.isin(pieces, np.unique(pieces[rim])) & (unusual | rim)
     deepest = int(depth[whole].max())
     return deepest + MARGIN if deepest < REACH else 0
@@ -60,8 +66,8 @@ def _measures(picture: NDArray[np.int16], hole: Mask) -> list[NDArray[Any]]:
     """What pixels are judged by: channels, differences of the first three, and the range of the sum within 3x3 px."""
     channels = [picture[:, :, c].astype(np.int32) for c in range(picture.shape[2])]
     total = np.sum(channels, axis=0, dtype=np.int32)
-    high = maximum_filter(np.where(hole, -FAR_UP, total), 3)
-    low = minimum_filter(np.where(hole, FAR_UP, total), 3)
+    high = ndimage.maximum_filter(np.where(hole, -FAR_UP, total), 3)
+    low = ndimage.minimum_filter(np.where(hole, FAR_UP, total), 3)
     differences = [channels[0] - channels[2], channels[0] + channels[2] - 2 * channels[1]] if len(channels) > 2 else []
     return [*channels, *differences, high - low]
 
