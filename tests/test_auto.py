@@ -60,10 +60,10 @@ class TestRules:
     def test_every_rule_names_a_method_and_says_why(self) -> None:
         assert len({r.name for r in RULES}) == len(RULES)
         assert {r.method for r in RULES} <= set(METHODS)
-        methods = {"near-regular", "best-tile", "image-quilting", "segment-based", "graphcut"}
+        methods = {"near-regular", "best-tile", "image-quilting", "segment-based", "graphcut", "parallel-controllable"}
         assert methods <= {r.method for r in RULES}
         assert all(r.when for r in RULES)
-        assert RULES[-1].when == "everything else"
+        assert [r.name for r in RULES[-2:]] == ["patches", "endless"]  # these hold for everything
 
     @pytest.mark.parametrize("name", list(CLASSES))
     def test_classes_are_told_apart(self, name: str) -> None:
@@ -451,6 +451,7 @@ def test_options_give_the_same_method() -> None:
         cls = method_class(slug)
         names = {p.name: p for p in parameters(cls)}
         given = {"lattice": ((12.5, 0.25), (3.0, 9.75))} if "lattice" in names else {}
+        given |= {"snap": "on"} if "snap" in names else {}
         given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
         method = cls(**given)
         words = options_of(method)

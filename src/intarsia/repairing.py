@@ -82,7 +82,7 @@ def check_repair(method: Method, passes: int) -> None:
 
 def keeps_lattice(method: Method) -> bool:
     """Say whether a method lays its pieces on a lattice."""
-    return any(p.name == "lattice" for p in parameters(method))
+    return any(p.name == "lattice" for p in parameters(method)) and getattr(method, "snap", "on") == "on"
 
 
 def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> repairs.Repair:
