@@ -168,6 +168,8 @@ def upright(pixels: Array, orientation: int) -> Array:
 
 
 def _exif_orientation(exif: bytes) -> int:
+    if b"\x01\x12" not in exif and b"\x12\x01" not in exif:  # the tag, in either order of bytes
+        return 1
     from PIL import Image
 
     facts = Image.Exif()
