@@ -91,11 +91,11 @@ class TestTold:
         assert found["lattice"] is None
         assert len(found["candidates"]) >= 3
         assert all("confidence" in one and len(one["vectors"]) in (1, 2) for one in found["candidates"])
-        assert found["suggested"]["method"] == "graphcut"
+        assert found["suggested"]["method"] == "parallel-controllable"
         text = run("blobs.png").stdout
         assert "lattice      none. " in text
         assert text.count("\ncandidate ") == 3
-        assert "--method graphcut --patch " in text
+        assert "--method parallel-controllable" in text
 
     def test_equal_periods_suggest_the_best_tile_and_one_colour_repetition(self) -> None:
         tile = weave(20, 24)
@@ -308,7 +308,7 @@ class TestRefused:
     def test_no_lattice_no_picture(self, asked: tuple[str, str]) -> None:
         line = refused("blobs.png", *asked, code=1)
         assert "has no lattice (confidence 0." in line
-        assert "grow it with method graphcut" in line
+        assert "grow it with method parallel-controllable" in line
 
     @pytest.mark.parametrize("asked", [("--best-tile", "there.png"), ("--overlay", "there.png")])
     def test_files_are_not_replaced_without_force(self, asked: tuple[str, str]) -> None:

@@ -50,9 +50,9 @@ CLASSES = {
     "checkerboard": {"equal-periods"},
     "constant": {"one-colour"},
     "stripes": {"rows", "periods", "equal-periods"},
-    "noise_pink": {"turnable", "elements", "repeats-show", "grain"},
-    "pebbles_black": {"turnable", "elements", "repeats-show", "grain"},
-    "noise_white": {"turnable", "elements", "repeats-show", "grain"},
+    "noise_pink": {"mixed", "turnable", "elements", "repeats-show", "grain"},
+    "pebbles_black": {"mixed", "turnable", "elements", "repeats-show", "grain"},
+    "noise_white": {"mixed", "turnable", "elements", "repeats-show", "grain"},
 }
 
 
@@ -76,28 +76,32 @@ class TestRules:
         assert found.method.slug == "near-regular"
         assert found.method.lattice == found.told["lattice"]
 
-    def test_noise_leads_to_patches(self) -> None:
+    def test_noise_is_mixed_in_pieces_of_every_size(self) -> None:
         found = choice_of(speckle(96, 96))
-        assert found.method.slug in ("graphcut", "segment-based")
+        assert (found.rule, found.method.slug) == ("mixed", "parallel-controllable")
         assert found.facts.lattice is None
+
+    def test_a_large_exemplar_is_not_analysed_for_corrections(self) -> None:
+        assert choice_of(speckle(96, 2730)).rule == "mixed"
+        assert choice_of(speckle(96, 2731)).method.slug == "graphcut"
 
     def test_a_canvas_that_is_vast_is_quilted(self) -> None:
         found = choice_of(speckle(96, 96), ia.Canvas(2048, 2049))
         assert (found.rule, found.method.slug) == ("patches", "image-quilting")
         assert any("minutes" in why for why in found.why)
-        assert choice_of(speckle(96, 96), ia.Canvas(2048, 2048)).method.slug == "graphcut"
+        assert choice_of(speckle(96, 96), ia.Canvas(2048, 2048)).rule == "mixed"
 
     def test_patches_are_turned_only_where_that_keeps_the_look(self) -> None:
         turned = []
         for pixels in (picture("pebbles_black"), speckle(96, 96)):
-            found = choice_of(pixels)
+            found = choice_of(pixels, given={"placement": "sub"})
             assert found.method.slug == "graphcut"
             turned.append(found.method.isometries != "none")
             assert turned[-1] == ({0, 5, 6, 7} <= set(found.facts.symmetry))
         assert turned == [False, True]
 
     def test_repeats_are_dear_where_there_are_few_elements(self) -> None:
-        few, many = choice_of(picture("noise_pink")), choice_of(speckle(96, 96))
+        few, many = (choice_of(p, given={"placement": "sub"}) for p in (picture("noise_pink"), speckle(96, 96)))
         assert few.facts.elements < 12 < many.facts.elements
         assert (few.method.slug, many.method.slug) == ("graphcut", "graphcut")
         assert few.method.usage == few.told["usage"] == 0.3

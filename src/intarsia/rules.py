@@ -24,6 +24,7 @@ SEEN = 10  # of 12 directions must show where elements end: else a slow change o
 VARIED = 0.3  # the price of a repeat in that case
 VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
 FEW_PERIODS = 2.0
+MIXED = 1 << 18  # px of an exemplar that is analysed for corrections in a few seconds
 SMALL = 32  # px
 
 
@@ -92,6 +93,11 @@ def _turns(f: Facts) -> bool:
     return seen and set(TURNED) <= set(f.symmetry)
 
 
+def _mixed(f: Facts) -> bool:
+    """Whether no outline must be kept, so that pieces of every size may be mixed; its analysis grows with the area."""
+    return f.exemplar.height * f.exemplar.width <= MIXED and (_repeats(f) or _turns(f))
+
+
 def _size(f: Facts) -> str:
     size = f.element.size
     return f"its elements are about {size} px large" if f.element.found else "the size of its elements is not seen"
@@ -156,6 +162,14 @@ RULES: tuple[Rule, ...] = (
         lambda f: (
             "It repeats by no lattice.",
             f"Its grain of {f.segment[0]} px is far finer than the slow change of tone over it: small patches mix it.",
+        ),
+    ),
+    Rule(
+        "mixed", "parallel-controllable", "as one of the next two, and an exemplar of at most 512 x 512 px",
+        _mixed, _nothing,
+        lambda f: (
+            "It repeats by no lattice.",
+            "Corrected from coarse to fine, it is mixed in pieces of every size, so little of it is seen to return.",
         ),
     ),
     Rule(
