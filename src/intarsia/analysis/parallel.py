@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from ..draws import seed_state
 from ..kernels.correction import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
+from ..kernels.framed import AROUND, correct_framed, handed_down, remainders
 from ..run import Run
+from .frames import Frames, origins
 from .sites import Sites
 
 REACH = 2  # px that a correction reads on each side
@@ -67,6 +69,7 @@ class Corrections:
     rule: str
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[tuple[int, ...], ...] = ()  # (exemplar x, y, output x, y, radius), px
+    frames: Frames | None = None  # how the texture lies; None: as in the exemplar
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
@@ -74,7 +77,8 @@ class Corrections:
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         shares = tuple(round((1 << FINE) * share) for share in jitter)
-        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, method.pin or ())
+        pins, frames = method.pin or (), Frames.of(method.angle, method.zoom)
+        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, frames)
 
     @property
     def margin(self) -> int:
@@ -99,15 +103,35 @@ class Descent:
         """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32."""
         spans = self._spans(rows, cols)
         top = len(spans) - 1
-        coords = self._first(spans[top], spans[0])
+        frame = self._frame(top, spans)
+        coords = self._first(spans, frame)
         for level in range(top, -1, -1):
             run.tick(top - level, top + 1)
             if level < top:
-                coords = self._handed_down(coords, level, spans)
+                frame = self._frame(level, spans)
+                coords = self._handed_down(coords, level, spans, frame)
             if level < len(self.sites.levels):
-                coords = self._corrected(coords, level, spans[level], run)
+                coords = self._corrected(coords, level, spans[level], frame, run)
         run.tick(top + 1, top + 1)
         return coords
+
+    def framed(self, rows: Span, cols: Span, run: Run) -> tuple[Array, Array, Array]:
+        """Return the same of a turned or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
+
+        The remainder, (H, W, 2) float32, is what whole coordinates leave out of a pixel's place, in px.
+        """
+        coords, frame = self.window(rows.wider(AROUND), cols.wider(AROUND), run), self._frame(0, [(rows, cols)])
+        sub = np.empty((*frame.shape[:2], 2), np.int32)
+        remainders(coords, frame, self._room.size, sub)
+        whole = np.ascontiguousarray(coords[AROUND:-AROUND, AROUND:-AROUND])
+        return whole, (frame / 4096).astype(np.float32).reshape(*frame.shape[:2], 2, 2), (sub / 4096).astype(np.float32)
+
+    def _frame(self, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
+        """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
+        if self.rules.frames is None:
+            return None
+        places = [_place(own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
+        return self.rules.frames.at(places[0], places[1])
 
     def _margin(self, level: int) -> int:
         return self.rules.margin if level < len(self.sites.levels) else 0
@@ -120,17 +144,18 @@ class Descent:
             spans.append((above[0], above[1]))
         return spans
 
-    def _first(self, spans: tuple[Span, Span], finest: tuple[Span, Span]) -> Array:
+    def _first(self, every: list[tuple[Span, Span]], frame: Array | None) -> Array:
         """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
-        room, top = self._room, self.sites.count - 1
+        room, top, spans, finest = self._room, self.sites.count - 1, every[-1], every[0]
         places = [_place(span, top, whole.period) for span, whole in zip(spans, finest, strict=True)]
-        if len(room.lattice):
+        if frame is not None:
+            start = origins(frame, places[0], places[1], room.size, room.lattice)
+        elif len(room.lattice):
             down, across = (_residues(place, room.lattice, axis) for axis, place in enumerate(places))
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
             start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
-        axes = [Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at) for span in spans]
-        coords = self._descended(start, axes, top)
+        coords = self._descended(start, [_at_rest(span) for span in spans], top)
         self._pin(coords, top, spans, finest)
         return coords
 
@@ -140,7 +165,9 @@ class Descent:
         size = np.array([exemplar.height, exemplar.width, exemplar.toroidal], np.int64)
         return Room(size, self.sites.home, _whole_lattice(self.rules.lattice))
 
-    def _handed_down(self, coords: Array, level: int, spans: list[tuple[Span, Span]]) -> Array:
+    def _handed_down(
+        self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None
+    ) -> Array:
         """A level from the next coarser one, whose pixels stand for twice as many px (2006, equation 2)."""
         axes = []
         for span, above, whole in zip(spans[level], spans[level + 1], spans[0], strict=True):
@@ -148,6 +175,10 @@ class Descent:
             up = span.at >> 1
             step = _place(span, level, whole.period) - _place_of(up, parent, level + 1, whole.period)
             axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
+        if frame is not None:
+            parents, coords = coords, np.empty((*frame.shape[:2], 2), np.int64)
+            handed_down(parents, axes[0], axes[1], frame, coords)
+            axes = [_at_rest(span) for span in spans[level]]
         coords = self._descended(coords, axes, level)
         self._pin(coords, level, spans[level], spans[0])
         return coords
@@ -181,13 +212,16 @@ class Descent:
         descend(coords, axes[0], axes[1], state, spread, free, self._room, out)
         return out
 
-    def _corrected(self, coords: Array, level: int, spans: tuple[Span, Span], run: Run) -> Array:
+    def _corrected(
+        self, coords: Array, level: int, spans: tuple[Span, Span], frame: Array | None, run: Run
+    ) -> Array:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""
         place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
         site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
         work: Array = np.empty(coords.shape[:2], np.int32)
         positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
+        lie = None if frame is None else (frame, place.stride)
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
                 here, edge = divmod(number % self.rules.subpasses, side), REACH * (number + 1)
@@ -195,22 +229,33 @@ class Descent:
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                _subpass(work, (rows, cols), site, rule, each)
+                _subpass(work, (rows, cols), site, rule, lie, each)
         margin = self.rules.margin
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
         pixels(work, margin, place.border, place.stride, out)
         return out
 
 
-def _subpass(work: Array, where: tuple[Array, Array], site: Site, rule: Array, each: Any) -> None:
+def _subpass(
+    work: Array, where: tuple[Array, Array], site: Site, rule: Array, lie: tuple[Array, int] | None, each: Any
+) -> None:
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
 
     def band(low: int) -> None:
-        correct(work, rows, cols, low, min(low + BAND, len(rows)), site, rule, found)
+        high = min(low + BAND, len(rows))
+        if lie is None:
+            correct(work, rows, cols, low, high, site, rule, found)
+        else:
+            correct_framed(work, rows, cols, low, high, site, rule, *lie, found)
 
     each(band, range(0, len(rows), BAND))
     put(work, rows, cols, found)
+
+
+def _at_rest(span: Span) -> Axis:
+    """The pixels of a level, each from itself."""
+    return Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at)
 
 
 def _place(span: Span, level: int, whole: int) -> Array:

@@ -62,16 +62,16 @@ class Sites:
     home: NDArray[np.int32]
 
 
-def sites_of(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
+def sites_of(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int = 2) -> Sites:
     """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine.
 
     ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods; ``k`` - 1 jumps for each pixel.
     """
-    key = ("sites", neighbourhood, k, weights)
-    return exemplar.memo(key, lambda: _sites(exemplar, neighbourhood, k, weights))
+    key = ("sites", neighbourhood, k, weights, reach)
+    return exemplar.memo(key, lambda: _sites(exemplar, neighbourhood, k, weights, reach))
 
 
-def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
+def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int = 2) -> Sites:
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
     count = (max(height, width) - 1).bit_length() + 1
     corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
@@ -80,7 +80,7 @@ def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float,
     for number, blurred in enumerate(stack_of(picture, corrected, torus)):
         h = 1 << number
         closed = far <= min(2 * h, int(far.max()) // 4)
-        level = _compared(blurred, h, torus, neighbourhood == "appearance", closed)
+        level = _compared(blurred, h, torus, neighbourhood == "appearance", closed, reach)
         table = table_of(level)
         jumps = np.full((len(table), k - 1), -1, np.int32)
         cells = similar_places(table, (height, width, torus), level.border, h, closed, k - 1)
@@ -91,10 +91,10 @@ def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float,
     return Sites(exemplar, count, tuple(levels), _home(exemplar))
 
 
-def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Array) -> Level:
+def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Array, reach: int) -> Level:
     """A level without its jumps and table: features, and where candidates may lie."""
     height, width, _ = blurred.shape
-    border = 2 * h
+    border = reach * h
     stride = width + 2 * border
     packing: Array = np.zeros((0, 2), np.uint64)
     values: Array = np.zeros((0, 1), np.int16)

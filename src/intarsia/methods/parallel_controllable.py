@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..errors import ParameterError
 from ..geometry import Box, Wrap
 from ..lazy import lazy
+from ..field import Field
 from ..params import AUTO, check, param
 from . import parameters
 from .base import Ability
@@ -87,10 +88,11 @@ class ParallelControllable:
         AUTO, "pins", "what of the exemplar is shown where in the output, within a radius; the seam around is found; "
         "automatic: nothing", low=-(1 << 40), high=1 << 40, unit="px",
     )  # fmt: skip
+    angle: Field | float = param(0, "float", "", low=-180, high=180)
+    zoom: Field | float = param(1, "float", "", low=0.25, high=4)
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
 
     def __post_init__(self) -> None:
-        check(self)
         if self.lattice is not AUTO and self.snap == "off":
             raise ParameterError("lattice is for snap=on only; leave it out, or say snap=on.")
         if math.isqrt(self.subpasses) ** 2 != self.subpasses:
@@ -135,8 +137,14 @@ class ParallelControllable:
     def _map(
         self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
     ) -> sourcemap.SourceMap:
-        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights)
         rules = analysis.Corrections.of(self._decided(exemplar))
+        reach = 2 if rules.frames is None else rules.frames.reach
+        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights, reach)
         descent = analysis.Descent(sites, rules, seed, STAGE)
+        if rules.frames is not None:
+            yx, frame, sub = descent.framed(*spans, run)
+            m = sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)
+            object.__setattr__(m, "frame", frame); object.__setattr__(m, "sub", sub)
+            return m
         yx = descent.window(*spans, run)
         return sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)

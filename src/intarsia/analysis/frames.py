@@ -1,0 +1,68 @@
+"""How a texture lies in the output, place by place: turned and scaled (Lefebvre and Hoppe 2006, section 5).
+
+All numbers are whole, from a table of sines, so that no machine decides otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..field import Field
+from ..kernels.framed import UNIT
+
+TURN = 4096  # steps of a full turn
+ZOOM = 256
+ZOOMS = ZOOM // 4, 4 * ZOOM
+SINES = np.array([round((1 << UNIT) * math.sin(2 * math.pi * n / TURN)) for n in range(TURN)], np.int64)
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Degrees by which the texture lies turned, to the left as seen, and how many times larger it is shown."""
+
+    angle: Field
+    zoom: Field
+
+    @classmethod
+    def of(cls, angle: float | Field, zoom: float | Field) -> Frames | None:
+        """Return the frames of two settings; None where nothing is turned or scaled."""
+        return None if (angle, zoom) == (0, 1) else cls(Field.of(angle), Field.of(zoom))
+
+    @property
+    def reach(self) -> int:
+        """How far, in steps of a level, what neighbours foretell may lie from their own pixel in the exemplar."""
+        return 10
+
+    def at(self, rows: Array, cols: Array) -> Array:
+        """Return J, the step of the exemplar for a step of the output: (rows, columns, 4) int32, 1 / 4096.
+
+        In the order of rows and columns of the matrix: y from y, y from x, x from y, x from x.
+        """
+        turned = np.rint(self.angle.at(rows, cols) * (TURN / 360)).astype(np.int64) % TURN
+        larger = np.clip(np.rint(self.zoom.at(rows, cols) * ZOOM), *ZOOMS).astype(np.int64)
+        sine, cosine = SINES[turned], SINES[(turned + TURN // 4) % TURN]
+        matrix = np.stack([cosine, sine, -sine, cosine], axis=2)
+        return np.asarray((matrix * (2 * ZOOM) + larger[..., None]) // (2 * larger[..., None]), np.int32)
+
+
+def origins(frame: Array, rows: Array, cols: Array, size: Array, lattice: Array) -> Array:
+    """Return J(p) p for places however far away, less whole turns of the exemplar or steps of the lattice, (H, W, 2)."""
+    matrix, p, q = frame.astype(object), rows.astype(object)[:, None], cols.astype(object)[None, :]
+    y, x = matrix[..., 0] * p + matrix[..., 1] * q, matrix[..., 2] * p + matrix[..., 3] * q  # 1 / 4096 px
+    if len(lattice):
+        (ay, ax), (by, bx) = (lattice << (UNIT - 8)).tolist()
+        det = ay * bx - ax * by
+        m, n = (y * bx - x * by) // det, (ay * x - ax * y) // det
+        y, x = y - m * ay - n * by, x - m * ax - n * bx
+    half = 1 << (UNIT - 1)
+    out = [np.asarray((v + half) >> UNIT) for v in (y, x)]
+    if not len(lattice):
+        out = [v % int(side) for v, side in zip(out, size, strict=False)]
+    return np.stack(out, axis=2).astype(np.int64)
