@@ -15,6 +15,7 @@ ROOT = Path(intarsia.__file__).parent
 
 FLOORS: dict[str, float] = {
     "errors": 0,
+    "field": 0,
     "geometry": 0,
     "draws": 0,
     "lazy": 0,

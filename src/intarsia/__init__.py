@@ -24,6 +24,7 @@ _HOMES = {
     "CancelledError": "errors",
     "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
+    "Field": "field",
     "Findings": "inspection",
     "Graphcut": "methods.graphcut",
     "Guide": "guide",
@@ -70,6 +71,7 @@ __all__ = [
     "Canvas",
     "EfrosLeung",
     "Exemplar",
+    "Field",
     "Findings",
     "Graphcut",
     "Guide",
@@ -112,6 +114,7 @@ if TYPE_CHECKING:
     from .canvas import Canvas
     from .errors import CancelledError, InputError, IntarsiaError, MethodError, ParameterError
     from .exemplar import Exemplar
+    from .field import Field
     from .files import read, write
     from .geometry import Box, Wrap
     from .giant import Weave, weave

@@ -28,6 +28,8 @@ class Canvas:
         What should be where.
     rim : int, optional
         How deep, in px from the nearest hole, start pixels may be replaced. None: the method's choice.
+    endless : bool
+        True where the size is only one to think of: what is made are windows of an endless plane.
     """
 
     height: int
@@ -36,6 +38,7 @@ class Canvas:
     start: SourceMap | None = None
     guide: Guide | None = None
     rim: int | None = None
+    endless: bool = False
 
     def __post_init__(self) -> None:
         if min(self.height, self.width) < 1 or self.height * self.width > MAX_PIXELS:

@@ -12,8 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import ParameterError
+from .errors import InputError, ParameterError
 from .geometry import ISOMETRY_SETS
+from .lazy import lazy
+
+fields = lazy("intarsia.field")
 
 MOST_LEVELS = 20
 AUTO = None  # a field left at AUTO is decided from the exemplar
@@ -31,14 +34,16 @@ class Parameter:
     unit: str
     choices: tuple[str, ...]
     help: str
+    over: str = ""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the entry that ``methods --json`` prints."""
-        return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(self).items()}
+        """Return the entry that ``methods --json`` prints; ``over`` only for fields."""
+        told = {key: list(value) if isinstance(value, tuple) else value for key, value in vars(self).items()}
+        return told if self.over else {key: value for key, value in told.items() if key != "over"}
 
     def allowed(self) -> str:
         """Say in words what may be given."""
-        if self.choices:
+        if self.choices and self.kind != "field":
             return "one of " + ", ".join(self.choices)
         span = "any number"
         if self.low is not None and self.high is not None:
@@ -53,6 +58,7 @@ class Parameter:
             "price": f"{span}, or inf",
             "pins": "exemplar x,y -> output x,y and a radius, such as '40,30 -> 200,120 24', several after semicolons",
             "vectors": "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
+            "field": ", ".join([*self.choices, span]) + f"{unit}, or a gray picture over the {self.over}",
             "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
         }.get(self.kind, span + unit)
 
@@ -66,15 +72,17 @@ def param(
     high: float | None = None,
     unit: str = "",
     choices: Sequence[str] = (),
+    over: str = "",
 ) -> Any:
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
     Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
     (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``pins``
     (tuples of five whole numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is
-    decided from the exemplar when a method settles).
+    decided from the exemplar when a method settles), ``field`` (a number for every pixel ``over`` the "output" or the
+    "exemplar": a number, a gray picture, a function, a Field, or one of the choices).
     """
-    data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help}
+    data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help, "over": over}
     return dataclasses.field(default=default, metadata={"param": data})
 
 
@@ -93,6 +101,9 @@ def check(method: Any) -> None:
         value = getattr(method, p.name)
         if value is AUTO and p.default is AUTO:
             continue
+        if p.kind == "field" and not isinstance(value, (int, float, str)):
+            object.__setattr__(method, p.name, _field(p, value))
+            continue
         try:
             object.__setattr__(method, p.name, _normal(p, value))
         except (TypeError, ValueError, OverflowError):
@@ -105,7 +116,7 @@ def parse(p: Parameter, text: str) -> Any:
     try:
         if p.kind == "int":
             return int(text)
-        if p.kind == "float":
+        if p.kind == "float" or (p.kind == "field" and text not in p.choices):
             return float(text)
         if p.kind == "price":
             return text if text == "inf" else float(text)
@@ -143,8 +154,18 @@ def _is_pair(p: Parameter, value: Any) -> bool:
     return p.kind == "extent" and isinstance(value, tuple)
 
 
+def _field(p: Parameter, value: Any) -> Any:
+    """A number, where the field is one everywhere; else the field."""
+    try:
+        field = value if isinstance(value, fields.Field) else fields.Field(value)
+        field = field.within(p.low, p.high)
+    except InputError as e:
+        raise InputError(f"{p.name}: {e}") from None
+    return field if field.number is None else field.number
+
+
 def _normal(p: Parameter, value: Any) -> Any:
-    if p.kind == "choice":
+    if p.kind == "choice" or (p.kind == "field" and isinstance(value, str)):
         if value not in p.choices:
             raise ValueError
         return str(value)

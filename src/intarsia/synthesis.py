@@ -17,6 +17,7 @@ from .canvas import Canvas
 from .draws import check_seed
 from .errors import InputError, MethodError, ParameterError
 from .exemplar import Exemplar
+from .field import Field
 from .geometry import Box, Wrap
 from .guide import Guide
 from .image import Plane
@@ -283,5 +284,5 @@ def recipe_settings(method: Method) -> dict[str, Any]:
         value = getattr(method, p.name)
         if isinstance(value, tuple):
             value = list(reversed(value)) if p.kind == "extent" else list(value)
-        out[p.name] = value
+        out[p.name] = value.told if isinstance(value, Field) else value
     return out

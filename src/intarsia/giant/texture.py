@@ -281,7 +281,7 @@ def weave(
     """
     exemplars, seed = as_exemplars(exemplar), check_seed(seed)
     check_alike(exemplars)
-    canvas = Canvas(2 * exemplars[0].height, 2 * exemplars[0].width)
+    canvas = Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)
     wanted = named(method)
     if isinstance(wanted, Auto):
         wanted = replace(wanted, needs=wanted.needs | {Ability.WINDOW}).choose(exemplars, canvas).method

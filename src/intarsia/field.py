@@ -1,0 +1,193 @@
+"""A number for every pixel: the same everywhere, what a gray picture says, or what a function tells."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from .errors import InputError
+from .lazy import lazy
+from .params import parameters
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+else:  # the command line makes methods before any work
+    np = lazy("numpy")
+
+FULL = {"bool": 1, "uint8": 255, "uint16": 65535}
+"""Whole numbers that span a range, and which of them stands for its end."""
+
+ROWS = 256  # of a picture that are hashed at a time
+PROBE = 32  # rows and columns at which a function is asked who it is, 16 px apart
+GRAIN = float(1 << 20)  # its values count in parts of this
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Field:
+    """A number for every pixel, by its place.
+
+    Parameters
+    ----------
+    value : number, array of shape (H, W), or function
+        A gray picture of type bool, uint8 or uint16 is stretched: 0 means `low`, white means `high`. Other arrays are
+        taken as they are. Beyond a picture its border pixels go on. A function f(y, x) is given rows (n, 1) and columns
+        (1, m) in px, float64, and returns a number for each pixel. It must give the same numbers for the same places;
+        one at the top of a module can be sent to other processes.
+    low, high : float, optional
+        The least and the greatest number that is allowed. None: those of the parameter, and 0 to 1 to stretch by.
+
+    Raises
+    ------
+    InputError
+        where numbers are NaN, infinite or out of range, or the array is no picture.
+    """
+
+    value: float | NDArray[Any] | Callable[[Any, Any], Any]
+    low: float | None = None
+    high: float | None = None
+
+    def __post_init__(self) -> None:
+        if callable(self.value):
+            _ = self.digest  # asks it at once, before any work
+            return
+        given = np.asarray(self.value)
+        if given.dtype.kind not in "buif" or (given.ndim == 0 and given.dtype.kind == "b"):
+            raise InputError(f"{type(self.value).__name__} is no field; give a number, a gray picture or a function.")
+        if given.ndim == 3 and given.shape[2] == 1:
+            given = given[:, :, 0]
+        if given.ndim not in (0, 2) or 0 in given.shape:
+            raise InputError(f"an array of shape {given.shape} is no field; give a gray picture, (height, width).")
+        if given.ndim == 0:
+            object.__setattr__(self, "value", float(given))
+        else:
+            own = np.array(given, order="C")
+            own.flags.writeable = False
+            object.__setattr__(self, "value", own)
+        stretched = given.ndim == 2 and given.dtype.name in FULL
+        self._check(np.zeros(1) if stretched else np.array([given.min(), given.max()], np.float64), "it")
+
+    def __reduce__(self) -> Any:
+        return Field, (self.value, self.low, self.high)
+
+    def __repr__(self) -> str:
+        return f"<field: {self.told}>"
+
+    def __eq__(self, other: object) -> bool:
+        return self._key == other._key if isinstance(other, Field) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def number(self) -> float | None:
+        """The number, where it is the same everywhere; else None."""
+        return self.value if isinstance(self.value, float) else None
+
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """Height and width of a picture in px; else None."""
+        return None if callable(self.value) or isinstance(self.value, float) else self.value.shape[:2]
+
+    def within(self, low: float | None, high: float | None) -> Field:
+        """Return the field as a parameter from `low` to `high` means it; InputError where it goes beyond."""
+        if self.low is None and self.high is None:
+            return replace(self, low=low, high=high)
+        for own, end, sign in ((self.low, low, 1), (self.high, high, -1)):
+            if own is None or (end is not None and sign * own < sign * end):
+                raise InputError(f"the field goes from {self.low} to {self.high}, {low} to {high} is allowed.")
+        return self
+
+    def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the numbers at places of px, rows (n,) and columns (m,): float64 (n, m)."""
+        if isinstance(self.value, float):
+            return np.full((len(rows), len(columns)), self.value)
+        if callable(self.value):
+            numbers = self._asked(rows, columns)
+            if numbers.size:
+                self._check(np.array([numbers.min(), numbers.max()]), f"the function {self._name}")
+            return numbers
+        height, width = self.value.shape
+        return self._stretched(self.value[np.clip(rows, 0, height - 1)][:, np.clip(columns, 0, width - 1)])
+
+    @property
+    def told(self) -> float | dict[str, Any]:
+        """What recipes hold of it: a number, or what it is known by."""
+        if isinstance(self.value, float):
+            return self.value
+        if callable(self.value):
+            return {"function": self._name, "sha256": self.digest}
+        height, width = self.value.shape
+        return {"size": [width, height], "sha256": self.digest}
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of its numbers, as 64 hexadecimal digits; those of a function on a grid that is always the same.
+
+        Pictures that mean the same numbers have the same, whatever their depth.
+        """
+        if callable(self.value):
+            at = np.arange(PROBE, dtype=np.int64) * 16
+            found = np.clip(np.nan_to_num(self._asked(at, at)), -GRAIN, GRAIN)
+            return hashlib.sha256(b"function" + np.rint(GRAIN * found).astype("<i8").tobytes()).hexdigest()
+        if isinstance(self.value, float):
+            return hashlib.sha256(repr(self.value).encode()).hexdigest()
+        hashed = hashlib.sha256(f"{self.value.shape}".encode())
+        for row in range(0, len(self.value), ROWS):
+            hashed.update((self._stretched(self.value[row : row + ROWS]) + 0.0).astype("<f8").tobytes())
+        return hashed.hexdigest()
+
+    @property
+    def _key(self) -> tuple[Any, ...]:
+        return (self.number, self.size, self._name if callable(self.value) else "", self.digest)
+
+    @property
+    def _name(self) -> str:
+        kind = self.value if hasattr(self.value, "__qualname__") else type(self.value)
+        return f"{kind.__module__}.{kind.__qualname__}"
+
+    def _asked(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
+        assert callable(self.value)
+        y, x = rows.astype(np.float64)[:, None], columns.astype(np.float64)[None, :]
+        try:
+            found = np.asarray(self.value(y, x), np.float64)
+            return np.array(np.broadcast_to(found, (len(rows), len(columns))))
+        except (TypeError, ValueError, IndexError) as e:
+            told = str(e).splitlines()[0] if str(e) else type(e).__name__
+            name = self._name
+            raise InputError(f"the function {name} gives no numbers for rows (n, 1) and columns (1, m): {told}") from e
+
+    def _stretched(self, numbers: NDArray[Any]) -> NDArray[np.float64]:
+        full = FULL.get(numbers.dtype.name)
+        if full is None:
+            return numbers.astype(np.float64)
+        low, high = (0.0 if self.low is None else self.low), (1.0 if self.high is None else self.high)
+        return np.asarray(low + (high - low) * (numbers.astype(np.float64) / full))
+
+    def _check(self, ends: NDArray[np.float64], who: str) -> None:
+        """Refuse the least and the greatest number where they are not allowed."""
+        if not np.isfinite(ends).all():
+            raise InputError(f"{who} holds NaN or infinite numbers; give finite ones.")
+        low, high = (self.low, self.high) if len(ends) > 1 else (None, None)
+        if (low is not None and ends[0] < low) or (high is not None and ends[1] > high):
+            raise InputError(f"{who} holds numbers from {ends[0]:g} to {ends[1]:g}; give {low:g} to {high:g}.")
+
+
+def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] | None) -> None:
+    """Refuse pictures of a method's parameters that do not lie on what they are for.
+
+    ``exemplar`` and ``canvas`` are (height, width); a canvas without end (None) takes pictures of any size, which
+    begin at pixel (0, 0).
+    """
+    for p in parameters(method):
+        value = getattr(method, p.name)
+        size = value.size if isinstance(value, Field) else None
+        wanted = exemplar if p.over == "exemplar" else canvas
+        if size is not None and wanted is not None and size != wanted:
+            raise InputError(
+                f"the picture {p.name} is {size[1]}x{size[0]} px, the {p.over} {wanted[1]}x{wanted[0]}; "
+                "make them equal."
+            )
