@@ -6,7 +6,8 @@ Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f +
 chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in
 cells, boxes of the output that know their surroundings within the feather; a cell never depends on how the
 canvas was cut. `grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1. A finish
-comes last, of a picture that reaches as far beyond the window as the finish does.
+comes last, of a picture that reaches as far beyond the window as the finish does. Maps whose pieces are turned or
+scaled, or lie between pixels, are drawn by warped.py.
 """
 
 from __future__ import annotations
@@ -36,9 +37,10 @@ from .run import Run
 from .sourcemap import Blend, Mixing, SourceMap
 
 if TYPE_CHECKING:
-    from . import finish
-else:  # only some textures need it
+    from . import finish, warped
+else:  # only some textures need them
     finish = lazy("intarsia.finish")
+    warped = lazy("intarsia.warped")
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
@@ -89,7 +91,7 @@ def render(
     _check_exemplars(exemplars, smap)
     planes, scale = _planes(exemplars, name)
     box = box or Box(0, 0, smap.height, smap.width)
-    job = _Job.of(exemplars, planes, scale, smap, blend)
+    job = (_Job if smap.exact else warped.Warped).of(exemplars, planes, scale, smap, blend)
     shrink = max(-scale, 1)
     _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")  # refuses what does not lie on the canvas
     _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
@@ -99,6 +101,7 @@ def render(
         )
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
         return planes[0].like(_drawn(job, box, smap, shrink, run))
+    assert isinstance(job, _Job)  # the others have no finish
     usable = usable_pixels(exemplars, job.scale)
     bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
     codes = bench.finished(lambda wide: _drawn(job, wide, smap, 1, run), box, blend.finish, run)
@@ -109,7 +112,7 @@ def render(
     return planes[0].like(codes)
 
 
-def _drawn(job: _Job, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
+def _drawn(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow = job.scale
     rows = _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError, ParameterError
+from .frames import check_frames, frozen, matrices, places
 from .geometry import Box, Wrap
 from .levelling import FINISHES, Finish, finish_of, words_of
 
@@ -23,10 +24,10 @@ HOLE = 255
 """Value of ``which`` where no exemplar pixel has been chosen yet."""
 
 
-LARGEST, LONGEST = (8 << 31) + 4096, 1 << 24
+LARGEST, LONGEST = (16 << 31) + 4096, 1 << 24
 """Most bytes that an array of a saved map may unpack to, and what it says of itself."""
 
-_TYPES = {"yx": np.int32, "which": np.uint8, "pose": np.uint8}
+_TYPES = {"yx": np.int32, "which": np.uint8, "pose": np.uint8, "frame": np.float32, "sub": np.float32}
 
 
 class Mixing(StrEnum):
@@ -98,6 +99,11 @@ class SourceMap:
         Along which axes the map closes on itself.
     blend : Blend
         The blend that the method proposes.
+    frame : float32 array, shape (H, W, 2, 2), optional
+        In place of ``pose``, where a piece is scaled, turned or bent: the matrix from steps in the output to steps in
+        the exemplar, rows (y, x). At most 64 times the area, at least 1/64 of it.
+    sub : float32 array, shape (H, W, 2), optional
+        How far beside its exemplar pixel the entry lies, -0.5 to 0.5 px mostly. None: nowhere.
     """
 
     yx: NDArray[np.int32]
@@ -106,11 +112,16 @@ class SourceMap:
     sources: tuple[Source, ...] = ()
     wrap: Wrap = Wrap.NONE
     blend: Blend = field(default_factory=Blend)
+    frame: NDArray[np.float32] | None = None
+    sub: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
-        _frozen(self, "yx", np.int32, None)
-        _frozen(self, "which", np.uint8, self.yx.shape[:2])
-        _frozen(self, "pose", np.uint8, self.yx.shape[:2])
+        object.__setattr__(self, "yx", frozen("yx", self.yx, np.int32, None))
+        size = self.yx.shape[:2]
+        for name, shape in (("which", size), ("pose", size), ("frame", (*size, 2, 2)), ("sub", (*size, 2))):
+            object.__setattr__(self, name, frozen(name, getattr(self, name), _TYPES[name], shape))
+        if not self.exact:
+            check_frames(self.frame, self.sub, self.pose, self.holes)
         object.__setattr__(self, "sources", tuple(self.sources))
         object.__setattr__(self, "wrap", Wrap(self.wrap))
 
@@ -123,6 +134,11 @@ class SourceMap:
     def width(self) -> int:
         """Columns of the output."""
         return int(self.yx.shape[1])
+
+    @property
+    def exact(self) -> bool:
+        """Whether pixels are copies, bit for bit; with a frame or fractions they are read between pixels."""
+        return self.frame is None and self.sub is None
 
     @property
     def holes(self) -> NDArray[np.bool_]:
@@ -143,18 +159,19 @@ class SourceMap:
         rows = _positions(box.y0, box.y1, self.height, self.wrap.y, "rows")
         columns = _positions(box.x0, box.x1, self.width, self.wrap.x, "columns")
         index = np.ix_(rows, columns)
-        return replace(
-            self,
-            yx=self.yx[index],
-            which=None if self.which is None else self.which[index],
-            pose=None if self.pose is None else self.pose[index],
-            wrap=Wrap.NONE,
-        )
+        return replace(self, **{name: array[index] for name, array in self._arrays().items()}, wrap=Wrap.NONE)
 
     def pieces(self) -> NDArray[np.int32]:
-        """Number the connected pieces: (H, W) int32, equal where one exemplar continues unbroken."""
+        """Number the connected pieces: (H, W) int32, equal where one exemplar continues unbroken.
+
+        With frames or fractions, it continues where neighbours lie within 1 px of where the mean of their frames leads.
+        """
+        from .kernels.flow import label_flowing
         from .kernels.votes import label_pieces
 
+        if not self.exact:
+            where = places(self.yx, self.sub), matrices(self.frame, self._pose())
+            return label_flowing(*where, self._which(), self._pose())
         return label_pieces(self.yx, self._which(), self._pose())[0]
 
     def usage(self) -> list[NDArray[np.int64]]:
@@ -178,8 +195,9 @@ class SourceMap:
                 f"an ST map shows one exemplar, this map has {len(self.sources)}; save the map itself."
             )
         size = self.sources[0]
-        s = (self.yx[:, :, 1] + 0.5) / size.width
-        t = 1.0 - (self.yx[:, :, 0] + 0.5) / size.height
+        at = places(self.yx, self.sub)
+        s = (at[:, :, 1] + 0.5) / size.width
+        t = 1.0 - (at[:, :, 0] + 0.5) / size.height
         return np.stack([s, t], axis=2).astype(np.float32)
 
     def save(self, path: str | Path) -> None:
@@ -196,7 +214,7 @@ class SourceMap:
             **self.blend.told,
         }
         arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
-        arrays |= {k: v for k, v in (("which", self.which), ("pose", self.pose)) if v is not None}
+        arrays |= self._arrays()
         buffer = io.BytesIO()
         np.savez_compressed(buffer, allow_pickle=False, **arrays)
         return buffer.getvalue()
@@ -228,6 +246,10 @@ class SourceMap:
         h = hashlib.sha256(f"{self.yx.shape}{self.wrap}".encode())
         for part in (self.yx.astype("<i4", copy=False), self._which(), self._pose()):
             h.update(np.ascontiguousarray(part).data)
+        for name, fine in (("frame", self.frame), ("sub", self.sub)):
+            if fine is not None:
+                h.update(name.encode())
+                h.update(fine.astype("<f4", copy=False).data)
         return h.hexdigest()
 
     def check_sources(self) -> None:
@@ -242,6 +264,9 @@ class SourceMap:
             yx = self.yx[which == number]
             if yx.size and (yx.min() < 0 or yx[:, 0].max() >= source.height or yx[:, 1].max() >= source.width):
                 raise InputError(f"the map points outside its exemplar {source.name}; it is damaged.")
+
+    def _arrays(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in _TYPES if getattr(self, name) is not None}
 
     def _which(self) -> NDArray[np.uint8]:
         return np.zeros(self.yx.shape[:2], np.uint8) if self.which is None else self.which
@@ -279,20 +304,6 @@ def _source(name: str, height: int, width: int, digest: str) -> Source:
     if not all(type(side) is int and side > 0 for side in (height, width)):
         raise TypeError
     return Source(name, height, width, digest)
-
-
-def _frozen(owner: SourceMap, name: str, dtype: Any, shape: tuple[int, ...] | None) -> None:
-    value = getattr(owner, name)
-    if value is None:
-        return
-    array = np.ascontiguousarray(value, dtype=dtype)
-    if shape is None and (array.ndim != 3 or array.shape[2] != 2):
-        raise InputError(f"{name} of shape {array.shape} is no map; it needs (height, width, 2).")
-    if shape is not None and array.shape != shape:
-        raise InputError(f"{name} of shape {array.shape} does not fit the map of shape {shape}.")
-    array = array.view()
-    array.flags.writeable = False
-    object.__setattr__(owner, name, array)
 
 
 def _positions(start: int, stop: int, length: int, wrap: bool, axis: str) -> NDArray[np.int64]:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .canvas import Canvas
 from .errors import InputError, ParameterError
 from .exemplar import Exemplar
+from .frames import UPRIGHT
 from .geometry import Box, Wrap
 from .lazy import lazy
 from .sourcemap import HOLE, Source, SourceMap, identity
@@ -81,7 +82,10 @@ def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
         )
     which = np.zeros(holes.shape, np.uint8) if smap.which is None else smap.which
     pose = None if smap.pose is None else np.where(holes, 0, smap.pose)
-    return replace(smap, yx=np.where(holes[:, :, None], 0, smap.yx), which=np.where(holes, HOLE, which), pose=pose)
+    frame = None if smap.frame is None else np.where(holes[:, :, None, None], UPRIGHT, smap.frame)
+    sub = None if smap.sub is None else np.where(holes[:, :, None], np.float32(0), smap.sub)
+    yx, which = np.where(holes[:, :, None], 0, smap.yx), np.where(holes, HOLE, which)
+    return replace(smap, yx=yx, which=which, pose=pose, frame=frame, sub=sub)
 
 
 def grown_hole(hole: ArrayLike, px: int, wrap: Wrap = Wrap.NONE) -> Mask:

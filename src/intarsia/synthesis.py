@@ -212,7 +212,12 @@ def _canvas(
 
 
 def check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
-    """A start map must point into the exemplars that are given."""
+    """A start map must point into the exemplars that are given, at whole pixels."""
+    if not start.exact:
+        raise InputError(
+            "the map's pieces are turned, scaled or moved by fractions of a pixel (frame, sub), which no method can "
+            "continue or repair; give one without."
+        )
     if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
         raise InputError(
             "the start map was made of exemplars of other sizes; give the same exemplars in the same order."
