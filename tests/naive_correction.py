@@ -5,6 +5,7 @@ Written from the papers and the memo; shared with the package are the draws, the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,7 +13,23 @@ from typing import Any
 from intarsia.draws import draw
 
 Pixel = tuple[int, int]
+Matrix = tuple[int, int, int, int]  # J in 1 / 4096: y from y, y from x, x from y, x from x
+UPRIGHT = (4096, 0, 0, 4096)
 DIAGONAL = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
+
+
+def stepped(j: Matrix, y: int, x: int) -> Pixel:
+    """J (y, x), rounded to whole px."""
+    return (j[0] * y + j[1] * x + 2048) // 4096, (j[2] * y + j[3] * x + 2048) // 4096
+
+
+def toward(j: Matrix, y: int, x: int) -> Pixel:
+    """The nearest of eight neighbours, or none, in the direction that J turns into (y, x): phi of 2006."""
+    back = j[3] * y - j[1] * x, j[0] * x - j[2] * y
+    length = math.hypot(*back)
+    unit = [v / length if length else 0.0 for v in back]
+    found = [0 if abs(v) < 0.5 - 1e-9 else 1 if v > 0 else -1 for v in unit]
+    return found[0], found[1]
 
 
 @dataclass
@@ -44,17 +61,19 @@ class NaiveLevel:
         taps = [self.at(u[0] + self.h * dy, u[1] + self.h * dx) for dy in range(-2, 3) for dx in range(-2, 3)]
         return [(v * int(w)) >> 8 for tap, w in zip(taps, self.colours, strict=True) for v in tap]
 
-    def seen(self, p: Pixel, s: Callable[[int, int], Pixel]) -> list[int]:
-        """N_S(p): what the map shows around p."""
+    def seen(self, p: Pixel, s: Callable[[int, int], Pixel], j: Matrix) -> list[int]:
+        """N_S(p): what the map shows around p; a neighbour o away foretells S[p + o] - J h o."""
         if self.colours is not None:
             taps = [self.at(*s(p[0] + dy, p[1] + dx)) for dy in range(-2, 3) for dx in range(-2, 3)]
             return [(v * int(w)) >> 8 for tap, w in zip(taps, self.colours, strict=True) for v in tap]
         out = []
         for dy, dx in DIAGONAL:
             total = [0] * self.picture.shape[2]
-            for ey, ex in ((0, 0), (dy, 0), (0, dx)):
-                u = s(p[0] + dy + ey, p[1] + dx + ex)
-                total = [a + b for a, b in zip(total, self.at(u[0] - self.h * ey, u[1] - self.h * ex), strict=True)]
+            for aside in ((0, 0), (dy, 0), (0, dx)):
+                oy, ox = (a + b for a, b in zip(toward(j, dy, dx), toward(j, *aside), strict=True))
+                u, back = s(p[0] + oy, p[1] + ox), stepped(j, self.h * oy, self.h * ox)
+                there = u[0] - back[0] + self.h * dy, u[1] - back[1] + self.h * dx
+                total = [a + b for a, b in zip(total, self.at(*there), strict=True)]
             out += total
         return out
 
@@ -74,28 +93,35 @@ class NaiveLevel:
                 out += [] if moved is None else [moved]
         return out
 
-    def candidates(self, p: Pixel, s: Callable[[int, int], Pixel], rule: str) -> tuple[list[Pixel], list[Pixel]]:
-        """The proximity set and the jump set of p."""
+    def candidates(
+        self, p: Pixel, s: Callable[[int, int], Pixel], rule: str, j: Matrix
+    ) -> tuple[list[Pixel], list[Pixel]]:
+        """The proximity set and the jump set of p; turned or scaled, jumps of what differs by rounding are left out."""
         reach = 2 if rule == "memo" else 1
         around = [(dy, dx) for dy in range(-reach, reach + 1) for dx in range(-reach, reach + 1)]
         near: list[Pixel] = [s(*p)]
         far: list[Pixel] = []
         for dy, dx in around:
             u = s(p[0] + dy, p[1] + dx)
-            moved = self.inside(u[0] - self.h * dy, u[1] - self.h * dx)
+            back = stepped(j, self.h * dy, self.h * dx)
+            moved = self.inside(u[0] - back[0], u[1] - back[1])
             near += [] if moved is None else [moved]
             if rule == "published":
                 tos = [self.inside(t[0] - self.h * dy, t[1] - self.h * dx) for t in self.similar(u)]
                 far += [t for t in tos if t is not None]
         if rule != "published":
-            for u in dict.fromkeys(near):
-                far += self.similar(u)
+            every = list(dict.fromkeys(near))
+            for n, u in enumerate(every):
+                beside = any(max(abs(u[0] - v[0]), abs(u[1] - v[1])) <= 1 for v in every[:n])
+                far += [] if j != UPRIGHT and beside else self.similar(u)
         return near, far
 
-    def corrected(self, p: Pixel, s: Callable[[int, int], Pixel], rule: str, factor: int) -> Pixel:
+    def corrected(
+        self, p: Pixel, s: Callable[[int, int], Pixel], rule: str, factor: int, j: Matrix = UPRIGHT
+    ) -> Pixel:
         """The candidate whose neighbourhood is most like that of p; a jump counts factor / 256 times as much."""
-        near, far = self.candidates(p, s, rule)
-        seen, best, kept = self.seen(p, s), None, s(*p)
+        near, far = self.candidates(p, s, rule, j)
+        seen, best, kept = self.seen(p, s, j), None, s(*p)
         for u, price in [(u, 256) for u in near] + [(u, factor) for u in far if u not in near and factor >= 0]:
             if self.open[u]:
                 d = price * sum((a - b) ** 2 for a, b in zip(seen, self.own(u), strict=True))
@@ -118,6 +144,7 @@ class NaiveSynthesis:
     rule: str
     seed: int
     stage: int
+    lie: Callable[[int, int, int], Matrix] = lambda level, y, x: UPRIGHT
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
 
     def pixel(self, level: int, after: int, y: int, x: int) -> Pixel:
@@ -138,16 +165,17 @@ class NaiveSynthesis:
         if (y % self.side, x % self.side) != turn:
             return self.pixel(level, after - 1, y, x)
         return self.levels[level].corrected(
-            (y, x), lambda a, b: self.pixel(level, after - 1, a, b), self.rule, self.factor
+            (y, x), lambda a, b: self.pixel(level, after - 1, a, b), self.rule, self.factor, self.lie(level, y, x)
         )
 
     def _fresh(self, level: int, after: int, y: int, x: int) -> Pixel:
         h = 1 << level
         if level == self.count - 1:
-            u = [h * y + h // 2, h * x + h // 2]
+            u = list(stepped(self.lie(level, y, x), h * y + h // 2, h * x + h // 2))
         else:
             parent = self.pixel(level + 1, self._subpasses(level + 1), y // 2, x // 2)
-            u = [s + (h * (2 * (c % 2) - 1)) // 2 for s, c in zip(parent, (y, x), strict=True)]
+            step = stepped(self.lie(level, y, x), *((h * (2 * (c % 2) - 1)) // 2 for c in (y, x)))
+            u = [a + b for a, b in zip(parent, step, strict=True)]
         bits, r = draw(self.seed, self.stage, level, y, x), self.jitter(level)
         for axis, word in enumerate((bits >> 32, bits & 0xFFFFFFFF)):  # floor(h r H + 1/2), H in [-1, 1)
             u[axis] += (2 * r * (word - (1 << 31)) + (4096 << 31)) // (2 * 4096 << 31)

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from ..draws import seed_state
 from ..kernels.correction import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
-from ..kernels.framed import AROUND, correct_framed, handed_down, remainders
+from ..kernels.orientation import AROUND, UNIT, correct_framed, handed_down, remainders
 from ..run import Run
-from .frames import Frames, origins
+from .orientation import Orientation, origins
+from .pins import Pin, pinned
 from .sites import Sites
 
 REACH = 2  # px that a correction reads on each side
@@ -68,8 +69,8 @@ class Corrections:
     subpasses: int
     rule: str
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
-    pins: tuple[tuple[int, ...], ...] = ()  # (exemplar x, y, output x, y, radius), px
-    frames: Frames | None = None  # how the texture lies; None: as in the exemplar
+    pins: tuple[Pin, ...] = ()
+    lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
@@ -77,13 +78,18 @@ class Corrections:
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         shares = tuple(round((1 << FINE) * share) for share in jitter)
-        pins, frames = method.pin or (), Frames.of(method.angle, method.zoom)
-        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, frames)
+        pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
+        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, lie)
 
     @property
     def margin(self) -> int:
         """How many px around a window the corrections of a level read (S4-31)."""
         return REACH * self.passes * self.subpasses
+
+    @property
+    def border(self) -> int:
+        """How far beyond the exemplar a correction may read, in steps of the level."""
+        return REACH if self.lie is None else self.lie.reach
 
     def spread(self, level: int) -> int:
         """Jitter of a level, in 1 / 4096 px."""
@@ -111,7 +117,7 @@ class Descent:
                 frame = self._frame(level, spans)
                 coords = self._handed_down(coords, level, spans, frame)
             if level < len(self.sites.levels):
-                coords = self._corrected(coords, level, spans[level], frame, run)
+                coords = self._corrected(coords, level, spans[level], run, frame)
         run.tick(top + 1, top + 1)
         return coords
 
@@ -121,17 +127,16 @@ class Descent:
         The remainder, (H, W, 2) float32, is what whole coordinates leave out of a pixel's place, in px.
         """
         coords, frame = self.window(rows.wider(AROUND), cols.wider(AROUND), run), self._frame(0, [(rows, cols)])
-        sub = np.empty((*frame.shape[:2], 2), np.int32)
+        assert frame is not None
+        size, one = frame.shape[:2], np.float32(1 << UNIT)
+        sub = np.empty((*size, 2), np.int32)
         remainders(coords, frame, self._room.size, sub)
         whole = np.ascontiguousarray(coords[AROUND:-AROUND, AROUND:-AROUND])
-        return whole, (frame / 4096).astype(np.float32).reshape(*frame.shape[:2], 2, 2), (sub / 4096).astype(np.float32)
+        return whole, (frame / one).reshape(*size, 2, 2), sub / one
 
     def _frame(self, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
         """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
-        if self.rules.frames is None:
-            return None
-        places = [_place(own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
-        return self.rules.frames.at(places[0], places[1])
+        return None if self.rules.lie is None else self.rules.lie.at(*_places(level, spans))
 
     def _margin(self, level: int) -> int:
         return self.rules.margin if level < len(self.sites.levels) else 0
@@ -146,8 +151,8 @@ class Descent:
 
     def _first(self, every: list[tuple[Span, Span]], frame: Array | None) -> Array:
         """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
-        room, top, spans, finest = self._room, self.sites.count - 1, every[-1], every[0]
-        places = [_place(span, top, whole.period) for span, whole in zip(spans, finest, strict=True)]
+        room, top, spans = self._room, self.sites.count - 1, every[-1]
+        places = _places(top, every)
         if frame is not None:
             start = origins(frame, places[0], places[1], room.size, room.lattice)
         elif len(room.lattice):
@@ -155,9 +160,7 @@ class Descent:
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
             start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
-        coords = self._descended(start, [_at_rest(span) for span in spans], top)
-        self._pin(coords, top, spans, finest)
-        return coords
+        return self._pinned(self._descended(start, [_at_rest(span) for span in spans], top), top, every, frame)
 
     @cached_property
     def _room(self) -> Room:
@@ -179,30 +182,14 @@ class Descent:
             parents, coords = coords, np.empty((*frame.shape[:2], 2), np.int64)
             handed_down(parents, axes[0], axes[1], frame, coords)
             axes = [_at_rest(span) for span in spans[level]]
-        coords = self._descended(coords, axes, level)
-        self._pin(coords, level, spans[level], spans[0])
+        return self._pinned(self._descended(coords, axes, level), level, spans, frame)
+
+    def _pinned(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
+        """Show features where they were dragged to, on coarse levels only: what is finer follows from them."""
+        for pin in self.rules.pins if level >= FREE else ():
+            periods = spans[0][0].period, spans[0][1].period
+            pinned(coords, _places(level, spans), periods, pin, self.sites.exemplar, frame)
         return coords
-
-    def _pin(self, coords: Array, level: int, spans: tuple[Span, Span], finest: tuple[Span, Span]) -> None:
-        """Show a feature of the exemplar where it was dragged to: S[p] = u + (h p - q) in a disc (2005, section 5).
-
-        On coarse levels only: what is finer follows from them, and the corrections find the seam.
-        """
-        exemplar = self.sites.exemplar
-        for sx, sy, x, y, radius in self.rules.pins if level >= FREE else ():
-            away = []
-            for span, whole, q in zip(spans, finest, (y, x), strict=True):
-                d = _place(span, level, whole.period) - q
-                away.append((d + whole.period // 2) % whole.period - whole.period // 2 if whole.period else d)
-            rows, cols = (np.flatnonzero(abs(d) <= radius) for d in away)
-            dy, dx = away[0][rows][:, None], away[1][cols][None, :]
-            inside = (dy * dy + dx * dx <= radius * radius) & (sy + dy >= 0) & (sx + dx >= 0)
-            inside &= (sy + dy < exemplar.height) & (sx + dx < exemplar.width)
-            if exemplar.usable is not None:
-                inside[inside] &= exemplar.usable[(sy + dy + 0 * dx)[inside], (sx + dx + 0 * dy)[inside]]
-            block = coords[np.ix_(rows, cols)]
-            block[inside] = np.stack([(sy + dy + 0 * dx)[inside], (sx + dx + 0 * dy)[inside]], axis=1)
-            coords[np.ix_(rows, cols)] = block
 
     def _descended(self, coords: Array, axes: list[Axis], level: int) -> Array:
         out = np.empty((len(axes[0].at), len(axes[1].at), 2), np.int32)
@@ -213,7 +200,7 @@ class Descent:
         return out
 
     def _corrected(
-        self, coords: Array, level: int, spans: tuple[Span, Span], frame: Array | None, run: Run
+        self, coords: Array, level: int, spans: tuple[Span, Span], run: Run, frame: Array | None = None
     ) -> Array:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""
         place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
@@ -256,6 +243,11 @@ def _subpass(
 def _at_rest(span: Span) -> Axis:
     """The pixels of a level, each from itself."""
     return Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at)
+
+
+def _places(level: int, spans: list[tuple[Span, Span]]) -> list[Array]:
+    """Where in the output the rows and the columns of a level lie, px."""
+    return [_place(own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
 
 
 def _place(span: Span, level: int, whole: int) -> Array:

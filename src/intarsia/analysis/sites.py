@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -62,16 +63,19 @@ class Sites:
     home: NDArray[np.int32]
 
 
-def sites_of(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int = 2) -> Sites:
+def sites_of(
+    exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int = 2
+) -> Sites:
     """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine.
 
     ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods; ``k`` - 1 jumps for each pixel.
+    ``reach``: how far beyond the exemplar corrections may read, in steps of the level.
     """
     key = ("sites", neighbourhood, k, weights, reach)
     return exemplar.memo(key, lambda: _sites(exemplar, neighbourhood, k, weights, reach))
 
 
-def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int = 2) -> Sites:
+def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int) -> Sites:
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
     count = (max(height, width) - 1).bit_length() + 1
     corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
@@ -83,7 +87,9 @@ def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float,
         level = _compared(blurred, h, torus, neighbourhood == "appearance", closed, reach)
         table = table_of(level)
         jumps = np.full((len(table), k - 1), -1, np.int32)
-        cells = similar_places(table, (height, width, torus), level.border, h, closed, k - 1)
+        cells = exemplar.memo(("jumps", neighbourhood, k, weights, h), partial(
+            similar_places, table, (height, width, torus), level.border, h, closed, k - 1
+        ))  # fmt: skip
         inner = level.site.inner.reshape(-1, level.stride)
         kernels.spread_jumps(cells, max(1, h // 2), level.border, inner, jumps)
         keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]

@@ -21,9 +21,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ParameterError
+from ..field import Field
 from ..geometry import Box, Wrap
 from ..lazy import lazy
-from ..field import Field
 from ..params import AUTO, check, param
 from . import parameters
 from .base import Ability
@@ -88,15 +88,25 @@ class ParallelControllable:
         AUTO, "pins", "what of the exemplar is shown where in the output, within a radius; the seam around is found; "
         "automatic: nothing", low=-(1 << 40), high=1 << 40, unit="px",
     )  # fmt: skip
-    angle: Field | float = param(0, "float", "", low=-180, high=180)
-    zoom: Field | float = param(1, "float", "", low=0.25, high=4)
+    angle: Field | float = param(  # noqa: RUF009
+        0, "field", "how far the texture lies turned, to the left as seen; pixels are then read between pixels",
+        low=-180, high=180, unit="degrees", over="output",
+    )  # fmt: skip
+    zoom: Field | float = param(  # noqa: RUF009
+        1, "field", "how many times larger the texture is shown; pixels are then read between pixels",
+        low=0.25, high=4, over="output",
+    )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
 
     def __post_init__(self) -> None:
+        check(self)
         if self.lattice is not AUTO and self.snap == "off":
             raise ParameterError("lattice is for snap=on only; leave it out, or say snap=on.")
         if math.isqrt(self.subpasses) ** 2 != self.subpasses:
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
+        if (self.angle, self.zoom) != (0, 1) and (self.neighbourhood == "colour" or self.rule == "published"):
+            word = "neighbourhood=colour" if self.neighbourhood == "colour" else "rule=published"
+            raise ParameterError(f"{word} cannot follow angle and zoom; drop it, or drop them.")
 
     @property
     def blend(self) -> sourcemap.Blend:
@@ -138,13 +148,9 @@ class ParallelControllable:
         self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
     ) -> sourcemap.SourceMap:
         rules = analysis.Corrections.of(self._decided(exemplar))
-        reach = 2 if rules.frames is None else rules.frames.reach
-        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights, reach)
-        descent = analysis.Descent(sites, rules, seed, STAGE)
-        if rules.frames is not None:
-            yx, frame, sub = descent.framed(*spans, run)
-            m = sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)
-            object.__setattr__(m, "frame", frame); object.__setattr__(m, "sub", sub)
-            return m
-        yx = descent.window(*spans, run)
-        return sourcemap.SourceMap(yx, None, None, (exemplar.source,), wrap, self.blend)
+        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights, rules.border)
+        descent, source = analysis.Descent(sites, rules, seed, STAGE), (exemplar.source,)
+        if rules.lie is None:
+            return sourcemap.SourceMap(descent.window(*spans, run), None, None, source, wrap, self.blend)
+        yx, frame, sub = descent.framed(*spans, run)
+        return sourcemap.SourceMap(yx, None, None, source, wrap, self.blend, frame, sub)

@@ -15,7 +15,7 @@ from .jit import kernel
 
 UNIT = 12  # bits after the point of a frame
 AROUND = 3  # px that tell what whole coordinates leave out
-CLOSE = 6144  # a pixel and a half
+CLOSE, ONE_PX = 6144, 4096  # a pixel and a half
 HEIGHT, WIDTH, TOROIDAL = range(3)
 
 
@@ -169,4 +169,5 @@ def remainders(coords: Any, frame: Any, size: Any, out: Any) -> None:
                     y, x = (dy << UNIT) - yy * oy - yx * ox, (dx << UNIT) - xy * oy - xx * ox
                     if max(abs(y), abs(x)) <= CLOSE:
                         total_y, total_x, count = total_y + y, total_x + x, count + 1
-            out[i, j, 0], out[i, j, 1] = total_y // count, total_x // count
+            out[i, j, 0] = min(max(total_y // count, -ONE_PX), ONE_PX)
+            out[i, j, 1] = min(max(total_x // count, -ONE_PX), ONE_PX)

@@ -13,47 +13,52 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..field import Field
-from ..kernels.framed import UNIT
+from ..kernels.orientation import UNIT
 
-TURN = 4096  # steps of a full turn
+TURN = 5760  # steps of a full turn, 16 a degree
 ZOOM = 256
-ZOOMS = ZOOM // 4, 4 * ZOOM
+SMALLEST, LARGEST = ZOOM // 4, 4 * ZOOM
 SINES = np.array([round((1 << UNIT) * math.sin(2 * math.pi * n / TURN)) for n in range(TURN)], np.int64)
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Frames:
+class Orientation:
     """Degrees by which the texture lies turned, to the left as seen, and how many times larger it is shown."""
 
     angle: Field
     zoom: Field
 
     @classmethod
-    def of(cls, angle: float | Field, zoom: float | Field) -> Frames | None:
-        """Return the frames of two settings; None where nothing is turned or scaled."""
-        return None if (angle, zoom) == (0, 1) else cls(Field.of(angle), Field.of(zoom))
+    def of(cls, angle: float | Field, zoom: float | Field) -> Orientation | None:
+        """Return what two settings say; None where nothing is turned or scaled."""
+        if (angle, zoom) == (0, 1):
+            return None
+        return cls(*(v if isinstance(v, Field) else Field(v) for v in (angle, zoom)))
 
     @property
     def reach(self) -> int:
-        """How far, in steps of a level, what neighbours foretell may lie from their own pixel in the exemplar."""
-        return 10
+        """How many steps of a level in the exemplar a pixel's neighbours, 2 px off at most, tell of."""
+        least = SMALLEST / ZOOM if self.zoom.number is None else self.zoom.number
+        return math.ceil(2 * math.sqrt(2) / least + 1)
 
     def at(self, rows: Array, cols: Array) -> Array:
         """Return J, the step of the exemplar for a step of the output: (rows, columns, 4) int32, 1 / 4096.
 
         In the order of rows and columns of the matrix: y from y, y from x, x from y, x from x.
         """
+        if self.angle.number is not None and self.zoom.number is not None and len(rows) * len(cols) > 1:
+            return np.broadcast_to(self.at(rows[:1], cols[:1]), (len(rows), len(cols), 4)).copy()
         turned = np.rint(self.angle.at(rows, cols) * (TURN / 360)).astype(np.int64) % TURN
-        larger = np.clip(np.rint(self.zoom.at(rows, cols) * ZOOM), *ZOOMS).astype(np.int64)
+        larger = np.clip(np.rint(self.zoom.at(rows, cols) * ZOOM), SMALLEST, LARGEST).astype(np.int64)
         sine, cosine = SINES[turned], SINES[(turned + TURN // 4) % TURN]
         matrix = np.stack([cosine, sine, -sine, cosine], axis=2)
         return np.asarray((matrix * (2 * ZOOM) + larger[..., None]) // (2 * larger[..., None]), np.int32)
 
 
 def origins(frame: Array, rows: Array, cols: Array, size: Array, lattice: Array) -> Array:
-    """Return J(p) p for places however far away, less whole turns of the exemplar or steps of the lattice, (H, W, 2)."""
+    """Return J(p) p for places however far away, less whole exemplars or lattice steps: (H, W, 2)."""
     matrix, p, q = frame.astype(object), rows.astype(object)[:, None], cols.astype(object)[None, :]
     y, x = matrix[..., 0] * p + matrix[..., 1] * q, matrix[..., 2] * p + matrix[..., 3] * q  # 1 / 4096 px
     if len(lattice):
