@@ -107,7 +107,7 @@ def test_windows_threads_and_wraps_of_turned_textures() -> None:
 
 
 def test_remainders_are_what_neighbours_foretell() -> None:
-    """Rounded coordinates of a plane that lies turned: the mean of 7 x 7 pixels, which lies near what was rounded off."""
+    """Rounded coordinates of a plane that lies turned: the mean of 7 x 7 pixels."""
     lie = Orientation(Field(25), Field(1.3))
     rows, cols = np.arange(20), np.arange(24)
     frame = lie.at(rows, cols)
