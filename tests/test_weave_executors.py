@@ -19,7 +19,7 @@ import intarsia as ia
 from intarsia.errors import InputError, MissingExtraError, ParameterError, ResourceError
 from intarsia.giant import zarrays
 from intarsia.giant.cells import Grid
-from intarsia.giant.executors import Processes, Threads, executor_of
+from intarsia.giant.executors import Cluster, Processes, Threads, executor_of
 
 HOWS = ("zarr", "tiff", "tiles")
 
@@ -94,6 +94,25 @@ def test_two_kinds_of_processors_in_a_dask_cluster_agree(tmp_path: Path, monkeyp
         assert (np.asarray(array.compute()) == small(3)[-20:70, 2**31 - 50 : 2**31 + 70]).all()
         shown = client.run(len_of_tasks)
         assert sum(shown.values()) > 0, "both workers must have drawn"
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_dask_worker_that_dies_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Be it the only one, which takes the texture with it; one that dies every time is given up."""
+    distributed = needs("distributed")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(p for p in sys.path if p))
+    cells = list(Grid(40, 10, 2, 10))
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        for number in (0, 13):
+            (tmp_path / str(number)).mkdir()
+            found = list(Cluster(client).in_order(Dies(str(tmp_path / str(number)), number, 2), cells))
+            assert found == [(cell, [str(cell.number).encode()]) for cell in cells]
+        (tmp_path / "always").mkdir()
+        with pytest.raises(ResourceError, match="the workers of the cluster died again and again"):
+            list(Cluster(client).in_order(Dies(str(tmp_path / "always"), 3, 99), cells))
 
 
 def processor() -> str:

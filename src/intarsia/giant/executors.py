@@ -99,7 +99,7 @@ class Processes:
 
 @dataclass(frozen=True)
 class Cluster:
-    """The workers of a dask cluster, by a client of it."""
+    """The workers of a dask cluster, by a client of it; what dies with a worker is sent and drawn again."""
 
     client: Any
 
@@ -108,20 +108,23 @@ class Cluster:
         return max(sum(int(n) for n in self.client.nthreads().values()), 1)
 
     def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        distributed, todo = extra("distributed"), list(cells)
-        if not todo:
-            return
-        sent = self.client.scatter(task, broadcast=True, hash=False)
-
-        def submit(cell: Cell) -> Any:
-            return self.client.submit(_carry_out, sent, cell, pure=False, retries=DEATHS)
-
-        try:
-            yield from _windowed(iter(todo), AHEAD * self.workers, submit, lambda future: future.result())
-        except (distributed.KilledWorker, distributed.client.FutureCancelledError) as e:
-            raise ResourceError(
-                f"the workers of the cluster died again and again ({type(e).__name__}); look at their logs."
-            ) from None
+        distributed, deaths, rest = extra("distributed"), 0, iter(cells)
+        died = (distributed.KilledWorker, distributed.client.FutureCancelledError)
+        todo = deque(islice(rest, 1))  # handed out, and not back yet
+        while todo:
+            try:
+                sent = self.client.scatter(task, broadcast=True, hash=False)
+                submit = partial(self.client.submit, _carry_out, sent, pure=False, retries=DEATHS)
+                for cell, pieces in _windowed(_again(todo, rest), AHEAD * self.workers, submit, _result):
+                    todo.popleft()
+                    deaths = 0
+                    yield cell, pieces
+            except died as e:  # dask hands cells to other workers itself, until none holds the task
+                deaths += 1
+                if deaths == DEATHS:
+                    raise ResourceError(
+                        f"the workers of the cluster died again and again ({type(e).__name__}); look at their logs."
+                    ) from None
 
 
 def check_executor(given: ExecutorLike) -> None:
@@ -216,6 +219,11 @@ def _die_with(parent: Any) -> None:
 
 def _held(cell: Cell) -> list[bytes]:
     return _task[0](cell)
+
+
+def _result(future: Any) -> list[bytes]:
+    pieces: list[bytes] = future.result()
+    return pieces
 
 
 def _carry_out(task: Task, cell: Cell) -> list[bytes]:
