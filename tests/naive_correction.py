@@ -5,6 +5,7 @@ Written from the papers and the memo; shared with the package are the draws, the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -118,6 +119,7 @@ class NaiveSynthesis:
     rule: str
     seed: int
     stage: int
+    share: Callable[[Pixel, Pixel], float] | None = None  # of the jitter, at an output place and an exemplar pixel
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
 
     def pixel(self, level: int, after: int, y: int, x: int) -> Pixel:
@@ -149,6 +151,9 @@ class NaiveSynthesis:
             parent = self.pixel(level + 1, self._subpasses(level + 1), y // 2, x // 2)
             u = [s + (h * (2 * (c % 2) - 1)) // 2 for s, c in zip(parent, (y, x), strict=True)]
         bits, r = draw(self.seed, self.stage, level, y, x), self.jitter(level)
+        if self.share is not None:
+            here = u[0] % self.size[0], u[1] % self.size[1]
+            r = math.floor(r * self.share((h * y + h // 2, h * x + h // 2), here) + 0.5)
         for axis, word in enumerate((bits >> 32, bits & 0xFFFFFFFF)):  # floor(h r H + 1/2), H in [-1, 1)
             u[axis] += (2 * r * (word - (1 << 31)) + (4096 << 31)) // (2 * 4096 << 31)
             u[axis] %= self.size[axis]

@@ -18,6 +18,7 @@ from ..draws import seed_state
 from ..kernels.correction import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
 from ..run import Run
 from .sites import Sites
+from .spread import EVERYWHERE, Shares, spread_over
 
 REACH = 2  # px that a correction reads on each side
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
@@ -67,14 +68,17 @@ class Corrections:
     rule: str
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[tuple[int, ...], ...] = ()  # (exemplar x, y, output x, y, radius), px
+    shares: Shares = EVERYWHERE  # where less than all of the jitter holds
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
         """Take the settings from the fields of a method."""
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
-        shares = tuple(round((1 << FINE) * share) for share in jitter)
-        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, method.pin or ())
+        steps, shares = tuple(round((1 << FINE) * r) for r in jitter), Shares.of(*method.calmed)
+        return cls(
+            steps, factor, method.passes, method.subpasses, method.rule, method.lattice, method.pin or (), shares
+        )  # fmt: skip
 
     @property
     def margin(self) -> int:
@@ -130,7 +134,7 @@ class Descent:
         else:
             start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
         axes = [Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at) for span in spans]
-        coords = self._descended(start, axes, top)
+        coords = self._descended(start, axes, top, places)
         self._pin(coords, top, spans, finest)
         return coords
 
@@ -148,7 +152,8 @@ class Descent:
             up = span.at >> 1
             step = _place(span, level, whole.period) - _place_of(up, parent, level + 1, whole.period)
             axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
-        coords = self._descended(coords, axes, level)
+        places = [_place(span, level, whole.period) for span, whole in zip(spans[level], spans[0], strict=True)]
+        coords = self._descended(coords, axes, level, places)
         self._pin(coords, level, spans[level], spans[0])
         return coords
 
@@ -173,10 +178,18 @@ class Descent:
             block[inside] = np.stack([(sy + dy + 0 * dx)[inside], (sx + dx + 0 * dy)[inside]], axis=1)
             coords[np.ix_(rows, cols)] = block
 
-    def _descended(self, coords: Array, axes: list[Axis], level: int) -> Array:
+    @cached_property
+    def _calm(self) -> Array:
+        exemplar = self.sites.exemplar
+        return self.rules.shares.over_exemplar(exemplar.height, exemplar.width)
+
+    def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
         out = np.empty((len(axes[0].at), len(axes[1].at), 2), np.int32)
         state = np.uint64(seed_state(self.seed, self.stage, level))
         spread = np.array([[self.rules.spread(level)]], np.int64)
+        if spread.any() and self.rules.shares != EVERYWHERE:
+            output = self.rules.shares.over_output(places)
+            spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
         free = not len(self._room.lattice) or level < FREE
         descend(coords, axes[0], axes[1], state, spread, free, self._room, out)
         return out

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ParameterError
+from ..field import Field, check_sizes
 from ..geometry import Box, Wrap
 from ..lazy import lazy
 from ..params import AUTO, check, param
@@ -55,6 +56,14 @@ class ParallelControllable:
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
         "finest first, the last for all coarser ones; automatic: 0,0,0.1, then 0.2, and 1 from half the exemplar on",
         low=0, high=1,
+    )  # fmt: skip
+    jitter_output: Field | float | None = param(  # noqa: RUF009
+        AUTO, "field", "what part of the jitter holds where in the output, black none, white all of it; automatic: all",
+        low=0, high=1, over="output",
+    )  # fmt: skip
+    jitter_exemplar: Field | float | None = param(  # noqa: RUF009
+        AUTO, "field", "what part of the jitter holds for pixels that come from where in the exemplar, so that black "
+        "parts stay as they are; automatic: all", low=0, high=1, over="exemplar",
     )  # fmt: skip
     snap: str = param(
         "off", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
@@ -97,12 +106,19 @@ class ParallelControllable:
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
 
     @property
+    def calmed(self) -> tuple[Field | float | None, Field | float | None]:
+        """What part of the jitter holds over the output, and over the exemplar."""
+        return self.jitter_output, self.jitter_exemplar
+
+    @property
     def blend(self) -> sourcemap.Blend:
         """Exact copies."""
         return sourcemap.Blend(0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
-        """Decide the jitter, find the lattice; ParameterError for weights that do not fit."""
+        """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
+        size = None if canvas.endless else (canvas.height, canvas.width)
+        check_sizes(self, (exemplars[0].height, exemplars[0].width), size)
         analysis.features([exemplars[0]], self.channel_weights)
         return self._decided(exemplars[0])
 
