@@ -111,9 +111,16 @@ def _as_gray(role: Role, plane: Plane) -> int:
         return 3  # the hash is another
     if role.command not in ("grow", "weave"):
         return 2  # no method that begins with a picture jitters
-    wanted = SIZE if role.field == "jitter_exemplar" else (26, 22)
+    wanted = (26, 22) if role.field == "jitter_output" else SIZE
     endless = role.command == "weave" and role.field == "jitter_output"
-    return 0 if endless or (plane.width, plane.height) == wanted else 3
+    if not endless and (plane.width, plane.height) != wanted:
+        return 3
+    return 3 if role.field == "feature" and len(set(_light_where(values).flat)) == 1 else 0
+
+
+def _light_where(values: np.ndarray) -> np.ndarray:
+    full = 1 if values.dtype.kind == "f" else np.iinfo(values.dtype).max
+    return np.asarray(values[:, :, 0] > full / 2)
 
 
 def _as_numbers(role: Role, plane: Plane | None) -> int:

@@ -35,6 +35,7 @@ SOUND = {
     "pictures": "j.png",
     "jitter_output": "j.png",
     "jitter_exemplar": "m.png",
+    "feature": "l.png",
 }
 """Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
 
@@ -51,7 +52,7 @@ SORT = {"saved": "map", "start": "map", "picture": "recipe"}
 NAMED = {"maps": "height", "pictures": "jitter_output"}
 """What stands before the name of a file."""
 
-GRAY = ("pictures", "jitter_output", "jitter_exemplar")
+GRAY = ("pictures", "jitter_output", "jitter_exemplar", "feature")
 """Parameters that read one number for each pixel, and no colours."""
 
 LABELS = ("masks", "usable", "holes", "labels", "target")

@@ -30,7 +30,7 @@ def toy(height: int = 21, width: int = 18, *, toroidal: bool = False, channels: 
 
 def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynthesis:
     """The plain twin on the exemplar's own features and jump sets."""
-    sites, rules = sites_of(e, method.neighbourhood, method.k, None), Corrections.of(method)
+    sites, rules = sites_of(e, method.neighbourhood, method.k, None, method.outlines), Corrections.of(method)
     levels = []
     far = depths(e)
     for level in sites.levels:

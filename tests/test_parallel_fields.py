@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.ndimage import label
 from test_parallel_controllable import naive, toy
 
 import intarsia as ia
@@ -49,10 +50,12 @@ def picture(height: int, width: int, deep: bool = False) -> Any:
         replace(FREE, jitter_exemplar=spots, neighbourhood="colour"),
         replace(FREE, jitter_output=waves, jitter_exemplar=spots),
         replace(FREE, jitter_output=0.25),
+        replace(FREE, feature="edges"),
+        replace(FREE, feature=spots, feature_weight=3.0, neighbourhood="colour"),
     ],
-    ids=["output", "exemplar", "both", "number"],
+    ids=["output", "exemplar", "both", "number", "edges", "mask"],
 )
-def test_the_jitter_is_what_the_plain_twin_says(method: ia.ParallelControllable, toroidal: bool) -> None:
+def test_the_controls_do_what_the_plain_twin_says(method: ia.ParallelControllable, toroidal: bool) -> None:
     e = toy(toroidal=toroidal)
     twin = naive(method, e, 11)
     twin.share = lambda p, u: _of(method.jitter_output, p) * _of(method.jitter_exemplar, u)
@@ -85,10 +88,12 @@ CONTROLS: list[dict[str, Any]] = [
     {"jitter_output": picture(61, 53)},
     {"jitter_exemplar": picture(70, 90, deep=True)},
     {"jitter_output": picture(61, 53), "jitter_exemplar": spots},
+    {"feature": "edges", "feature_weight": 2},
+    {"feature": picture(70, 90), "neighbourhood": "colour"},
 ]
 
 
-@pytest.mark.parametrize("values", CONTROLS, ids=["function", "picture", "exemplar", "both"])
+@pytest.mark.parametrize("values", CONTROLS, ids=["function", "picture", "exemplar", "both", "edges", "mask"])
 def test_windows_are_crops(values: dict[str, Any]) -> None:
     """S4-31: across 0 and far away, where a picture's border goes on; threads change nothing."""
     e, method = Exemplar.of(texture(70, 90, 3, 8)), ia.ParallelControllable(**values)
@@ -152,6 +157,9 @@ def test_pictures_of_the_wrong_size_are_refused_before_work() -> None:
     e = toy()
     cases: list[tuple[dict[str, Any], str]] = [
         ({"jitter_output": np.ones((30, 41))}, r"^the picture jitter_output is 41x30 px, the output 40x30; make them"),
+        ({"feature": picture(30, 40)}, r"^the picture feature is 40x30 px, the exemplar 18x21; make them equal"),
+        ({"feature": np.ones((21, 18))}, r"^feature is light everywhere, and so has no outline; paint white what"),
+        ({"feature": np.zeros((21, 18))}, r"^feature is dark everywhere, and so has no outline"),
         ({"jitter_exemplar": np.ones((30, 40))}, r"^the picture jitter_exemplar is 40x30 px, the exemplar 18x21; make"),
     ]
     for values, message in cases:
@@ -165,6 +173,40 @@ def test_pictures_of_the_wrong_size_are_refused_before_work() -> None:
         else:
             with pytest.raises(ia.InputError, match=message):
                 ia.weave(e, method)
+
+
+def test_a_number_is_no_feature() -> None:
+    for value in (0.5, 1, ia.Field(0.5), "lines", True):
+        with pytest.raises(ia.ParameterError, match=r"^feature=.* is not allowed; give edges, or a gray picture over"):
+            ia.ParallelControllable(feature=value)
+
+
+def test_a_feature_is_part_of_what_is_remembered() -> None:
+    """Other outlines and weights make other maps of the same exemplar; the same ones, or weight 0, the same."""
+    e = Exemplar.of(texture(48, 48, 3, 8))
+    kinds: list[dict[str, Any]] = [
+        {}, {"feature": "edges"}, {"feature": "edges", "feature_weight": 3}, {"feature": picture(48, 48)},
+        {"feature": picture(48, 48).T},
+    ]  # fmt: skip
+    maps = [ia.synthesize(e, 120, ia.ParallelControllable(**k), seed=2, run=ONE).map.digest for k in kinds]
+    assert len(set(maps)) == 5
+    again = [ia.synthesize(e, 120, ia.ParallelControllable(**k), seed=2, run=ONE).map.digest for k in kinds]
+    assert again == maps
+    none = ia.ParallelControllable(feature="edges", feature_weight=0)
+    assert ia.synthesize(e, 120, none, seed=2, run=ONE).map.digest == maps[0]
+
+
+def test_a_mask_keeps_together_what_colours_do_not_tell_apart() -> None:
+    """Discs of the same grain as the ground: with their mask fewer are cut to shreds."""
+    y, x = np.mgrid[:96, :96]
+    inside = (y % 32 - 15.5) ** 2 + (x % 32 - 15.5) ** 2 < 110
+    e = Exemplar.of(np.random.default_rng(1).integers(0, 256, (96, 96), np.uint8), toroidal=True)
+    shreds = []
+    for values in ({}, {"feature": inside}):
+        yx = ia.synthesize(e, 256, ia.ParallelControllable(jitter=0.5, **values), seed=1, run=ONE).map.yx
+        areas = np.bincount(label(inside[yx[..., 0], yx[..., 1]])[0].ravel())[1:]
+        shreds.append(int((areas < 100).sum()))
+    assert shreds[1] < 0.7 * shreds[0]
 
 
 @pytest.fixture

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .held import Held
     from .mosaic import Mosaic
     from .mosaic_places import FewPlaces
+    from .outlines import Outlines, marked
     from .parallel import Corrections, Descent, Span
     from .patchwork import Patchwork, Window, random_patch, waves
     from .pixels import Layer, check_window, choices, default_window, ground, layers
@@ -58,6 +59,7 @@ _MODULES = {
     "Layout": "repetition",
     "Held": "held",
     "Mosaic": "mosaic",
+    "Outlines": "outlines",
     "PatchSearch": "search",
     "Patchwork": "patchwork",
     "Pick": "growth",
@@ -94,6 +96,7 @@ _MODULES = {
     "large_patch": "sizes",
     "lattice_of": "cell",
     "layers": "pixels",
+    "marked": "outlines",
     "random_patch": "patchwork",
     "rim_of": "rim",
     "scan_reach": "scan",
@@ -127,6 +130,7 @@ __all__ = [
     "Laying",
     "Layout",
     "Mosaic",
+    "Outlines",
     "PatchSearch",
     "Patchwork",
     "Pick",
@@ -167,6 +171,7 @@ __all__ = [
     "large_patch",
     "lattice_of",
     "layers",
+    "marked",
     "pose_array",
     "random_patch",
     "rim_of",

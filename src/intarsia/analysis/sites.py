@@ -15,6 +15,7 @@ from ..kernels.correction import MIDDLE, Site
 from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked
 from .features import features
 from .jumps import similar_places
+from .outlines import Outlines
 
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
@@ -62,20 +63,27 @@ class Sites:
     home: NDArray[np.int32]
 
 
-def sites_of(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
+def sites_of(
+    exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, outlines: Outlines | None = None
+) -> Sites:
     """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine.
 
-    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods; ``k`` - 1 jumps for each pixel.
+    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods; ``k`` - 1 jumps for each pixel;
+    with ``outlines`` the distance to them is compared as well.
     """
-    key = ("sites", neighbourhood, k, weights)
-    return exemplar.memo(key, lambda: _sites(exemplar, neighbourhood, k, weights))
+    key = ("sites", neighbourhood, k, weights, outlines)
+
+    def compared() -> Array:
+        picture = filled(features([exemplar], weights).pictures[0], exemplar)
+        return picture if outlines is None else np.concatenate([picture, outlines.channel(exemplar, picture)], axis=2)
+
+    return exemplar.memo(key, lambda: _sites(exemplar, neighbourhood, k, compared()))
 
 
-def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None) -> Sites:
+def _sites(exemplar: Exemplar, neighbourhood: str, k: int, picture: Array) -> Sites:
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
     count = (max(height, width) - 1).bit_length() + 1
     corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
-    picture = filled(features([exemplar], weights).pictures[0], exemplar)
     far, levels = depths(exemplar), []
     for number, blurred in enumerate(stack_of(picture, corrected, torus)):
         h = 1 << number

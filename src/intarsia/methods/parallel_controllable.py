@@ -87,6 +87,15 @@ class ParallelControllable:
         "appearance", "choice", "what is compared: appearance vectors at four points, or the 5 x 5 colours",
         choices=("appearance", "colour"),
     )  # fmt: skip
+    feature: Field | str | None = param(  # noqa: RUF009
+        AUTO, "picture", "outlines to keep: the edges of the picture, or those of what is white in a mask of yours; "
+        "how far they are is compared as well; automatic: none",
+        low=0, high=1, over="exemplar", choices=("edges",),
+    )  # fmt: skip
+    feature_weight: float = param(
+        1, "float", "with feature: how much the distance to the outlines counts; 1: as much as all the colours", low=0,
+        high=100,
+    )  # fmt: skip
     rule: str = param(
         "near", "choice", "candidates: continuations of the 3 x 3 pixels around and their jumps; jumps looked up "
         "before they are shifted, as published; or of 5 x 5 pixels, as in the memo",
@@ -111,6 +120,13 @@ class ParallelControllable:
         return self.jitter_output, self.jitter_exemplar
 
     @property
+    def outlines(self) -> analysis.Outlines | None:
+        """Which outlines of the exemplar count, and how much."""
+        if self.feature is AUTO:
+            return None
+        return analysis.Outlines(self.feature if isinstance(self.feature, Field) else None, self.feature_weight)
+
+    @property
     def blend(self) -> sourcemap.Blend:
         """Exact copies."""
         return sourcemap.Blend(0)
@@ -119,6 +135,8 @@ class ParallelControllable:
         """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
         size = None if canvas.endless else (canvas.height, canvas.width)
         check_sizes(self, (exemplars[0].height, exemplars[0].width), size)
+        if isinstance(self.feature, Field):
+            analysis.marked(self.feature, exemplars[0])
         analysis.features([exemplars[0]], self.channel_weights)
         return self._decided(exemplars[0])
 
@@ -151,7 +169,7 @@ class ParallelControllable:
     def _map(
         self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
     ) -> sourcemap.SourceMap:
-        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights)
+        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights, self.outlines)
         rules = analysis.Corrections.of(self._decided(exemplar))
         descent = analysis.Descent(sites, rules, seed, STAGE)
         yx = descent.window(*spans, run)
