@@ -406,16 +406,16 @@ def case_best_tile() -> list[Result]:
 
 def case_parallel() -> list[Result]:
     """From a ready analysis, rendering included; then the finest level of a map that is known down to it."""
-    from intarsia.analysis import Corrections, Descent, Span, sites_of
+    from intarsia.analysis import Corrections, Descent, Look, Span, sites_of
     from intarsia.canvas import Canvas
 
     exemplar, method = ia.Exemplar.of(pixels()), ia.ParallelControllable()
     method = method.settled((exemplar,), Canvas(1024, 1024))
 
     def analysed() -> None:
-        sites_of(ia.Exemplar.of(pixels()), "appearance", method.k, None)
+        sites_of(ia.Exemplar.of(pixels()), Look.of(method))
 
-    descent = Descent(sites_of(exemplar, "appearance", method.k, None), Corrections.of(method), 1, 0)
+    descent = Descent(sites_of(exemplar, Look.of(method)), Corrections.of(method), 1, 0)
     spans = descent._spans(Span(0, 1024, 0), Span(0, 1024, 0))
     coords = descent._first(spans[-1], spans[0])
     for level in range(len(spans) - 2, 0, -1):

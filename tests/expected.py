@@ -11,7 +11,7 @@ import os
 
 import corpus
 import numpy as np
-from roles import Role
+from roles import GRAY, Role
 
 from intarsia import files
 from intarsia.errors import InputError
@@ -47,6 +47,8 @@ def codes(role: Role, name: str, outcome: str, plane: Plane | None, path: str) -
     if role.sort == "picture":
         if role.field in ("masks", "usable", "holes", "labels", "target") and name == "whole-32.tif":
             return {_as_numbers(role, read(path, Kind.LABEL))}
+        if role.field in GRAY:
+            return {3 if plane is None else _as_gray(role, plane)}
         return {3 if plane is None else _as_numbers(role, plane) if _numbers(role) else _as_colours(role, plane, path)}
     if role.how == "stdin" or role.field == "start":
         return {3}  # a recipe is no picture; and the hash of the map is another
@@ -94,6 +96,31 @@ def _fits(path: str, plane: Plane, channels: int) -> bool:
     if plane.is_float:
         return ending in FLOAT_FORMATS
     return ending not in (".exr", ".pfm") and (channels <= 4 or ending in (".tif", ".tiff"))
+
+
+def _as_gray(role: Role, plane: Plane) -> int:
+    """Whether a picture is gray, of the right size, and from 0 to 1; over an output without end any size will do."""
+    values = plane.samples
+    if plane.channels in (2, 4):
+        if (values[:, :, -1] != values[0, 0, -1]).any():
+            return 3
+        values = values[:, :, :-1]
+    if (values != values[:, :, :1]).any() or (plane.is_float and not ((values >= 0) & (values <= 1)).all()):
+        return 3
+    if role.command == "replay":
+        return 3  # the hash is another
+    if role.command not in ("grow", "weave"):
+        return 2  # no method that begins with a picture jitters
+    wanted = (26, 22) if role.field == "jitter_output" else SIZE
+    endless = role.command == "weave" and role.field == "jitter_output"
+    if not endless and (plane.width, plane.height) != wanted:
+        return 3
+    return 3 if role.field == "feature" and len(set(_light_where(values).flat)) == 1 else 0
+
+
+def _light_where(values: np.ndarray) -> np.ndarray:
+    full = 1 if values.dtype.kind == "f" else np.iinfo(values.dtype).max
+    return np.asarray(values[:, :, 0] > full / 2)
 
 
 def _as_numbers(role: Role, plane: Plane | None) -> int:

@@ -145,6 +145,7 @@ class NaiveSynthesis:
     seed: int
     stage: int
     lie: Callable[[int, int, int], Matrix] = lambda level, y, x: UPRIGHT
+    share: Callable[[Pixel, Pixel], float] | None = None  # of the jitter, at an output place and an exemplar pixel
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
 
     def pixel(self, level: int, after: int, y: int, x: int) -> Pixel:
@@ -177,6 +178,9 @@ class NaiveSynthesis:
             step = stepped(self.lie(level, y, x), *((h * (2 * (c % 2) - 1)) // 2 for c in (y, x)))
             u = [a + b for a, b in zip(parent, step, strict=True)]
         bits, r = draw(self.seed, self.stage, level, y, x), self.jitter(level)
+        if self.share is not None:
+            here = u[0] % self.size[0], u[1] % self.size[1]
+            r = math.floor(r * self.share((h * y + h // 2, h * x + h // 2), here) + 0.5)
         for axis, word in enumerate((bits >> 32, bits & 0xFFFFFFFF)):  # floor(h r H + 1/2), H in [-1, 1)
             u[axis] += (2 * r * (word - (1 << 31)) + (4096 << 31)) // (2 * 4096 << 31)
             u[axis] %= self.size[axis]

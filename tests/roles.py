@@ -32,6 +32,10 @@ SOUND = {
     "target": "t.png",
     "saved": "map.npz",
     "picture": "grown.png",
+    "pictures": "j.png",
+    "jitter_output": "j.png",
+    "jitter_exemplar": "m.png",
+    "feature": "l.png",
 }
 """Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
 
@@ -44,6 +48,12 @@ GIANT = "out.tif"
 
 SORT = {"saved": "map", "start": "map", "picture": "recipe"}
 """What a parameter reads, where that is no picture."""
+
+NAMED = {"maps": "height", "pictures": "jitter_output"}
+"""What stands before the name of a file."""
+
+GRAY = ("pictures", "jitter_output", "jitter_exemplar", "feature")
+"""Parameters that read one number for each pixel, and no colours."""
 
 LABELS = ("masks", "usable", "holes", "labels", "target")
 """Parameters that read numbers rather than colours: 32 bits are welcome."""
@@ -63,6 +73,7 @@ BESIDE = {
     ("replay", "labels"): {"picture": "painted.png", "target": "t.png"},
     ("replay", "target"): {"picture": "painted.png", "labels": "l.png"},
     ("replay", "start"): {"picture": "continued.png"},
+    ("replay", "pictures"): {"picture": "jittered.png"},
 }
 """Command and parameter -> what must stand beside it, so that it is asked for."""
 
@@ -72,6 +83,7 @@ MADE = {
     "healed": "heal a.png --patch 6 --mask hole.png --usable m.png",
     "donated": "heal a.png --patch 6 --mask hole.png --from b.png",
     "painted": "paint a.png --patch 8 --labels l.png --target t.png",
+    "jittered": "grow a.png --size 26x22 --method parallel-controllable --jitter-output j.png",
 }
 """How the pictures that replay repeats are made."""
 
@@ -110,8 +122,8 @@ def said(name: str, field: str, value: str) -> list[str]:
     """A parameter and its value, as words of a command line."""
     p = parameter(name, field)
     option = [] if isinstance(p, click.Argument) else [max(p.opts, key=len)]
-    if field == "maps":
-        return [*option, f"height={value}"]
+    if field in NAMED:
+        return [*option, f"{NAMED[field]}={value}"]
     return [*option, "0,0", value] if isinstance(p.type, click.Tuple) else [*option, value]
 
 
@@ -124,6 +136,8 @@ def line(name: str, **given: str) -> list[str]:
     words = [name, *SMALL.get(name, ())]
     if any(p.name == "quiet" for p in command(name).params):
         words.append("--quiet")
+    if name == "weave" and set(given) & set(GRAY):
+        words += ["--method", "parallel-controllable"]
     for field in dict.fromkeys([*needed, *given]):
         usual = GIANT if (name, field) == ("weave", "out") else (SOUND | WRITTEN)[field]
         words += said(name, field, given.get(field) or usual)
@@ -202,6 +216,7 @@ def make_sound(folder: Path) -> None:
     files.write("m.png", ia.Plane(np.full((20, 24), 255, np.uint8)))
     files.write("hole.png", ia.Plane(((abs(x - 12) < 3) & (abs(y - 10) < 3)).astype(np.uint8) * 255))
     files.write("l.png", ia.Plane(left))
+    files.write("j.png", ia.Plane(np.resize(colour[:, :, 0], (22, 26))))
     files.write("t.png", ia.Plane(left[:, ::-1]))
     for name, words in MADE.items():
         result = CliRunner().invoke(cli, [*words.split(), "--output", f"{name}.png", "--quiet"])

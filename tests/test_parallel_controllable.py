@@ -12,7 +12,7 @@ import intarsia as ia
 from intarsia.analysis.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked, whole_products
 from intarsia.analysis.jumps import similar_places
 from intarsia.analysis.parallel import Corrections, Descent, Span
-from intarsia.analysis.sites import depths, sites_of
+from intarsia.analysis.sites import Look, depths, sites_of
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
@@ -30,7 +30,7 @@ def toy(height: int = 21, width: int = 18, *, toroidal: bool = False, channels: 
 
 def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynthesis:
     """The plain twin on the exemplar's own features and jump sets."""
-    sites, rules = sites_of(e, method.neighbourhood, method.k, None), Corrections.of(method)
+    sites, rules = sites_of(e, Look.of(method)), Corrections.of(method)
     levels = []
     far = depths(e)
     for level in sites.levels:
@@ -43,7 +43,7 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
         table = level.site.table.reshape(len(level.site.inner), -1)
         size = (e.height, e.width, e.toroidal)
         cells = similar_places(table, size, level.border, level.h, closed, method.k - 1)
-        colours = WEIGHTS if method.neighbourhood == "colour" else None
+        colours = level.site.mask if method.neighbourhood == "colour" else None
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(method.subpasses**0.5)
     return NaiveSynthesis(
@@ -61,6 +61,7 @@ VARIANTS = [
     replace(BASE, kappa=1, k=3),
     replace(BASE, passes=2, subpasses=1),
     replace(BASE, subpasses=9, k=1),
+    replace(BASE, neighbourhood="colour", neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1)),
 ]
 
 
@@ -74,6 +75,19 @@ def test_the_kernels_do_what_the_plain_twin_does(method: ia.ParallelControllable
     twin = naive(method, e, 11)
     expected = [[twin.final(y, x) for x in range(box.x0, box.x1)] for y in range(box.y0, box.y1)]
     assert got.tolist() == [[list(u) for u in row] for row in expected]
+
+
+def test_a_mask_weighs_pixels() -> None:
+    """S4-03, S4-04: 0 to 1 inside the root; a Gaussian unless others are given; 3 x 3 lie in the middle of 5 x 5."""
+    e, colour = toy(), replace(BASE, neighbourhood="colour")
+    assert sites_of(e, Look.of(colour)).levels[0].site.mask.reshape(5, 5)[2].tolist() == [128, 215, 256, 215, 128]
+    nine = replace(colour, neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1))
+    mask = sites_of(e, Look.of(nine)).levels[0].site.mask.reshape(5, 5)
+    assert mask[1:4, 1:4].tolist() == [[128, 256, 0], [256, 77, 256], [64, 32, 256]]
+    assert not mask[[0, 4]].any()
+    assert not mask[:, [0, 4]].any()
+    maps = {ia.synthesize(e, 90, m, run=ONE).map.digest for m in (colour, nine)}
+    assert len(maps) == 2
 
 
 def test_without_jitter_a_torus_is_tiled_exactly() -> None:
@@ -146,7 +160,7 @@ def test_without_jumps_both_rules_are_one() -> None:
 def test_jumps_lead_elsewhere(h: int, toroidal: bool) -> None:
     """S4-26, S4-66: never to the pixel itself or what lies beside it, and nowhere that is closed."""
     e = Exemplar.of(texture(60, 44, 3, 8), toroidal=toroidal)
-    level = sites_of(e, "appearance", 4, None).levels[h.bit_length() - 1]
+    level = sites_of(e, Look(k=4)).levels[h.bit_length() - 1]
     closed = np.zeros((60, 44), bool)
     closed[:5] = True
     table = level.site.table.reshape(-1, 32)
@@ -221,7 +235,7 @@ def test_any_shape_will_do(shape: tuple[int, int], toroidal: bool) -> None:
     e = Exemplar.of(texture(*shape, 3, 2), toroidal=toroidal)
     out = ia.synthesize(e, (40, 50), ia.ParallelControllable(jitter=0.5), wrap="both", run=ONE)
     assert not out.map.holes.any()
-    assert len(sites_of(e, "appearance", 2, None).levels) == sum(4 * (1 << n) < min(shape) for n in range(7))
+    assert len(sites_of(e, Look(k=2)).levels) == sum(4 * (1 << n) < min(shape) for n in range(7))
 
 
 def test_large_exemplars_keep_their_coordinates() -> None:
@@ -276,7 +290,7 @@ def test_a_lattice_is_found_where_it_is_asked_for() -> None:
 def test_subpasses_settle_what_swings() -> None:
     """S4-62, D4-1: corrected all at once, more pixels still move from the sixth pass to the seventh."""
     e, n = Exemplar.of(texture(64, 64, 3, 8)), 256
-    sites = sites_of(e, "appearance", 2, None)
+    sites = sites_of(e, Look(k=2))
     start = ia.ParallelControllable(jitter=(1, 1, 0.5), passes=0).window([e], Box(0, 0, n, n), 3, ONE).yx
     moving = []
     for subpasses in (1, 4):
@@ -318,6 +332,8 @@ def test_what_cannot_work_is_refused() -> None:
         ({"kappa": 0.5}, "kappa=0.5 is not allowed; give 1 to 1000, or inf"),
         ({"jitter": (0.1, 2)}, "jitter=.* is not allowed; give 0 to 1, one number or one for each level"),
         ({"jitter": ()}, "jitter=.* is not allowed"),
+        ({"neighbourhood_mask": (1.0,) * 9}, "neighbourhood_mask needs neighbourhood=colour"),
+        ({"neighbourhood": "colour", "neighbourhood_mask": (1.0,) * 7}, "of 7 numbers is not allowed; give 25"),
     ):
         with pytest.raises(ia.ParameterError, match=told):
             ia.ParallelControllable(**values)
@@ -328,7 +344,7 @@ def test_what_cannot_work_is_refused() -> None:
 def test_margins_are_those_that_are_needed() -> None:
     """S4-31: they stay bounded from level to level."""
     e = toy(100, 100)
-    descent = Descent(sites_of(e, "appearance", 2, None), Corrections.of(replace(BASE, passes=2)), 0, STAGE)
+    descent = Descent(sites_of(e, Look(k=2)), Corrections.of(replace(BASE, passes=2)), 0, STAGE)
     spans = descent._spans(Span(0, 1, 0), Span(0, 1, 0))
     assert [s[0].stop - s[0].start for s in spans][:4] == [33, 49, 57, 61]
     assert max(s[0].stop - s[0].start for s in spans) <= 1 + 2 * 34

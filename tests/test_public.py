@@ -126,8 +126,8 @@ def test_every_parameter_says_what_it_is(slug: str) -> None:
         assert p.help[0].islower(), "help follows a name"
         assert not p.help.endswith(".")
         plain = "int", "float", "choice", "extent", "weights", "vectors", "isometries"
-        assert p.kind in (*plain, "levels", "price", "pins", "field")
-        assert p.over in (("output", "exemplar") if p.kind == "field" else ("",))
+        assert p.kind in (*plain, "levels", "price", "pins", *params.OVER)
+        assert p.over in (("output", "exemplar") if p.kind in params.OVER else ("",))
         if p.kind == "choice":
             assert p.default in p.choices
         elif p.kind != "isometries":

@@ -18,6 +18,7 @@ from .lazy import lazy
 
 fields = lazy("intarsia.field")
 
+OVER = ("field", "picture")  # kinds that lie over the output or the exemplar
 MOST_LEVELS = 20
 AUTO = None  # a field left at AUTO is decided from the exemplar
 
@@ -43,7 +44,7 @@ class Parameter:
 
     def allowed(self) -> str:
         """Say in words what may be given."""
-        if self.choices and self.kind != "field":
+        if self.choices and self.kind not in OVER:
             return "one of " + ", ".join(self.choices)
         span = "any number"
         if self.low is not None and self.high is not None:
@@ -59,6 +60,7 @@ class Parameter:
             "pins": "exemplar x,y -> output x,y and a radius, such as '40,30 -> 200,120 24', several after semicolons",
             "vectors": "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
             "field": ", ".join([*self.choices, span]) + f"{unit}, or a gray picture over the {self.over}",
+            "picture": "".join(f"{c}, or " for c in self.choices) + f"a gray picture over the {self.over}",
             "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
         }.get(self.kind, span + unit)
 
@@ -80,7 +82,8 @@ def param(
     (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``pins``
     (tuples of five whole numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is
     decided from the exemplar when a method settles), ``field`` (a number for every pixel ``over`` the "output" or the
-    "exemplar": a number, a gray picture, a function, a Field, or one of the choices).
+    "exemplar": a number, a gray picture, a function, a Field, or one of the choices), ``picture`` (the same, but no
+    plain number).
     """
     data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help, "over": over}
     return dataclasses.field(default=default, metadata={"param": data})
@@ -101,9 +104,8 @@ def check(method: Any) -> None:
         value = getattr(method, p.name)
         if value is AUTO and p.default is AUTO:
             continue
-        if p.kind == "field" and not isinstance(value, (int, float, str)):
-            object.__setattr__(method, p.name, _field(p, value))
-            continue
+        if p.kind in OVER and not isinstance(value, (int, float, str)):
+            value = _field(p, value)
         try:
             object.__setattr__(method, p.name, _normal(p, value))
         except (TypeError, ValueError, OverflowError):
@@ -116,7 +118,7 @@ def parse(p: Parameter, text: str) -> Any:
     try:
         if p.kind == "int":
             return int(text)
-        if p.kind == "float" or (p.kind == "field" and text not in p.choices):
+        if p.kind == "float" or (p.kind in OVER and text not in p.choices):
             return float(text)
         if p.kind == "price":
             return text if text == "inf" else float(text)
@@ -165,10 +167,14 @@ def _field(p: Parameter, value: Any) -> Any:
 
 
 def _normal(p: Parameter, value: Any) -> Any:
-    if p.kind == "choice" or (p.kind == "field" and isinstance(value, str)):
+    if p.kind == "choice" or (p.kind in OVER and isinstance(value, str)):
         if value not in p.choices:
             raise ValueError
         return str(value)
+    if p.kind in OVER and not isinstance(value, (int, float)):
+        return value
+    if p.kind == "picture":
+        raise ValueError
     if p.kind == "isometries":
         return _isometries(value)
     if p.kind == "vectors":

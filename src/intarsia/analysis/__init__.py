@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .held import Held
     from .mosaic import Mosaic
     from .mosaic_places import FewPlaces
+    from .outlines import Outlines, marked
     from .parallel import Corrections, Descent, Span
     from .patchwork import Patchwork, Window, random_patch, waves
     from .pixels import Layer, check_window, choices, default_window, ground, layers
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
     from .segmentation import Segments, SizeRule, segments
-    from .sites import sites_of
+    from .sites import Look, sites_of
     from .sizes import check_patch, default_patch, element_patch, fitting, large_patch, supplied
     from .stitching import Stitch, Stitching
     from .symmetry import allowed_isometries, settled_isometries
@@ -57,7 +58,9 @@ _MODULES = {
     "Laying": "growth",
     "Layout": "repetition",
     "Held": "held",
+    "Look": "sites",
     "Mosaic": "mosaic",
+    "Outlines": "outlines",
     "PatchSearch": "search",
     "Patchwork": "patchwork",
     "Pick": "growth",
@@ -94,6 +97,7 @@ _MODULES = {
     "large_patch": "sizes",
     "lattice_of": "cell",
     "layers": "pixels",
+    "marked": "outlines",
     "random_patch": "patchwork",
     "rim_of": "rim",
     "scan_reach": "scan",
@@ -126,7 +130,9 @@ __all__ = [
     "Layer",
     "Laying",
     "Layout",
+    "Look",
     "Mosaic",
+    "Outlines",
     "PatchSearch",
     "Patchwork",
     "Pick",
@@ -167,6 +173,7 @@ __all__ = [
     "large_patch",
     "lattice_of",
     "layers",
+    "marked",
     "pose_array",
     "random_patch",
     "rim_of",

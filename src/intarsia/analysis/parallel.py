@@ -21,6 +21,7 @@ from ..run import Run
 from .orientation import Orientation, origins
 from .pins import Pin, pinned
 from .sites import Sites
+from .spread import EVERYWHERE, Shares, spread_over
 
 REACH = 2  # px that a correction reads on each side
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
@@ -71,15 +72,16 @@ class Corrections:
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[Pin, ...] = ()
     lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
+    shares: Shares = EVERYWHERE  # where less than all of the jitter holds
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
         """Take the settings from the fields of a method."""
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
-        shares = tuple(round((1 << FINE) * share) for share in jitter)
+        steps, shares = tuple(round((1 << FINE) * r) for r in jitter), Shares.of(*method.calmed)
         pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
-        return cls(shares, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, lie)
+        return cls(steps, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, lie, shares)
 
     @property
     def margin(self) -> int:
@@ -160,7 +162,8 @@ class Descent:
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
             start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
-        return self._pinned(self._descended(start, [_at_rest(span) for span in spans], top), top, every, frame)
+        coords = self._descended(start, [_at_rest(span) for span in spans], top, places)
+        return self._pinned(coords, top, every, frame)
 
     @cached_property
     def _room(self) -> Room:
@@ -182,7 +185,8 @@ class Descent:
             parents, coords = coords, np.empty((*frame.shape[:2], 2), np.int64)
             handed_down(parents, axes[0], axes[1], frame, coords)
             axes = [_at_rest(span) for span in spans[level]]
-        return self._pinned(self._descended(coords, axes, level), level, spans, frame)
+        coords = self._descended(coords, axes, level, _places(level, spans))
+        return self._pinned(coords, level, spans, frame)
 
     def _pinned(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
         """Show features where they were dragged to, on coarse levels only: what is finer follows from them."""
@@ -191,10 +195,18 @@ class Descent:
             pinned(coords, _places(level, spans), periods, pin, self.sites.exemplar, frame)
         return coords
 
-    def _descended(self, coords: Array, axes: list[Axis], level: int) -> Array:
+    @cached_property
+    def _calm(self) -> Array:
+        exemplar = self.sites.exemplar
+        return self.rules.shares.over_exemplar(exemplar.height, exemplar.width)
+
+    def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
         out = np.empty((len(axes[0].at), len(axes[1].at), 2), np.int32)
         state = np.uint64(seed_state(self.seed, self.stage, level))
         spread = np.array([[self.rules.spread(level)]], np.int64)
+        if spread.any() and self.rules.shares != EVERYWHERE:
+            output = self.rules.shares.over_output(places)
+            spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
         free = not len(self._room.lattice) or level < FREE
         descend(coords, axes[0], axes[1], state, spread, free, self._room, out)
         return out

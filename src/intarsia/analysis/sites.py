@@ -16,6 +16,7 @@ from ..kernels.correction import MIDDLE, Site
 from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked
 from .features import features
 from .jumps import similar_places
+from .outlines import Outlines
 
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
@@ -63,33 +64,50 @@ class Sites:
     home: NDArray[np.int32]
 
 
-def sites_of(
-    exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int = 2
-) -> Sites:
-    """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine.
+@dataclass(frozen=True)
+class Look:
+    """What of an exemplar is compared, and how.
 
-    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods; ``k`` - 1 jumps for each pixel.
-    ``reach``: how far beyond the exemplar corrections may read, in steps of the level.
+    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, weighted by ``mask`` (25 numbers of
+    0 to 1, or None: a Gaussian); ``k`` - 1 jumps for each pixel; ``weights`` of the channels; with ``outlines`` the
+    distance to them is compared as well; ``reach``: how far beyond the exemplar corrections read, in steps of a level.
     """
-    key = ("sites", neighbourhood, k, weights, reach)
-    return exemplar.memo(key, lambda: _sites(exemplar, neighbourhood, k, weights, reach))
+
+    neighbourhood: str = "appearance"
+    k: int = 2
+    weights: tuple[float, ...] | None = None
+    mask: tuple[float, ...] | None = None
+    outlines: Outlines | None = None
+    reach: int = 2
+
+    @classmethod
+    def of(cls, method: Any, reach: int = 2) -> Look:
+        """Take the settings from the fields of a method."""
+        settings = method.neighbourhood, method.k, method.channel_weights, method.neighbourhood_mask, method.outlines
+        return cls(*settings, reach)
 
 
-def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float, ...] | None, reach: int) -> Sites:
+def sites_of(exemplar: Exemplar, look: Look) -> Sites:
+    """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine."""
+    return exemplar.memo(("sites", look), lambda: _sites(exemplar, look))
+
+
+def _sites(exemplar: Exemplar, look: Look) -> Sites:
+    picture = filled(features([exemplar], look.weights).pictures[0], exemplar)
+    if look.outlines is not None:
+        picture = np.concatenate([picture, look.outlines.channel(exemplar, picture)], axis=2)
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
     count = (max(height, width) - 1).bit_length() + 1
     corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
-    picture = filled(features([exemplar], weights).pictures[0], exemplar)
     far, levels = depths(exemplar), []
     for number, blurred in enumerate(stack_of(picture, corrected, torus)):
         h = 1 << number
         closed = far <= min(2 * h, int(far.max()) // 4)
-        level = _compared(blurred, h, torus, neighbourhood == "appearance", closed, reach)
+        level = _compared(blurred, h, torus, look, closed)
         table = table_of(level)
-        jumps = np.full((len(table), k - 1), -1, np.int32)
-        cells = exemplar.memo(("jumps", neighbourhood, k, weights, h), partial(
-            similar_places, table, (height, width, torus), level.border, h, closed, k - 1
-        ))  # fmt: skip
+        jumps = np.full((len(table), look.k - 1), -1, np.int32)
+        search = partial(similar_places, table, (height, width, torus), level.border, h, closed, look.k - 1)
+        cells = exemplar.memo(("jumps", replace(look, reach=0), h), search)
         inner = level.site.inner.reshape(-1, level.stride)
         kernels.spread_jumps(cells, max(1, h // 2), level.border, inner, jumps)
         keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
@@ -97,14 +115,14 @@ def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float,
     return Sites(exemplar, count, tuple(levels), _home(exemplar))
 
 
-def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Array, reach: int) -> Level:
+def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) -> Level:
     """A level without its jumps and table: features, and where candidates may lie."""
     height, width, _ = blurred.shape
-    border = reach * h
+    border = look.reach * h
     stride = width + 2 * border
     packing: Array = np.zeros((0, 2), np.uint64)
     values: Array = np.zeros((0, 1), np.int16)
-    if appearance:
+    if look.neighbourhood == "appearance":
         packing = packed(bordered(transformed(blurred, h, torus), border, torus) + np.int16(MIDDLE))
     else:
         values = np.ascontiguousarray(bordered(((blurred + 8) >> 4).astype(np.int16), border, torus))
@@ -115,7 +133,8 @@ def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Arr
     none = np.zeros((0, 0), np.int32)
     steps = np.array([h * stride, h, h], np.int64)
     no_table = np.zeros(0, np.int16)
-    site = Site(steps, packing, values, WEIGHTS, no_table, inner.astype(np.int32).ravel(), open_, none)
+    mask = WEIGHTS if look.mask is None else np.rint(np.array(look.mask) * 256).astype(np.int64)
+    site = Site(steps, packing, values, mask, no_table, inner.astype(np.int32).ravel(), open_, none)
     return Level(h, border, stride, site)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,8 +11,9 @@ import click
 from ..auto import AUTO_METHOD, MOST_TRIALS, Auto
 from ..errors import ParameterError
 from ..methods.base import Method, make, method_class
-from ..params import Parameter, parameters, parse, words
+from ..params import Parameter, parameters, words
 from .options import opt
+from .pictures import value_of
 
 if TYPE_CHECKING:
     from ..auto import Choice
@@ -32,11 +34,11 @@ UNION = dict[str, tuple[Parameter, list[str]]]
 def chosen_of(slug: str, trials: int | None, given: dict[str, Any], union: UNION) -> Method | Auto:
     """Make the method that is named, or the choice among those that have the given options."""
     if slug == AUTO_METHOD:
-        return Auto(trials or 1, {n: parse(union[n][0], t) for n, t in given.items() if t is not None})
+        return Auto(trials or 1, {n: value_of(union[n][0], t) for n, t in given.items() if t is not None})
     if trials is not None:
         raise ParameterError("--trials belongs to --method auto; name that, or drop it.")
     own = {p.name: p for p in parameters(method_class(slug))}
-    return make(slug, {n: parse(own.get(n, union[n][0]), t) for n, t in given.items() if t is not None})
+    return make(slug, {n: value_of(own.get(n, union[n][0]), t) for n, t in given.items() if t is not None})
 
 
 def told(choice: Choice, explain: bool) -> dict[str, Any]:
@@ -81,16 +83,19 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
     lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
     said += ["--repair", str(wish.repair)] * (wish.repair > 0 and not lattice)
     said += ["--force"] * targets.force
-    return shlex.join([*said, "--method", method.slug, *options_of(method)])
+    return shlex.join([*said, "--method", method.slug, *options_of(method, wish.pictures)])
 
 
-def options_of(method: Method) -> list[str]:
-    """Return the options that give a method its parameters, but for those that are the usual ones."""
+def options_of(method: Method, pictures: Mapping[str, str]) -> list[str]:
+    """Return the options that give a method its parameters, but for those that are the usual ones.
+
+    `pictures` names the files of those that are pictures.
+    """
     said: list[str] = []
     for p in parameters(method):
         value = getattr(method, p.name)
         if value != p.default:
-            said += [f"--{p.name.replace('_', '-')}", text_of(p.kind, value)]
+            said += [f"--{p.name.replace('_', '-')}", pictures.get(p.name) or text_of(p.kind, value)]
     return said
 
 

@@ -23,6 +23,7 @@ from .options import (
     opt,
     report_options,
 )
+from .pictures import named_pictures
 from .report import Report
 from .request import Inputs, Targets, Wish
 from .values import Seed, Seeds, Size
@@ -79,8 +80,11 @@ def wish_of(method: str, feather: int | None, mixing: str | None, level: int | N
     explain, repair = given.pop("explain", False), given.pop("repair", 0)
     if explain and method != AUTO_METHOD:
         raise ParameterError("--explain belongs to --method auto; name that, or drop it.")
+    pictures = named_pictures(given, (p for p, _ in UNION.values()))
     chosen, finish = chosen_of(method, trials, given, UNION), finish_of(level)
-    return Wish(chosen, size, wrap, feather, mixing, explain=explain, finish=finish, repair=repair)
+    return Wish(
+        chosen, size, wrap, feather, mixing, explain=explain, finish=finish, repair=repair, pictures=pictures
+    )  # fmt: skip
 
 
 @click.command(

@@ -161,6 +161,8 @@ METAVARS = {
     "pins": "'X,Y -> X,Y R'",
     "vectors": "'X,Y X,Y'",
     "isometries": "none|180|90|both|auto|IDS",
+    "field": "F|FILE",
+    "picture": "FILE",
 }
 
 
@@ -168,7 +170,8 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:
     """Declare the option of a method's parameter, as text that the method's own rules read later."""
     default = "" if p.default is None else f" Default: {_shown(p)}."
     only = "" if every else f" ({', '.join(owners)})"
-    metavar = "|".join(p.choices) if p.choices else METAVARS.get(p.kind, p.kind.upper())
+    metavar = "|".join((*p.choices, *([METAVARS[p.kind]] if p.kind in METAVARS else [])))
+    metavar = metavar or p.kind.upper()
     text = f"{p.help[:1].upper()}{p.help[1:]}.{default}{only}"
     return opt(p.name, "--" + p.name.replace("_", "-"), metavar=metavar, help=text)
 

@@ -23,6 +23,7 @@ from .options import (
     opt,
     report_options,
 )
+from .pictures import named_pictures
 from .report import Report
 from .request import Inputs, Labels, Targets, Wish
 from .values import Number, Seed, Seeds
@@ -66,8 +67,11 @@ def _wish(method: str, labels: tuple[str, ...], target: str, **given: Any) -> Wi
     told = Labels(labels, target, given.pop("weight"), given.pop("reach"))
     wrap, feather, mixing = given.pop("wrap"), given.pop("feather"), given.pop("mixing")
     finish, repair = finish_of(given.pop("level")), given.pop("repair")
+    pictures = named_pictures(given, (p for p, _ in UNION.values()))
     chosen = chosen_of(method, None, given, UNION)
-    return Wish(chosen, None, wrap, feather, mixing, labels=told, finish=finish, repair=repair)
+    return Wish(
+        chosen, None, wrap, feather, mixing, labels=told, finish=finish, repair=repair, pictures=pictures
+    )  # fmt: skip
 
 
 @click.command(

@@ -25,9 +25,10 @@ from .options import (
     opt,
     report_options,
 )
+from .pictures import with_pictures
 from .report import Report
 from .request import Begin, Inputs, Labels, Targets, Wish
-from .values import Colour, Rectangle, Scale
+from .values import Colour, NamedFile, Rectangle, Scale
 
 PICTURES = (
     opt(
@@ -49,6 +50,7 @@ class Beside:
     labels: tuple[str, ...] = ()
     target: str | None = None
     start: str | None = None
+    pictures: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         if self.start == "-":
@@ -60,6 +62,10 @@ BESIDE = (
     opt("labels", "--labels", "-l", multiple=True, type=FILE, metavar="FILE", help="What paint was given as --labels."),
     opt("target", "--target", "-t", type=FILE, metavar="FILE", help="What paint was given as --target."),
     opt("start", "--start", type=FILE, metavar="MAP.npz", help="The map that was continued."),
+    opt(
+        "pictures", "--picture", multiple=True, type=NamedFile(), metavar="PARAMETER=FILE",
+        help="A picture that was given as a parameter, such as jitter_output=calm.png; once for each.",
+    ),
 )
 
 
@@ -80,9 +86,9 @@ def command(
     intarsia replay clean.png -o again.png --exemplar wall.png --mask graffiti.png
     intarsia replay island.png -o again.png --exemplar coast.png --labels coast_labels.png --target map.png
 
-    Give the files again that were used, --map, --mask, --from, --labels and --target too: they are checked against
-    the recipe. Everything else is in it, such as --crop, --flatten, --avoid and --depth, and a hole that was the
-    picture's own alpha. Built-in exemplars (sample:...) need no --exemplar.
+    Give the files again that were used, --map, --mask, --from, --labels and --target too, and pictures of parameters
+    as --picture: they are checked against the recipe. Everything else is in it, such as --crop, --flatten, --avoid and
+    --depth, and a hole that was the picture's own alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
     check_stdout(targets, report)
     from .. import files
@@ -94,13 +100,14 @@ def command(
         raise InputError(f"{picture} carries no recipe; give a picture that intarsia wrote, or its .recipe.json.")
     if "origin" in recipe:
         raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
+    recipe = with_pictures(recipe, dict(beside.pictures), picture)
     wish, seed = wish_of(recipe, picture)
     if recipe.get("intarsia") != __version__:
         report.warn(
             f"{picture} was made by intarsia {recipe.get('intarsia', 'of unknown version')}, this is {__version__}; "
             "the picture may differ."
         )
-    wish = with_files(wish, recipe, inputs, beside, picture)
+    wish = with_files(replace(wish, pictures=dict(beside.pictures)), recipe, inputs, beside, picture)
     if "auto" in recipe:
         wish = replace(wish, said={"auto": recipe["auto"]})
     inputs = inputs_of(recipe, inputs, beside, picture)

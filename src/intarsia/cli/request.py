@@ -95,7 +95,8 @@ class Wish:
 
     `begin` says what is there already, if anything is; `start` names a saved map to continue, and how deep from its
     holes it may be replaced. With `labels` the size is that of their target. `explain`: tell how the method was chosen.
-    `said` is what the recipe says besides. `repair`: how often the worst seams are looked for.
+    `said` is what the recipe says besides. `repair`: how often the worst seams are looked for. `pictures` are the files
+    of parameters that are pictures, by their names.
     """
 
     method: Method | Auto
@@ -110,11 +111,12 @@ class Wish:
     said: Mapping[str, Any] = field(default_factory=dict)
     finish: tuple[Finish, ...] | None = None
     repair: int = 0
+    pictures: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files to read beside the exemplars: masks of holes, labels and their target."""
-        holes = () if self.begin is None else self.begin.holes
+        """The files to read beside the exemplars: masks of holes, labels and their target, pictures of parameters."""
+        holes = (*self.pictures.values(), *(() if self.begin is None else self.begin.holes))
         return holes if self.labels is None else (*holes, *self.labels.sources, self.labels.target)
 
 

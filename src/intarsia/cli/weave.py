@@ -13,6 +13,7 @@ from ..methods.base import METHODS, Ability, method_class
 from .choosing import chosen_of
 from .grow import finish_of
 from .options import FILE, common, gathered, input_options, method_option, method_parameters, opt, report_options
+from .pictures import named_pictures
 from .report import Report
 from .request import Inputs, Wish
 from .values import Position, Seed, Size
@@ -105,9 +106,9 @@ def wish_of(
     size: tuple[int, int], method: str, feather: int | None, mixing: str | None, level: int | None, **given: Any
 ) -> Wish:
     """Understand the options on method and size."""
-    return Wish(
-        chosen_of(method, None, given, UNION), size, feather=feather, mixing=mixing, finish=finish_of(level)
-    )  # fmt: skip
+    pictures = named_pictures(given, (p for p, _ in UNION.values()))
+    chosen, finish = chosen_of(method, None, given, UNION), finish_of(level)
+    return Wish(chosen, size, feather=feather, mixing=mixing, finish=finish, pictures=pictures)
 
 
 @click.command(

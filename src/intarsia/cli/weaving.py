@@ -52,6 +52,7 @@ class Weaving:
         width, height = wish.size
         fields = {"seed": seed, "method": wish.method.slug, "w": width, "h": height, "stem": ""}
         filled(loom.out, fields)  # refuses unknown fields before anything is read
+        inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         shelf = Shelf([sets], inputs, report)
         texture = weave(list(shelf.get(0)), wish.method, seed)

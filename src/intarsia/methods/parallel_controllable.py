@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ParameterError
-from ..field import Field
+from ..field import Field, check_sizes
 from ..geometry import Box, Wrap
 from ..lazy import lazy
 from ..params import AUTO, check, param
@@ -57,6 +57,14 @@ class ParallelControllable:
         "finest first, the last for all coarser ones; automatic: 0,0,0.1, then 0.2, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
+    jitter_output: Field | float | None = param(  # noqa: RUF009
+        AUTO, "field", "what part of the jitter holds where in the output, black none, white all of it; automatic: all",
+        low=0, high=1, over="output",
+    )  # fmt: skip
+    jitter_exemplar: Field | float | None = param(  # noqa: RUF009
+        AUTO, "field", "what part of the jitter holds for pixels that come from where in the exemplar, so that black "
+        "parts stay as they are; automatic: all", low=0, high=1, over="exemplar",
+    )  # fmt: skip
     snap: str = param(
         "off", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
         "that courses and weaves stay in step", choices=("off", "on"),
@@ -78,6 +86,19 @@ class ParallelControllable:
     neighbourhood: str = param(
         "appearance", "choice", "what is compared: appearance vectors at four points, or the 5 x 5 colours",
         choices=("appearance", "colour"),
+    )  # fmt: skip
+    neighbourhood_mask: tuple[float, ...] | None = param(
+        AUTO, "weights", "with neighbourhood=colour: how much each of the 5 x 5 (or 3 x 3) pixels counts, row by row; "
+        "automatic: a Gaussian", low=0, high=1,
+    )  # fmt: skip
+    feature: Field | str | None = param(  # noqa: RUF009
+        AUTO, "picture", "outlines to keep: the edges of the picture, or those of what is white in a mask of yours; "
+        "how far they are is compared as well; automatic: none",
+        low=0, high=1, over="exemplar", choices=("edges",),
+    )  # fmt: skip
+    feature_weight: float = param(
+        1, "float", "with feature: how much the distance to the outlines counts; 1: as much as all the colours", low=0,
+        high=100,
     )  # fmt: skip
     rule: str = param(
         "near", "choice", "candidates: continuations of the 3 x 3 pixels around and their jumps; jumps looked up "
@@ -104,9 +125,36 @@ class ParallelControllable:
             raise ParameterError("lattice is for snap=on only; leave it out, or say snap=on.")
         if math.isqrt(self.subpasses) ** 2 != self.subpasses:
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
+        if self.neighbourhood_mask is not AUTO:
+            object.__setattr__(self, "neighbourhood_mask", self._mask(self.neighbourhood_mask))
         if (self.angle, self.zoom) != (0, 1) and (self.neighbourhood == "colour" or self.rule == "published"):
             word = "neighbourhood=colour" if self.neighbourhood == "colour" else "rule=published"
             raise ParameterError(f"{word} cannot follow angle and zoom; drop it, or drop them.")
+
+    def _mask(self, mask: tuple[float, ...]) -> tuple[float, ...]:
+        """The 25 weights that are meant."""
+        if self.neighbourhood != "colour":
+            raise ParameterError("neighbourhood_mask needs neighbourhood=colour; say so, or leave it out.")
+        if len(mask) not in (9, 25):
+            raise ParameterError(
+                f"neighbourhood_mask of {len(mask)} numbers is not allowed; give 25 for 5 x 5 pixels, or 9 for 3 x 3."
+            )
+        if len(mask) == 25:
+            return mask
+        rows = [(0.0, *mask[n : n + 3], 0.0) for n in (0, 3, 6)]
+        return (*[0.0] * 5, *rows[0], *rows[1], *rows[2], *[0.0] * 5)
+
+    @property
+    def calmed(self) -> tuple[Field | float | None, Field | float | None]:
+        """What part of the jitter holds over the output, and over the exemplar."""
+        return self.jitter_output, self.jitter_exemplar
+
+    @property
+    def outlines(self) -> analysis.Outlines | None:
+        """Which outlines of the exemplar count, and how much."""
+        if self.feature is AUTO:
+            return None
+        return analysis.Outlines(self.feature if isinstance(self.feature, Field) else None, self.feature_weight)
 
     @property
     def blend(self) -> sourcemap.Blend:
@@ -114,7 +162,11 @@ class ParallelControllable:
         return sourcemap.Blend(0)
 
     def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
-        """Decide the jitter, find the lattice; ParameterError for weights that do not fit."""
+        """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
+        size = None if canvas.endless else (canvas.height, canvas.width)
+        check_sizes(self, (exemplars[0].height, exemplars[0].width), size)
+        if isinstance(self.feature, Field):
+            analysis.marked(self.feature, exemplars[0])
         analysis.features([exemplars[0]], self.channel_weights)
         return self._decided(exemplars[0])
 
@@ -148,7 +200,7 @@ class ParallelControllable:
         self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
     ) -> sourcemap.SourceMap:
         rules = analysis.Corrections.of(self._decided(exemplar))
-        sites = analysis.sites_of(exemplar, self.neighbourhood, self.k, self.channel_weights, rules.border)
+        sites = analysis.sites_of(exemplar, analysis.Look.of(self, rules.border))
         descent, source = analysis.Descent(sites, rules, seed, STAGE), (exemplar.source,)
         if rules.lie is None:
             return sourcemap.SourceMap(descent.window(*spans, run), None, None, source, wrap, self.blend)

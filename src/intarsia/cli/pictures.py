@@ -1,0 +1,84 @@
+"""Parameters that are numbers, words or gray pictures: read as they stand behind an option. Imports nothing heavy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError, ParameterError
+from ..methods.base import METHODS, method_class
+from ..params import OVER, Parameter, parameters, parse
+
+if TYPE_CHECKING:
+    from ..field import Field
+
+
+def value_of(p: Parameter, text: str) -> Any:
+    """Read a value behind an option; a picture where that is the name of one."""
+    return picture_of(p, text) if names_a_picture(p, text) else parse(p, text)
+
+
+def names_a_picture(p: Parameter, text: str) -> bool:
+    """Whether a value is the name of a file: whatever is neither a number nor a word of the parameter."""
+    if p.kind not in OVER or text in p.choices:
+        return False
+    try:
+        float(text)
+    except ValueError:
+        return True
+    return False
+
+
+def named_pictures(given: Mapping[str, str | None], known: Iterable[Parameter]) -> dict[str, str]:
+    """Return the files among the given options, by parameter; ParameterError where two are the standard input."""
+    named = {p.name: t for p in known if (t := given.get(p.name)) is not None and names_a_picture(p, t)}
+    if list(named.values()).count("-") > 1:
+        raise ParameterError("the standard input (-) can be read once; name files for the others.")
+    return named
+
+
+def picture_of(p: Parameter, path: str) -> Field:
+    """Read a gray picture of any depth as a field of a parameter; InputError where it is none."""
+    import numpy as np
+
+    from .. import files
+    from ..field import Field
+    from ..image import Kind
+
+    if not path or "\0" in path:
+        raise InputError(f"{p.name}: {path!r} is no name of a file; choose another.")
+    plane = files.read_plane(path, Kind.DATA)
+    pixels, name = plane.samples, "stdin" if path == "-" else path
+    if plane.channels in (2, 4):
+        if (pixels[:, :, -1] != pixels[0, 0, -1]).any():
+            raise InputError(f"{name} is transparent in parts; {p.name} takes a gray picture without opacity.")
+        pixels = pixels[:, :, :-1]
+    if not all(np.array_equal(pixels[:, :, 0], pixels[:, :, c], equal_nan=True) for c in range(1, pixels.shape[2])):
+        raise InputError(f"{name} is a colour picture; {p.name} takes a gray one.")
+    try:
+        return Field(pixels[:, :, 0], p.low, p.high)
+    except InputError as e:
+        raise InputError(f"{p.name}: of {name}, {e}") from None
+
+
+
+def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str) -> dict[str, Any]:
+    """Return the recipe of `name` with the pictures that it knows by their hashes, read again from their files."""
+    known = {p.name: p for p in parameters(method_class(recipe["method"]))} if recipe.get("method") in METHODS else {}
+    values = recipe.get("parameters")
+    told = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
+    asked = {k: v for k, v in told.items() if k in known and known[k].kind in OVER}
+    for given in pictures:
+        if given not in asked:
+            raise ParameterError(f"{name} was made without a picture as {given}; drop --picture {given}=FILE.")
+    found: dict[str, Any] = {}
+    for key, was in asked.items():
+        if "function" in was:
+            told_by = f"{key} of {name} is the function {was['function']}"
+            raise InputError(f"{told_by}, which no recipe holds; run the program again that made it.")
+        if key not in pictures:
+            raise ParameterError(f"{name} was made with a picture as {key}; name it with --picture {key}=FILE.")
+        found[key] = picture_of(known[key], pictures[key])
+        if found[key].told != was:
+            raise InputError(f"{pictures[key]} is another picture than the recipe has as {key}; give the same file.")
+    return recipe | {"parameters": values | found} if found and isinstance(values, dict) else recipe
