@@ -33,6 +33,7 @@ FLOORS: dict[str, float] = {
     "analysis": 3.5,
     "ground": 4,
     "mixing": 4,
+    "magnification": 4,
     "mixers": 4,
     "translucent": 4,
     "render": 4,

@@ -53,6 +53,7 @@ _HOMES = {
     "extend": "healing",
     "flattened": "analysis.light",
     "heal": "healing",
+    "magnified": "magnification",
     "read": "files",
     "repair": "repairing",
     "synthesize": "synthesis",
@@ -99,6 +100,7 @@ __all__ = [
     "extend",
     "flattened",
     "heal",
+    "magnified",
     "read",
     "repair",
     "synthesize",
@@ -120,6 +122,7 @@ if TYPE_CHECKING:
     from .image import Kind, Plane
     from .inspection import Findings, analyze
     from .levelling import Levelling
+    from .magnification import magnified
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung
