@@ -45,6 +45,7 @@ FLOORS: dict[str, float] = {
     "trials": 5.5,
     "starts": 3.2,
     "synthesis": 6,
+    "advection": 6.2,
     "healing": 6.2,
     "repairing": 6.2,
     "inspection": 6.2,

@@ -49,6 +49,7 @@ _HOMES = {
     "Weave": "giant",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
+    "advect": "advection",
     "analyze": "inspection",
     "extend": "healing",
     "flattened": "analysis.light",
@@ -96,6 +97,7 @@ __all__ = [
     "Weave",
     "WeiLevoy",
     "Wrap",
+    "advect",
     "analyze",
     "extend",
     "flattened",
@@ -109,6 +111,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from .advection import advect
     from .analysis.light import flattened
     from .auto import Auto
     from .canvas import Canvas

@@ -94,6 +94,8 @@ def command(
         raise InputError(f"{picture} carries no recipe; give a picture that intarsia wrote, or its .recipe.json.")
     if "origin" in recipe:
         raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
+    if "advected" in recipe:
+        raise InputError(f"{picture} was moved by a flow that no recipe holds; run again the program that moved it.")
     wish, seed = wish_of(recipe, picture)
     if recipe.get("intarsia") != __version__:
         report.warn(
