@@ -33,7 +33,7 @@ else:
     analysis, moving = lazy("intarsia.analysis"), lazy("intarsia.analysis.moving")
 
 FARTHEST = 1 << 24  # px
-STEPS = (1, 2, 4, 8)
+STEPS = (1, 2, 4, 8, 16)
 NONE: dict[str, Any] = {"frames": 0, "sha256": ""}  # what a recipe would say before the first frame
 
 Flow = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
@@ -44,7 +44,7 @@ def advect(
     flow: Flow,
     *,
     frame: int | None = None,
-    coarsest: int = 4,
+    coarsest: int = 8,
     method: ParallelControllable | None = None,
     run: Run | None = None,
 ) -> Synthesis:
@@ -60,8 +60,9 @@ def advect(
     frame : int, optional
         Move by whole pixels that add up: by round(frame * flow) - round((frame - 1) * flow), for a steady flow in px a
         frame, of which `made` is frame - 1. Otherwise by round(flow).
-    coarsest : {1, 2, 4, 8}
-        Torn places are mended for every so many px first; larger ones keep larger things whole.
+    coarsest : {1, 2, 4, 8, 16}
+        Torn places are mended every so many px first. Large numbers keep things whole through many frames, small ones
+        change less from frame to frame: 1 where each frame is made from the first one, and nothing adds up.
     method : ParallelControllable, optional
         Whose corrections mend; by default that which made it, else one without further settings.
     run : Run, optional
@@ -124,7 +125,7 @@ def _rounded(px: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def _check(made: Synthesis, coarsest: int) -> None:
     if coarsest not in STEPS:
-        raise ParameterError(f"coarsest={coarsest} is not allowed; choose 1, 2, 4 or 8 px.")
+        raise ParameterError(f"coarsest={coarsest} is not allowed; choose 1, 2, 4, 8 or 16 px.")
     smap = made.map
     if len(made.exemplars) != 1 or smap.holes.any() or smap.poses not in ((), (0,)):
         raise ParameterError(

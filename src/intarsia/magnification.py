@@ -4,10 +4,10 @@
     ia.write("wall.png", wall.render())     # 1024 x 1024 px
 
 Section 5 of the paper, synthesis magnification: the map is made of the reduced exemplar; each pixel of the large
-picture is what its four nearest map pixels, enlarged, show there, mixed along both axes by how near they are. Those are
-the votes of a feather of one px of the map, n px of the picture. Shares along an axis are k / (n + 1), k = 1 .. n, where
-bilinear weights at the middles of pixels are (k - 1/2) / n: at most 1/12 off. With odd n the ramp lies half a px of the
-picture to one side, as no feather of n px can be centred there: at most 1 / (n + 1) off.
+picture is what its four nearest map pixels, enlarged, show there, mixed along both axes by how near they are. Those
+are the votes of a feather of one px of the map, n px of the picture. Shares along an axis are k / (n + 1), k = 1 .. n,
+where bilinear weights at the middles of pixels are (k - 1/2) / n: at most 1/12 off. With odd n the ramp lies half a px
+of the picture to one side, as no feather of n px can be centred there: at most 1 / (n + 1) off.
 """
 
 from __future__ import annotations
