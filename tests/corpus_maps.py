@@ -202,7 +202,7 @@ def recipes(sound: dict[str, Any]) -> dict[str, Case]:
         add(f"inputs {value!r}", EITHER, sound | {"inputs": value})
         add(f"extend {value!r}", REFUSED, sound | {"extend": value})
         add(f"exemplar {value!r}", REFUSED, sound | {"exemplars": [value]})
-        for key in ("crop", "scale", "avoid", "alpha"):
+        for key in ("crop", "scale", "avoid", "alpha", "magnify"):
             add(f"{key} {value!r}", EITHER, sound | {"inputs": {key: value}})
         add(f"depth {value!r}", REFUSED, sound | {"depth": value})
         add(f"heal {value!r}", REFUSED, sound | {"heal": value})

@@ -176,7 +176,7 @@ VALID = {
     "tolerance usage weight context": FROM_0 | {"1.5"},
     "isometries boundary_isometries": FROM_0 | {"0,0", "0,0,0", "0,0,0,0"},
     "patch pyramid_kept": {"1", "\u0663"},
-    "size scale": {"1"},
+    "size scale magnify": {"1"},
     "channel_weights": {"1", "1.5", "\u0663", "1_000"},
     "overlap": FROM_0 | {"0x0"},
     "seed": {"0", "00", "1"},
@@ -188,6 +188,7 @@ VALID = {option: values for together, values in VALID.items() for option in toge
 
 LATER = {("heal", "patch", "1_000"): 0, ("heal", "overlap", "1_000"): 0, ("heal", "grow", "1_000"): 3}
 """Holes are looked at one by one, with patches of their own; a hole that is grown over all is a wrong mask."""
+LATER |= {("render", "magnify", "\u0663"): 3}
 LATER |= {("weave", "channel_weights", value): 2 for value in ("1", "1.5", "\u0663", "1_000")}
 LATER |= {("weave", "isometries", value): 2 for value in FROM_0 | {"0,0", "0,0,0", "0,0,0,0"}}
 

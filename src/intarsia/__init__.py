@@ -50,10 +50,12 @@ _HOMES = {
     "Weave": "giant",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
+    "advect": "advection",
     "analyze": "inspection",
     "extend": "healing",
     "flattened": "analysis.light",
     "heal": "healing",
+    "magnified": "magnification",
     "read": "files",
     "repair": "repairing",
     "synthesize": "synthesis",
@@ -97,10 +99,12 @@ __all__ = [
     "Weave",
     "WeiLevoy",
     "Wrap",
+    "advect",
     "analyze",
     "extend",
     "flattened",
     "heal",
+    "magnified",
     "read",
     "repair",
     "synthesize",
@@ -109,6 +113,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from .advection import advect
     from .analysis.light import flattened
     from .auto import Auto
     from .canvas import Canvas
@@ -123,6 +128,7 @@ if TYPE_CHECKING:
     from .image import Kind, Plane
     from .inspection import Findings, analyze
     from .levelling import Levelling
+    from .magnification import magnified
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung

@@ -32,6 +32,9 @@ KIND_OF_NAME = {
 }
 """What a plane of this name holds; any other name is a colour."""
 
+REDUCED = "(reduced)"
+"""The first plane of a magnified exemplar: its base at reduced size, which is compared and never written."""
+
 
 @dataclass(frozen=True, eq=False)
 class Exemplar:
@@ -104,6 +107,23 @@ class Exemplar:
         return next(iter(self.planes.values()))
 
     @property
+    def shown(self) -> tuple[str, ...]:
+        """The names of the planes that are drawn: all, but for the reduced one of a magnified exemplar."""
+        names = tuple(self.planes)
+        return names[1:] if names[0] == REDUCED and len(names) > 1 else names
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """The names of the planes that say what fits: all, but for the one that a reduced plane stands for."""
+        names = tuple(self.planes)
+        return names if self.shown == names else (names[0], *names[2:])
+
+    @property
+    def times(self) -> int:
+        """How many times larger than the map the pictures of a magnified exemplar are; 1 for all others."""
+        return 1 if REDUCED not in self.planes else max(self.planes[self.shown[0]].height // self.height, 1)
+
+    @property
     def height(self) -> int:
         """Rows of the base plane."""
         return self.base.height
@@ -165,8 +185,9 @@ class Exemplar:
         if not plane.is_float:
             return
         bad = ~np.isfinite(plane.samples).all(axis=2)
-        if self.usable is not None and bad.shape == self.usable.shape:
-            bad &= self.usable
+        if self.usable is not None and plane.height >= self.height:
+            s = plane.height // self.height
+            bad &= self.usable.repeat(s, axis=0).repeat(s, axis=1)
         if bad.any():
             raise InputError(
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "

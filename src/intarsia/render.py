@@ -65,7 +65,7 @@ def render(
     smap : SourceMap
         Without holes where it is drawn, and within the reach of a finish.
     name : str, optional
-        The plane; the first of the first exemplar by default. A plane s times larger than the base gives a
+        The plane; the first shown of the first exemplar by default. A plane s times larger than the base gives a
         picture s times larger than the map, with a feather of s times as many px; one s times smaller gives
         one s times smaller, averaged in blocks.
     blend : Blend, optional
@@ -246,15 +246,15 @@ def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
 
 def check_alike(exemplars: Sequence[Exemplar]) -> None:
     """Refuse exemplars whose planes cannot lie in one picture, before any work on them."""
-    for name in exemplars[0].planes:
+    for name in exemplars[0].shown:
         _planes(exemplars, name)
 
 
 def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:
     """Find the plane in every exemplar, and how many times larger than the base (negative: smaller)."""
-    name = next(iter(exemplars[0].planes)) if name is None else name
+    name = exemplars[0].shown[0] if name is None else name
     if name not in exemplars[0].planes:
-        raise ParameterError(f"plane={name} is unknown; choose one of {', '.join(exemplars[0].planes)}.")
+        raise ParameterError(f"plane={name} is unknown; choose one of {', '.join(exemplars[0].shown)}.")
     found: list[tuple[Plane, int]] = []
     for exemplar in exemplars:
         if name not in exemplar.planes:

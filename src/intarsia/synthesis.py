@@ -22,6 +22,7 @@ from .geometry import Box, Wrap
 from .guide import Guide
 from .image import Plane
 from .levelling import Finish
+from .magnification import as_meant
 from .methods.base import Ability, Method, make
 from .render import render
 from .run import Run
@@ -159,7 +160,7 @@ def carry_out(
         smap = settled.synthesize(exemplars, canvas, seed, run)
     if bool(smap.holes.any()):
         raise MethodError(f"{settled.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
-    joined = blend or settled.blend
+    joined = blend or as_meant(settled.blend, exemplars[0])
     recipe = _recipe(settled, exemplars, canvas, seed, joined)
     if kept is None:
         return Synthesis(exemplars, smap, joined, settled, recipe, canvas=canvas)

@@ -136,9 +136,9 @@ def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
 
 
 def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:
-    layout = {n: (p.kind, p.channels) for n, p in exemplars[0].planes.items()}
+    layout = _layout(exemplars[0])
     for e in exemplars[1:]:
-        if {n: (p.kind, p.channels) for n, p in e.planes.items()} != layout:
+        if _layout(e) != layout:
             raise InputError(
                 f"{e.name} and {exemplars[0].name} differ in planes, channels or kind; give exemplars of one make-up."
             )
@@ -170,6 +170,11 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
             picture[~e.usable] = 0
         pictures.append(picture)
     return Features(tuple(pictures), tuple(normals), tuple(black), base)
+
+
+def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int]]:
+    planes = exemplar.planes
+    return {n: (planes[n].kind, planes[n].channels) for n in exemplar.compared}
 
 
 def _labels(planes: list[Plane]) -> Int32 | None:

@@ -1,4 +1,4 @@
-"""What ``--avoid``, ``--crop``, ``--scale`` and ``--flatten`` make of an exemplar, for all of its planes alike."""
+"""What ``--avoid``, ``--crop``, ``--scale``, ``--flatten`` and ``--magnify`` make of an exemplar, all planes alike."""
 
 from __future__ import annotations
 
@@ -7,20 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..colour import Curve
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
-from ..image import Array, Kind, Plane
 from ..lazy import lazy
-from ..mixing import Floats, Integers, Labels, Mixer, Normals
-from ..normals import NormalCoding
+from ..magnification import cut_out, magnified, reduced, trimmed
 from .request import Inputs
 
 if TYPE_CHECKING:
-    from .. import translucent
     from ..analysis import light
-else:  # only some exemplars need them
-    light, translucent = lazy("intarsia.analysis.light"), lazy("intarsia.translucent")
+else:  # only some exemplars need it
+    light = lazy("intarsia.analysis.light")
 
 Warn = Callable[[str], None]
 
@@ -28,17 +24,19 @@ MUCH = 0.01  # of the pixels
 
 
 def adapted(exemplar: Exemplar, inputs: Inputs, warn: Warn) -> Exemplar:
-    """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, then evenly lit."""
+    """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, evenly lit, magnified."""
     if inputs.avoid is not None:
         exemplar = avoiding(exemplar, inputs.avoid, warn)
     if inputs.crop is not None:
         exemplar = cropped(exemplar, inputs.crop)
     if inputs.scale != 1:
-        exemplar = reduced(exemplar, inputs.scale, inputs.toroidal)
+        exemplar = scaled(exemplar, inputs.scale, inputs.toroidal)
     if inputs.flatten:
         exemplar = even(exemplar, warn)
     if inputs.toroidal:
         exemplar = Exemplar(exemplar.planes, exemplar.usable, True, exemplar.name)
+    if inputs.magnify != 1:
+        exemplar = enlarging(exemplar, inputs.magnify, warn)
     return exemplar
 
 
@@ -69,35 +67,33 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
         raise ParameterError(
             f"--crop {','.join(map(str, crop))} does not lie in {_told(exemplar)}; give X,Y,WIDTH,HEIGHT inside it."
         )
-    planes = {}
     for name, plane in exemplar.planes.items():
-        box = [v * plane.width for v in crop]
-        if any(v % exemplar.width for v in box):
+        if any(v * plane.width % exemplar.width for v in crop):
             raise ParameterError(f"--crop cuts pixels of the smaller plane {name}; use multiples of its pixels.")
-        left, top, w, h = (v // exemplar.width for v in box)
-        planes[name] = plane.like(plane.samples[top : top + h, left : left + w])
-    usable = None if exemplar.usable is None else exemplar.usable[y : y + height, x : x + width]
-    return Exemplar(planes, usable, False, exemplar.name)
+    return cut_out(exemplar, x, y, width, height)
 
 
-def reduced(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
+def scaled(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
     """Average blocks of n x n px by the kind of each plane; a block is usable if all of it is."""
     small = max(exemplar.width // p.width for p in exemplar.planes.values()) or 1
-    width, height = (side - side % (n * small) for side in (exemplar.width, exemplar.height))
-    if not width or not height:
-        raise ParameterError(f"--scale 1/{n} leaves nothing of {_told(exemplar)}; scale less.")
+    told, unit = _told(exemplar), n * small
+    if min(exemplar.width, exemplar.height) < unit:
+        raise ParameterError(f"--scale 1/{n} leaves nothing of {told}; scale less.")
+    if toroidal and (exemplar.width % unit or exemplar.height % unit):
+        raise ParameterError(
+            f"--scale 1/{n} does not divide {told}, which would no longer continue in itself; "
+            "drop --toroidal, or scale otherwise."
+        )
+    return reduced(trimmed(exemplar, unit, f"--scale 1/{n}"), n)
+
+
+def enlarging(exemplar: Exemplar, n: int, warn: Warn) -> Exemplar:
+    """Grow at 1/n of the size and draw all pixels; tell what is cut off for it."""
+    made = magnified(exemplar, n)
+    width, height = made.width * n, made.height * n
     if (width, height) != (exemplar.width, exemplar.height):
-        if toroidal:
-            raise ParameterError(
-                f"--scale 1/{n} does not divide {_told(exemplar)}, which would no longer continue in itself; "
-                "drop --toroidal, or scale otherwise."
-            )
-        exemplar = cropped(exemplar, (0, 0, width, height))
-    planes = {name: plane.like(averaged(plane, n)) for name, plane in exemplar.planes.items()}
-    usable = None
-    if exemplar.usable is not None:
-        usable = np.asarray(exemplar.usable.reshape(height // n, n, width // n, n).all(axis=(1, 3)))
-    return Exemplar(planes, usable, False, exemplar.name)
+        warn(f"--magnify {n}: {_told(exemplar)} was cut to {width}x{height} px, which {n} divides.")
+    return made
 
 
 def even(exemplar: Exemplar, warn: Warn) -> Exemplar:
@@ -114,23 +110,3 @@ def even(exemplar: Exemplar, warn: Warn) -> Exemplar:
 
 def _told(exemplar: Exemplar) -> str:
     return f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"
-
-
-def averaged(plane: Plane, n: int) -> Array:
-    """Return blocks of n x n pixels as one each, by the kind of the plane."""
-    with np.errstate(invalid="ignore", over="ignore"):  # masked pixels may be NaN
-        return _mixer(plane).average(plane.samples, n)
-
-
-def _mixer(plane: Plane) -> Mixer:
-    samples = plane.samples.reshape(-1, plane.channels)
-    if plane.kind is Kind.NORMAL:
-        signed = plane.is_float and bool((plane.pixels < 0).any())
-        coding = NormalCoding(plane.pixels.dtype, signed, plane.meta.get("normals", "gl") == "dx")
-        return Normals(samples, coding.vectors(samples), coding)
-    if plane.kind is Kind.LABEL:
-        return Labels.of(samples)
-    curve = Curve.of(plane)
-    if plane.is_float:
-        return (translucent.TranslucentFloats if plane.alpha else Floats)(samples, samples, curve, None)
-    return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, None)

@@ -14,7 +14,7 @@ from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
 from ..run import Probe, Run
-from ..sourcemap import SourceMap
+from ..sourcemap import Blend, SourceMap
 from ..starts import Scene
 from ..synthesis import Synthesis, carry_out, recipe_settings
 from .choosing import command_of, explained, told
@@ -103,7 +103,7 @@ class Batch:
         scene = scene_of(self.shelf, order.lot, self.wish, order.guide)
         clock = {"read": time.perf_counter() - began}
         place = self.targets.distance_map
-        probe = None if place is None else Probe(place[0][1], place[0][0])
+        probe = None if place is None else Probe(place[0][1] // order.times, place[0][0] // order.times)
         grown_at = 0.6 if self.wish.repair else 0.9
         run = Run(threads, meter.stage("grow", 0.0, grown_at), CANCEL, probe=probe)
         grown, seams = self._grow(order, scene, run), dict[str, Any]()
@@ -139,7 +139,7 @@ class Batch:
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
         """What JSON says of a result, and of how its method was chosen."""
-        about = _about(order, self.wish, grown)
+        about = _about(order, blend_of(self.wish, order.method, self.shelf.get(order.lot)[0]), self.wish.wrap, grown)
         if order.choice is None:
             return about
         choice = order.choice if grown is None or grown.choice is None else grown.choice
@@ -161,7 +161,7 @@ class Batch:
             self.report.say("\n".join(explained(about, order.choice.warnings)))
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
-        begin, blend = self.wish.begin, blend_of(self.wish, order.method)
+        begin, blend = self.wish.begin, blend_of(self.wish, order.method, scene.exemplars[0])
         if begin is not None and begin.holes:
             grown = fill_holes(scene, order.method, order.seed, run, begin.edge)
         else:
@@ -208,22 +208,23 @@ def distance_plane(maps: list[Any], path: str) -> Plane:
     return Plane(pixels, Kind.DATA, Transfer.LINEAR)
 
 
-def _about(order: Order, wish: Wish, grown: Synthesis | None) -> dict[str, Any]:
+def _about(order: Order, blend: Blend, wrap: str, grown: Synthesis | None) -> dict[str, Any]:
     """What JSON says of a result, x before y."""
     held = [{"path": path, "holds": name} for name, path in order.pictures.items()]
     more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
     held += [{"path": p, "holds": w} for p, w in more if p is not None]
     method = order.method if grown is None else grown.method
     spans = {k: getattr(method, k, None) for k in ("pitch", "footprint")}
-    blend = blend_of(wish, order.method)
     told: dict[str, Any] = {
         "files": held,
         "size": list(order.size),
         "seed": order.seed,
-        "wrap": wish.wrap,
+        "wrap": wrap,
         "method": method.slug,
         "parameters": recipe_settings(method),
         **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
         "blend": blend.told,
     }
+    if order.times > 1:
+        told["magnify"] = order.times
     return told if grown is None else told | {"exemplars": grown.recipe["exemplars"]}

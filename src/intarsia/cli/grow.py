@@ -14,6 +14,7 @@ from ..methods.base import METHODS
 from .choosing import EXPLAIN, TRIALS, chosen_of
 from .options import (
     FILE,
+    MAGNIFY,
     common,
     gathered,
     grown_target_options,
@@ -98,7 +99,7 @@ def wish_of(method: str, feather: int | None, mixing: str | None, level: int | N
     "--seeds", type=Seeds(), metavar="1..9|1,4,7", help="A batch, one output for each seed; put {seed} into -o."
 )
 @grown_target_options
-@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
+@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."), MAGNIFY)
 @click.option("--sheet", type=FILE, metavar="FILE.png", help="A contact sheet of the batch.")
 @click.option("--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing.")
 @common

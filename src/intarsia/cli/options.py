@@ -89,6 +89,12 @@ INPUT_OPTIONS = (
     ),
 )  # fmt: skip
 
+MAGNIFY = opt(
+    "magnify", "--magnify", type=click.IntRange(1, 64), default=1, metavar="N",
+    help="Grow at 1/N of the size, then draw with all pixels of the exemplar: for large exemplars and outputs. Sizes "
+    "stay those of the pictures; all else, such as --patch and --feather (then 1 if not given), counts px of 1/N.",
+)  # fmt: skip
+
 DONORS = opt(
     "donors", "--from", multiple=True, type=FILE, metavar="FILE",
     help="Take new pixels from this picture (or these), in place of the picture itself.",

@@ -18,6 +18,7 @@ from ..files import check_depth, check_writable, format_of, read_mask, read_set,
 from ..geometry import Wrap, spread
 from ..guide import Guide
 from ..healing import check_edge, for_holes, repaired
+from ..magnification import as_meant
 from ..methods.base import Method
 from ..render import check_alike
 from ..repairing import check_repair
@@ -46,6 +47,7 @@ class Order:
     guide: Guide | None = None
     choice: Choice | None = None
     sets: tuple[Set, ...] = ()
+    times: int = 1  # larger than the map
 
     @property
     def paths(self) -> list[str]:
@@ -62,7 +64,10 @@ class Order:
 
 def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...], guide: Guide | None = None) -> Canvas:
     """Return the canvas that is asked for: of the guide's size, or twice the first exemplar where none is given."""
-    width, height = wish.size or (2 * exemplars[0].width, 2 * exemplars[0].height)
+    times = exemplars[0].times
+    width, height = (
+        (2 * exemplars[0].width, 2 * exemplars[0].height) if wish.size is None else small_of(wish.size, times)
+    )
     if guide is not None:
         width, height = guide.target.width, guide.target.height
     start, rim = None, None
@@ -70,6 +75,14 @@ def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...], guide: Guide | None =
         start, rim = SourceMap.load(wish.start[0]), wish.start[1]
         check_start(start, exemplars)
     return Canvas(height, width, Wrap(wish.wrap), start, guide, rim)
+
+
+def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
+    """Return the size that is grown where pictures are drawn so many times larger."""
+    width, height = size
+    if width % times or height % times:
+        raise ParameterError(f"--size {width}x{height} is no multiple of --magnify {times}; give multiples of {times}.")
+    return width // times, height // times
 
 
 def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> Scene:
@@ -118,11 +131,11 @@ def check_begin(wish: Wish, lots: list[list[Set]], sets: list[Set]) -> None:
         )
 
 
-def blend_of(wish: Wish, method: Method) -> Blend:
+def blend_of(wish: Wish, method: Method, exemplar: Exemplar) -> Blend:
     """Return how pieces are joined: as the method means it, but for what is asked otherwise; exactly in holes."""
     if wish.begin is not None and wish.begin.holes:
         return Blend(0)
-    own = method.blend
+    own = as_meant(method.blend, exemplar)
     feather = own.feather if wish.feather is None else wish.feather
     finish = own.finish if wish.finish is None else wish.finish
     return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing), finish)
@@ -137,7 +150,8 @@ def orders_of(
     `check` may refuse what was read.
     """
     if wish.size is not None:
-        Canvas(wish.size[1], wish.size[0])
+        width, height = small_of(wish.size, shelf.inputs.magnify)
+        Canvas(height, width)
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
     plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
@@ -150,7 +164,9 @@ def orders_of(
     method, choice = chosen_for(wish, scene, targets)
     if choice is None:
         check_repair(method, wish.repair)
-    fields |= {"w": canvas.width, "h": canvas.height, "method": method.slug}
+    times = exemplars[0].times
+    size = (canvas.width * times, canvas.height * times)
+    fields |= {"w": size[0], "h": size[1], "method": method.slug}
     memory = memory_of(exemplars, canvas)
     orders = []
     for seed in seeds:
@@ -159,10 +175,10 @@ def orders_of(
         pictures = plane_files(out, _endings(sets[0]))
         asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
         maps = [None if t is None else filled(t, fields) for t in asked]
-        size = (canvas.width, canvas.height)
         orders.append(
             Order(
-                lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2], canvas.guide, choice, tuple(sets)
+                lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2], canvas.guide, choice, tuple(sets),
+                times,
             )
         )  # fmt: skip
     if orders:
@@ -198,7 +214,7 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
         if path == "-":
             continue
         kept = format_of(path)
-        longest = max(order.size) * plane.width // exemplars[0].width
+        longest = max(order.size) * plane.width // (exemplars[0].width * order.times)
         if longest > kept.side:
             raise ParameterError(
                 f"{path}: {kept.name} holds at most {kept.side} px a side, not {longest}; write .tif or .exr."
@@ -243,7 +259,7 @@ def patches_of(order: Order, wrap: str, begun: bool = False) -> int | None:
     pitch, footprint = getattr(order.method, "pitch", None), getattr(order.method, "footprint", None)
     if pitch is None or footprint is None or begun:
         return None
-    width, height = order.size
+    width, height = (side // order.times for side in order.size)
     closed = Wrap(wrap)
     rows = spread(height, footprint[0], footprint[0] - pitch[0], closed.y)[0]
     columns = spread(width, footprint[1], footprint[1] - pitch[1], closed.x)[0]

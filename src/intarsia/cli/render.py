@@ -10,7 +10,7 @@ import click
 from ..errors import InputError, ParameterError
 from .exits import CANCEL
 from .grow import check_stdout, finish_of
-from .options import FILE, common, gathered, input_options, opt, report_options, target_options
+from .options import FILE, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
 from .report import Report
 from .request import Inputs, Targets
 from .values import Rectangle
@@ -60,7 +60,10 @@ VIEW_OPTIONS = (
 @target_options
 @gathered(*VIEW_OPTIONS, into="view", make=View)
 @input_options(
-    opt("files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file.")
+    opt(
+        "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
+    ),
+    MAGNIFY,
 )
 @common
 @report_options
@@ -75,7 +78,12 @@ def command(saved: str, inputs: Inputs, targets: Targets, view: View, report: Re
     smap.check_sources()
     if view.window is not None:
         x, y, width, height = view.window
-        _check_window(smap, x, y, width, height)
+        if any(v % inputs.magnify for v in view.window):
+            raise ParameterError(
+                f"--window {x},{y},{width},{height} does not suit --magnify {inputs.magnify}; give multiples of "
+                f"{inputs.magnify}."
+            )
+        _check_window(smap, inputs.magnify, view.window)
     redraw(smap, _named(inputs, smap), targets, view, report, threads)
 
 
@@ -91,15 +99,16 @@ def _named(inputs: Inputs, smap: SourceMap) -> Inputs:
     return replace(inputs, files=names)
 
 
-def _check_window(smap: SourceMap, x: int, y: int, width: int, height: int) -> None:
+def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]) -> None:
+    x, y, width, height = window
     for start, length, whole, closed, axis in (
-        (x, width, smap.width, smap.wrap.x, "columns"),
-        (y, height, smap.height, smap.wrap.y, "rows"),
+        (x, width, smap.width * times, smap.wrap.x, "columns"),
+        (y, height, smap.height * times, smap.wrap.y, "rows"),
     ):
         if not closed and (start < 0 or start + length > whole):
             raise ParameterError(
                 f"--window {x},{y},{width},{height}: {axis} {start} to {start + length} do not lie in 0 to {whole} "
-                f"of the map ({smap.width}x{smap.height} px); choose a part of it."
+                f"of the map ({smap.width * times}x{smap.height * times} px); choose a part of it."
             )
     if width * height > 1 << 31:
         raise ParameterError(f"--window {x},{y},{width},{height} is too large; give at most 2**31 px in all.")
@@ -119,7 +128,9 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     sets = sets_of(inputs, report)
     if len(sets) != max(len(smap.sources), 1):
         raise InputError(f"the map was made of {len(smap.sources)} exemplars, {len(sets)} are given; give as many.")
-    x, y, width, height = view.window or (0, 0, smap.width, smap.height)
+    n = inputs.magnify
+    x, y, width, height = view.window or (0, 0, smap.width * n, smap.height * n)
+    part = Box(y // n, x // n, (y + height) // n, (x + width) // n)
     out = filled(targets.out, {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
     pictures = plane_files(out, sets[0])
     check_all(pictures.values(), targets.force, set())
@@ -135,7 +146,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     with report.watching(len(pictures)) as meter, Staging(targets.force) as staging:
         for name, path in pictures.items():
             run = Run(threads, meter.stage("render", 0.0, 1.0), CANCEL)
-            plane = render(exemplars, smap, name, blend, Box(y, x, y + height, x + width), run)
+            plane = render(exemplars, smap, name, blend, part, run)
             files.write(path if path == "-" else staging.place(path), plane, depth=targets.depth)
             meter.next_part()
         staging.commit()
@@ -158,5 +169,5 @@ def _check_sizes(smap: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
         if (exemplar.width, exemplar.height) != (source.width, source.height):
             raise InputError(
                 f"{exemplar.name} is {exemplar.width}x{exemplar.height} px, the map was made of {source.name} of "
-                f"{source.width}x{source.height} px; give a plane of that size (mind --crop and --scale)."
+                f"{source.width}x{source.height} px; give a plane of that size (mind --crop, --scale and --magnify)."
             )

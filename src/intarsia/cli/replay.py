@@ -100,6 +100,8 @@ def command(
         raise InputError(f"{picture} carries no recipe; give a picture that intarsia wrote, or its .recipe.json.")
     if "origin" in recipe:
         raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
+    if "advected" in recipe:
+        raise InputError(f"{picture} was moved by a flow that no recipe holds; run again the program that moved it.")
     recipe = with_pictures(recipe, dict(beside.pictures), picture)
     wish, seed = wish_of(recipe, picture)
     if recipe.get("intarsia") != __version__:
@@ -115,6 +117,8 @@ def command(
         if recipe["depth"] not in DEPTHS:
             raise InputError(f"the depth in the recipe of {picture} is damaged; grow it again.")
         targets = replace(targets, depth=recipe["depth"])
+    if wish.size is not None:
+        wish = replace(wish, size=(wish.size[0] * inputs.magnify, wish.size[1] * inputs.magnify))
     batch = Batch.plan(inputs, targets, wish, (seed,), report, lambda scene: check_scene(recipe, scene, wish))
     batch.carry_out(threads)
 
@@ -204,6 +208,7 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) 
             crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
             flatten=given.flatten or bool(said.get("flatten", False)),
             scale=given.scale if given.scale != 1 else Scale()(str(said.get("scale", "1/1"))),
+            magnify=_whole(said.get("magnify", 1), 1, 64),
         )
     except (click.UsageError, TypeError, ValueError, AttributeError):
         raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None

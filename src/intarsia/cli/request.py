@@ -17,7 +17,8 @@ class Inputs:
     """The pictures to grow from, and what of them may be used.
 
     ``how`` says how several files are read: as one set of planes, as several exemplars, or by their names.
-    ``scale`` is the n of 1/n. `donors` are pictures from which new pixels come in place of those of `files`.
+    ``scale`` is the n of 1/n; `magnify` says how many times larger pictures are drawn than they are grown. `donors` are
+    pictures from which new pixels come in place of those of `files`.
     """
 
     files: tuple[str, ...]
@@ -31,6 +32,7 @@ class Inputs:
     how: str = "auto"
     flatten: bool = False
     donors: tuple[str, ...] = ()
+    magnify: int = 1
 
     def __post_init__(self) -> None:
         if self.toroidal and self.crop is not None:
@@ -62,6 +64,8 @@ class Inputs:
             said["scale"] = f"1/{self.scale}"
         if self.flatten:
             said["flatten"] = True
+        if self.magnify != 1:
+            said["magnify"] = self.magnify
         return said
 
 

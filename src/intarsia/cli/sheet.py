@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import files
 from ..image import Kind, Plane
-from .adapt import averaged
+from ..magnification import averaged
 
 SIDE = 256
 GAP = 8

@@ -12,7 +12,17 @@ from ..errors import ParameterError
 from ..methods.base import METHODS, Ability, method_class
 from .choosing import chosen_of
 from .grow import finish_of
-from .options import FILE, common, gathered, input_options, method_option, method_parameters, opt, report_options
+from .options import (
+    FILE,
+    MAGNIFY,
+    common,
+    gathered,
+    input_options,
+    method_option,
+    method_parameters,
+    opt,
+    report_options,
+)
 from .pictures import named_pictures
 from .report import Report
 from .request import Inputs, Wish
@@ -119,7 +129,9 @@ def wish_of(
 @gathered(*OWN, *PARAMETERS, into="wish", make=wish_of)
 @click.option("--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0.")
 @gathered(*LOOM, into="loom", make=Loom)
-@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."), without=("several",))
+@input_options(
+    opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."), MAGNIFY, without=("several",)
+)
 @click.option("--dry-run", is_flag=True, help="Check everything, tell size, memory and time, write nothing.")
 @common
 @report_options

@@ -50,20 +50,26 @@ class Weaving:
         if not loom.out or ending not in ENDINGS:
             raise ParameterError(f"-o {loom.out}: name a .zarr, a .tif, or a folder (without an ending) for tiles.")
         width, height = wish.size
+        if any(side % inputs.magnify for side in (*wish.size, *loom.origin)):
+            raise ParameterError(
+                f"--size {width}x{height} and --origin {loom.origin[0]},{loom.origin[1]} do not suit --magnify "
+                f"{inputs.magnify}; give multiples of {inputs.magnify}."
+            )
         fields = {"seed": seed, "method": wish.method.slug, "w": width, "h": height, "stem": ""}
         filled(loom.out, fields)  # refuses unknown fields before anything is read
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         shelf = Shelf([sets], inputs, report)
         texture = weave(list(shelf.get(0)), wish.method, seed)
-        texture = replace(texture, blend=blend_of(wish, texture.method))
+        texture = replace(texture, blend=blend_of(wish, texture.method, texture.exemplars[0]))
         out = filled(loom.out, fields | {"stem": stem_of(sets[0]), "method": texture.method.slug})
         stem, own = os.path.splitext(out)
         names = {name: f"{stem}_{name}{own}" if n else out for n, name in enumerate(texture.planes)}
-        origin, stores = (loom.origin[1], loom.origin[0]), dict[str, Store]()
+        grown_height, grown_width = height // inputs.magnify, width // inputs.magnify
+        origin, stores = [n // inputs.magnify for n in (loom.origin[1], loom.origin[0])], dict[str, Store]()
         for name, path in names.items():
             shown = texture.plane(name)
-            (grow, shrink), (h, w) = shown.scale, (height, width)
+            (grow, shrink), (h, w) = shown.scale, (grown_height, grown_width)
             if h % shrink or w % shrink or origin[0] % shrink or origin[1] % shrink:
                 raise ParameterError(
                     f"{width}x{height} px do not suit the plane {name}, {shrink}x smaller; give multiples of {shrink}."
@@ -120,6 +126,7 @@ class Weaving:
         return {
             "files": [{"path": path, "holds": name} for name, path in self.names.items()],
             "size": list(self.size),
+            **({"magnify": times} if (times := self.texture.exemplars[0].times) > 1 else {}),
             "origin": list(self.loom.origin),
             "seed": self.texture.seed,
             "method": self.texture.method.slug,

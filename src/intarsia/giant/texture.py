@@ -22,6 +22,7 @@ from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Plane
+from ..magnification import as_meant
 from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
 from ..render import check_alike, render
 from ..run import Run
@@ -68,7 +69,7 @@ class Weave:
     @property
     def planes(self) -> tuple[str, ...]:
         """The names of all planes."""
-        return tuple(self.exemplars[0].planes)
+        return self.exemplars[0].shown
 
     def plane(self, name: str) -> Weave:
         """Return the same texture showing another plane, as ``texture.plane("normal")``."""
@@ -290,7 +291,8 @@ def weave(
         raise ParameterError(f"{wanted.slug} cannot make windows of an endless plane; choose one of {able}.")
     check_abilities(wanted, exemplars, canvas)
     settled = cast(WindowMethod, wanted.settled(exemplars, canvas))
-    return Weave(exemplars, settled, seed, blend or settled.blend, next(iter(exemplars[0].planes)))
+    joined = blend or as_meant(settled.blend, exemplars[0])
+    return Weave(exemplars, settled, seed, joined, exemplars[0].shown[0])
 
 
 def shifted(box: Box, y: int, x: int) -> Box:
