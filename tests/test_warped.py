@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from naive_warped import NaiveWarped, flowing_pieces
 from numpy.typing import NDArray
 from test_render import DTYPES, laid, noise_map, pixels_of
 
 import intarsia as ia
+from intarsia import files
+from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Wrap
@@ -472,3 +475,18 @@ def test_a_hole_in_such_a_map_holds_nothing() -> None:
     assert out.holes.sum() == 1
     assert (out.frame[2, 3] == np.eye(2)).all()
     assert (out.sub[2, 3] == 0).all()
+
+
+def test_the_command_draws_such_maps(tmp_path: Path) -> None:
+    """`intarsia render` draws what the library draws, a window too, and refuses to level it in one line."""
+    exemplar = ia.read("sample:stones")
+    smap = replace(laid_by(turn(30, 1.7), (50, 60), (exemplar.height, exemplar.width)), sources=(exemplar.source,))
+    saved, out = tmp_path / "map.npz", tmp_path / "out.png"
+    smap.save(saved)
+    for more, part in (([], np.s_[:]), (["--window", "10,20,30,16"], np.s_[20:36, 10:40])):
+        told = CliRunner().invoke(cli, ["render", str(saved), "-o", str(out), "--force", *more])
+        assert told.exit_code == 0, told.stderr
+        assert (files.read_plane(out).pixels == render([exemplar], smap).pixels[part]).all()
+    refused = CliRunner().invoke(cli, ["render", str(saved), "-o", str(out), "--force", "--level", "8"])
+    assert refused.exit_code == 2
+    assert "--level 0" in refused.stderr
