@@ -59,11 +59,13 @@ def check_frames(frame: Array | None, sub: Array | None, pose: Array | None, hol
             fine = (area >= 1 / AREA) & (area <= AREA) & (np.abs(j) <= STEP).all(axis=(2, 3))
         if bad := int((~fine & ~holes).sum()):
             raise InputError(
-                f"frame holds {bad} matrices that are not finite, take steps of more than {STEP:.0f} px, or scale areas "
-                f"by more than {AREA:.0f} or less than 1/{AREA:.0f}; give others."
+                f"frame holds {bad} matrices that are not finite, take steps of more than {STEP:.0f} px, or scale "
+                f"areas by more than {AREA:.0f} or less than 1/{AREA:.0f}; give others."
             )
     if sub is not None and (bad := int((~(np.abs(sub) <= ASIDE).all(axis=2) & ~holes).sum())):
-        raise InputError(f"sub holds {bad} fractions that are not finite or beyond {ASIDE:.0f} px; move yx to the pixel.")
+        raise InputError(
+            f"sub holds {bad} fractions that are not finite or beyond {ASIDE:.0f} px; let yx name the nearest pixel."
+        )
 
 
 def matrices(frame: Array | None, pose: Array) -> NDArray[np.float64]:

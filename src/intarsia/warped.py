@@ -1,8 +1,8 @@
 """Draw maps whose pieces are scaled, turned, bent or moved by fractions of a pixel: read between exemplar pixels.
 
 Colours and data are read by Catmull-Rom, colours in linear light with opacity premultiplied, and never leave the range
-of the exemplar; normals too, then turned by the frame (ALGORITHMS F-9) and made unit length again; labels are those of
-the nearest pixel. Where a frame shows the exemplar smaller, the footprint of the pixel is averaged. A pixel that is
+of the pixels read; normals too, then turned by the frame and made unit length again; labels are those of the nearest
+pixel. Where a frame shows the exemplar smaller, the footprint of the pixel is averaged. A pixel that is
 masked is never read: next to one the reading is shorter, and where none around may be read, the entry's own pixel
 stands for it. Where a place falls on a pixel, and the frame is an isometry or none, the copy is exact.
 """
@@ -22,8 +22,9 @@ from .exemplar import Exemplar
 from .ground import enlarged, lay_out
 from .image import Array, Kind, Plane
 from .kernels.between import Reach
+from .kernels.reading import read_labels, read_light, read_vectors
 from .kernels.votes import HOLE
-from .kernels.warped import Field, Part, lay_part, read_labels, read_light, read_vectors
+from .kernels.warped import Field, Part, lay_part
 from .mixers import coding_of, mixer_of
 from .mixing import Labels, Mixer
 from .normals import NormalCoding
@@ -78,7 +79,7 @@ class Warped:
             blend.feather * grow,
             Reach(ground.table, free, ground.near),
             samples,
-            _reader(planes[0], samples, coding, curve, free),
+            _reader(planes[0], samples, coding, curve),
             mixer_of(planes[0], samples[:1], coding, curve, Mixing.MEAN, None),
         )
 
@@ -97,7 +98,7 @@ class Warped:
             )
         codes, lost = self.reader.read(part, self.reach, f)
         if f and lost.any():  # nobody votes: the pixel speaks for itself
-            inner = Part(*(np.ascontiguousarray(array[core]) for array in part))
+            inner = Part(part.which[core].copy(), part.at[core].copy(), part.j[core].copy(), part.own[core].copy())
             codes[lost] = self.reader.read(inner, self.reach, 0)[0][lost]
         return codes
 
@@ -109,7 +110,6 @@ class Light:
     samples: Array  # (N, C) codes
     light: Array  # (N, C), int32 or floats
     curve: Curve
-    spread: tuple[Array, Array]  # the least and the most light of every channel
     alpha: bool
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Mask]:
@@ -125,8 +125,7 @@ class Light:
             colours = seen[..., :-1] / np.where(some, opaque, 1.0)[..., None]
             away[..., :-1] = np.where(some[..., None], colours, away[..., :-1])
         codes = self.samples[first]
-        light = np.clip(self.light[first] + away, *self.spread)
-        return np.where(away == 0.0, codes, self.curve.code(light)), weight == 0.0
+        return np.where(away == 0.0, codes, self.curve.code(self.light[first] + away)), weight == 0.0
 
 
 @dataclass(frozen=True)
@@ -193,7 +192,7 @@ def _field(smap: SourceMap) -> Field:
     )
 
 
-def _reader(plane: Plane, samples: Array, coding: NormalCoding | None, curve: Curve, free: Mask) -> Reader:
+def _reader(plane: Plane, samples: Array, coding: NormalCoding | None, curve: Curve) -> Reader:
     """Choose how a plane is read."""
     if coding is not None:
         return Vectors(samples, coding.vectors(samples), coding)
@@ -203,6 +202,4 @@ def _reader(plane: Plane, samples: Array, coding: NormalCoding | None, curve: Cu
     plain = samples.astype(np.float32) if samples.dtype == np.float16 else samples
     light = curve.linear(plain)
     light = light.astype(np.int32) if light.dtype.kind == "u" else light
-    seen = light[free] if free.any() else light
-    spread = seen.min(axis=0).astype(np.float64), seen.max(axis=0).astype(np.float64)
-    return Light(samples, light, curve, spread, plane.alpha)
+    return Light(samples, light, curve, plane.alpha)

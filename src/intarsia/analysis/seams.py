@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..exemplar import Exemplar
+from ..frames import matrices, places
 from ..geometry import ISOMETRIES
 from ..sourcemap import SourceMap
 from .features import Features
@@ -26,21 +27,30 @@ def seam_total(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) 
     """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
     which = np.zeros(smap.yx.shape[:2], np.uint8) if smap.which is None else smap.which
     pose = np.zeros_like(which) if smap.pose is None else smap.pose
-    return sum(_along(axis, wrap, smap.yx, which, pose, feats, exemplars)
-               for axis, wrap in ((0, smap.wrap.y), (1, smap.wrap.x)))  # fmt: skip
+    total = 0
+    for axis, wrap in ((0, smap.wrap.y), (1, smap.wrap.x)):
+        if smap.exact:
+            steps = STEPS[pose][:, :, :, axis]
+            broken = (smap.yx + steps != np.roll(smap.yx, -1, axis)).any(axis=2)
+        else:  # pieces lie between pixels: they go on where they do to within 1 px, and are read at the nearest pixel
+            j, at = matrices(smap.frame, pose)[:, :, :, axis], places(smap.yx, smap.sub)
+            broken = (np.abs(np.roll(at, -1, axis) - at - (j + np.roll(j, -1, axis)) / 2) > 1).any(axis=2)
+            steps = np.rint(j).astype(np.int32)
+        for part in (which, pose):
+            broken |= part != np.roll(part, -1, axis)
+        if not wrap:
+            broken[(-1, slice(None)) if axis == 0 else (slice(None), -1)] = False
+        total += _along(axis, broken, smap.yx, which, steps, feats, exemplars)
+    return total
 
 
 def _along(
-    axis: int, wrap: bool, yx: Array, which: Array, pose: Array, feats: Features, exemplars: Sequence[Exemplar]
+    axis: int, broken: Array, yx: Array, which: Array, steps: Array, feats: Features, exemplars: Sequence[Exemplar]
 ) -> int:
-    ahead = [np.roll(a, -1, axis) for a in (yx, which, pose)]
-    onward = yx + STEPS[pose][:, :, :, axis]
-    broken = (onward != ahead[0]).any(axis=2) | (which != ahead[1]) | (pose != ahead[2])
-    if not wrap:
-        broken[(-1, slice(None)) if axis == 0 else (slice(None), -1)] = False
-    a, b = yx[broken], ahead[0][broken]
-    which_a, which_b = which[broken], ahead[1][broken]
-    step_a, step_b = STEPS[pose[broken]][:, :, axis], STEPS[ahead[2][broken]][:, :, axis]
+    """The cost of the seams between pixels and the next along an axis; `steps` (H, W, 2) lead on from each pixel."""
+    a, b = yx[broken], np.roll(yx, -1, axis)[broken]
+    which_a, which_b = which[broken], np.roll(which, -1, axis)[broken]
+    step_a, step_b = steps[broken], np.roll(steps, -1, axis)[broken]
     here, there = _read(a, which_a, feats, exemplars)[0], _read(b, which_b, feats, exemplars)[0]
     over, over_ok = _read(a + step_a, which_a, feats, exemplars)
     back, back_ok = _read(b - step_b, which_b, feats, exemplars)
@@ -49,8 +59,8 @@ def _along(
     cells = tuple(index // CELL for index in np.nonzero(broken))
     tone = np.zeros((broken.shape[0] // CELL + 1, broken.shape[1] // CELL + 1, signed.shape[1]), np.int64)
     np.add.at(tone, cells, signed)
-    steps = np.where(over_ok, first, plain) + np.where(back_ok, second, plain)
-    return int(steps.sum()) + TONE * int(np.abs(tone).sum())
+    costs = np.where(over_ok, first, plain) + np.where(back_ok, second, plain)
+    return int(costs.sum()) + TONE * int(np.abs(tone).sum())
 
 
 def _read(at: Array, which: Array, feats: Features, exemplars: Sequence[Exemplar]) -> tuple[Array, Array]:

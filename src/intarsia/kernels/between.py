@@ -49,14 +49,14 @@ def _pixel(row: NDArray[np.int64], y: int, x: int) -> int:
 @kernel
 def nearest(row: NDArray[np.int64], reach: Reach, uy: float, ux: float, own: int) -> int:
     """Return the pixel nearest to a place, or `own` where that one must not be read."""
-    k = _pixel(row, int(floor(uy + 0.5)), int(floor(ux + 0.5)))
+    k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
     return own if reach.free.size > 0 and not reach.free[k] else k
 
 
 @kernel
 def share_of(row: NDArray[np.int64], reach: Reach, uy: float, ux: float) -> int:
     """Return how much the pixel nearest to a place counts in a vote: nothing outside of the exemplar."""
-    y, x = int(floor(uy + 0.5)), int(floor(ux + 0.5))
+    y, x = floor(uy + 0.5), floor(ux + 0.5)
     if row[3] == 0 and not (0 <= y < row[1] and 0 <= x < row[2]):
         return 0
     return int(reach.near[_pixel(row, y, x)])
@@ -76,7 +76,7 @@ def taps(row: NDArray[np.int64], reach: Reach, uy: float, ux: float, at: NDArray
 
     Returns how many; 0 where none of the four around may be read.
     """
-    y, x = int(floor(uy)), int(floor(ux))
+    y, x = floor(uy), floor(ux)
     fy, fx = uy - y, ux - x
     wy, wx = np.empty(4), np.empty(4)
     _cubic(fy, wy)
@@ -116,4 +116,4 @@ def footprint(j: NDArray[np.float64], axis: int) -> tuple[int, float]:
     length = sqrt(j[axis] * j[axis] + j[2 + axis] * j[2 + axis])
     if length <= 1.0 + SLACK:
         return 1, 0.0
-    return min(int(ceil(length - SLACK)), MOST), min(1.0, 2.0 - 2.0 / length)
+    return min(ceil(length - SLACK), MOST), min(1.0, 2.0 - 2.0 / length)
