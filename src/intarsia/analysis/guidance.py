@@ -173,6 +173,8 @@ def pure_patch(exemplars: Sequence[Exemplar], guide: Guide) -> int:
 def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[int, int, int, int] | None]:
     """Return for every label of the target its largest square: exemplar, row, column, side; None: it has no pixel."""
     best: list[tuple[int, int, int, int] | None] = [None] * len(guide.names)
+    if not guide.is_labels:
+        return best
     for number, (e, source) in enumerate(zip(exemplars, guide.sources, strict=True)):
         ids = numbered(source, guide.names)
         for k in range(len(guide.names)):
@@ -200,6 +202,8 @@ def _largest_square(mine: Array) -> tuple[int, int, int]:
 
 def _without_pure_patch(exemplars: Sequence[Exemplar], guide: Guide, patch: tuple[int, int]) -> list[int]:
     names = guide.names
+    if not guide.is_labels:
+        return []
     missing = set(range(len(names)))
     for e, source in zip(exemplars, guide.sources, strict=True):
         ids = _padded(numbered(source, names), e.toroidal, patch)
