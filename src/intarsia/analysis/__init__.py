@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .symmetry import allowed_isometries, settled_isometries
     from .tiling import Tiling
     from .trees import similar_pixels, tree_of
+    from .wanted import Wanted
 
 _MODULES = {
     "Candidates": "search",
@@ -75,6 +76,7 @@ _MODULES = {
     "Stitch": "stitching",
     "Stitching": "stitching",
     "Tiling": "tiling",
+    "Wanted": "wanted",
     "Window": "patchwork",
     "allowed_isometries": "symmetry",
     "boundary_poses": "boundary",
@@ -145,6 +147,7 @@ __all__ = [
     "Stitching",
     "Tiling",
     "Variants",
+    "Wanted",
     "Window",
     "allowed_isometries",
     "boundary_poses",

@@ -56,7 +56,7 @@ class Guidance:
         self, guide: Guide, variants: Variants, layout: Layout, wrap: Wrap, poses: tuple[int, ...] = tuple(range(8))
     ) -> None:
         self.guide, self.variants, self.layout, self._poses = guide, variants, layout, poses
-        sources, self._target = _codes(guide, wrap)
+        sources, self._target = codes_of(guide, wrap)
         channels = self._target.shape[2]
         self.unit = (min(channels, 2) if guide.is_labels else channels) * ONE * ONE
         self.pictures = _laid_out(sources, variants, layout.patch)
@@ -221,7 +221,7 @@ def numbered(plane: Plane, names: tuple[int, ...]) -> Array:
     return np.where(known, place, len(names)).astype(np.int16)
 
 
-def _codes(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
+def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
     """The guide as int16 channels of 0 .. ONE, beside the exemplars and over the canvas."""
     planes = [*guide.sources, guide.target]
     if guide.is_labels:

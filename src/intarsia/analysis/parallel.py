@@ -18,6 +18,7 @@ from ..draws import seed_state
 from ..kernels.correction import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
 from ..run import Run
 from .sites import Sites
+from .wanted import Wanted
 
 REACH = 2  # px that a correction reads on each side
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
@@ -94,11 +95,16 @@ class Descent:
     rules: Corrections
     seed: int
     stage: int
+    wanted: Wanted | None = None  # the guide of a canvas whose first pixel is (0, 0)
 
     def window(self, rows: Span, cols: Span, run: Run) -> Array:
         """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32."""
         spans = self._spans(rows, cols)
         top = len(spans) - 1
+        if self.wanted is not None:
+            wholes = (rows.period, cols.period)
+            self.wanted.lay([[_place(s, level, whole) for s, whole in zip(pair, wholes, strict=True)]
+                             for level, pair in enumerate(spans)])  # fmt: skip
         coords = self._first(spans[top], spans[0])
         for level in range(top, -1, -1):
             run.tick(top - level, top + 1)
@@ -110,7 +116,8 @@ class Descent:
         return coords
 
     def _margin(self, level: int) -> int:
-        return self.rules.margin if level < len(self.sites.levels) else 0
+        around = 0 if self.wanted is None else 1  # px that are read before the first correction
+        return self.rules.margin + around if level < len(self.sites.levels) else 0
 
     def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
@@ -130,7 +137,7 @@ class Descent:
         else:
             start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
         axes = [Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at) for span in spans]
-        coords = self._descended(start, axes, top)
+        coords = self._guided(self._descended(start, axes, top), top, spans)
         self._pin(coords, top, spans, finest)
         return coords
 
@@ -148,9 +155,16 @@ class Descent:
             up = span.at >> 1
             step = _place(span, level, whole.period) - _place_of(up, parent, level + 1, whole.period)
             axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
-        coords = self._descended(coords, axes, level)
+        coords = self._guided(self._descended(coords, axes, level), level, spans[level])
         self._pin(coords, level, spans[level], spans[0])
         return coords
+
+    def _guided(self, coords: Array, level: int, spans: tuple[Span, Span]) -> Array:
+        """Where the guide asks for something else, begin again at a place that shows it."""
+        if self.wanted is None:
+            return coords
+        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
+        return self.wanted.led(coords, level, (spans[0].at, spans[1].at), (self.seed, self.stage + 1), lattice)
 
     def _pin(self, coords: Array, level: int, spans: tuple[Span, Span], finest: tuple[Span, Span]) -> None:
         """Show a feature of the exemplar where it was dragged to: S[p] = u + (h p - q) in a disc (2005, section 5).
@@ -185,6 +199,8 @@ class Descent:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""
         place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
         site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        if self.wanted is not None:
+            site = self.wanted.beside(site, level)
         work: Array = np.empty(coords.shape[:2], np.int32)
         positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
@@ -196,7 +212,7 @@ class Descent:
                     for own, want in zip(classes, here, strict=True)
                 )
                 _subpass(work, (rows, cols), site, rule, each)
-        margin = self.rules.margin
+        margin = self._margin(level)
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
         pixels(work, margin, place.border, place.stride, out)
         return out
