@@ -115,7 +115,7 @@ class NaiveGuide:
     beside: Any
     over: Any
     scale: int  # what values count, 2**32 = 1
-    unit: int  # a full difference, squared
+    enough: int  # up to which squared difference it is followed
     near: bool  # whether pixels around may offer a place first
     open: Any
 
@@ -154,7 +154,7 @@ class NaiveGuide:
     def led(self, p: Pixel, s: Callable[[int, int], Pixel], toroidal: bool, drawn: Callable[[int], int]) -> Pixel:
         """Begin again at the best of eight places, where what is wanted is neither here nor offered around."""
         least, (height, width) = self.apart(s(*p), p), self.open.shape
-        if 16 * least <= self.unit:
+        if least <= self.enough:
             return s(*p)
         for dy in (-1, 0, 1) if self.near else ():
             for dx in (-1, 0, 1):
@@ -162,7 +162,7 @@ class NaiveGuide:
                 y, x = u[0] - self.h * dy, u[1] - self.h * dx
                 if toroidal:
                     y, x = y % height, x % width
-                if 0 <= y < height and 0 <= x < width and self.open[y, x] and 16 * self.apart((y, x), p) <= self.unit:
+                if 0 <= y < height and 0 <= x < width and self.open[y, x] and self.apart((y, x), p) <= self.enough:
                     return s(*p)
         group, best, kept = self.group(p), (least + 1) // 2, s(*p)
         for n in range(8):

@@ -8,22 +8,24 @@ from typing import Any
 import numpy as np
 import pytest
 from naive_correction import NaiveGuide
+from scipy.ndimage import distance_transform_edt
 from test_guidance import agreement, disc, got, labels, painted, regions
 from test_parallel_controllable import BASE, ONE, naive
 
 import intarsia as ia
+from intarsia.analysis import wanted
 from intarsia.analysis.appearance import bordered, filled, stack_of
 from intarsia.analysis.guidance import codes_of
 from intarsia.analysis.parallel import Corrections, Descent, Span
 from intarsia.analysis.sites import sites_of
-from intarsia.analysis.wanted import NEAR, Wanted, stacked
+from intarsia.analysis.wanted import EDGE, NEAR, Wanted, stacked
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
 from intarsia.methods.parallel_controllable import STAGE
 from intarsia.testing.cases import noise, texture
-from intarsia.testing.maps import replayed, same_map
+from intarsia.testing.maps import same_map
 
 FULL = 1020 * 16
 METHOD = ia.ParallelControllable()
@@ -49,14 +51,17 @@ def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[N
     beside = stack_of(filled(source, e), sites.count, e.toroidal)
     over = stack_of(target, sites.count, False)
     unit = (min(source.shape[2], 2) if guide.is_labels else source.shape[2]) * FULL**2
-    out = []
+    if guide.is_labels and not guide.reach:
+        for stack in (beside, over):
+            stack[:EDGE] = [np.concatenate([finer, stack[EDGE]], axis=2) for finer in stack[:EDGE]]
+    enough, out = unit // 16 if guide.is_labels else int(unit / 16 / max(guide.weight, 1) ** 2), []
     for number in range(sites.count):
         level = sites.levels[min(number, len(sites.levels) - 1)]
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
         may = level.site.open.reshape(-1, level.stride)[inner] > 0
         table = level.site.table.reshape(len(may) + 2 * level.border, level.stride, -1)[inner][may].astype(float)
         scale = guide.weight * (2 * ((table - table.mean(axis=0)) ** 2).sum() / len(table) / unit) ** 0.5 * 2**32
-        out.append(NaiveGuide(1 << number, beside[number], over[number], round(scale), unit, number < NEAR, may))
+        out.append(NaiveGuide(1 << number, beside[number], over[number], round(scale), enough, number < NEAR, may))
     return out
 
 
@@ -64,7 +69,7 @@ GUIDES = {
     "two labels": (cells(21, 18, 2), cells(9, 11, 2, 3, 4), 0.7),
     "three labels": (cells(21, 18, 3), cells(9, 11, 3, 3, 4), 2.0),
     "no weight": (cells(21, 18, 2), cells(9, 11, 2, 3, 4), 0.0),
-    "a picture": (texture(21, 18, 1, 5)[:, :, 0], texture(9, 11, 1, 8)[:, :, 0], 1.0),
+    "a picture": (texture(21, 18, 1, 5)[:, :, 0], texture(9, 11, 1, 8)[:, :, 0], 2.0),
 }
 
 
@@ -106,6 +111,26 @@ def test_a_wrapped_target_is_blurred_across_its_border_along_that_axis_only() ->
     assert np.array_equal(np.roll(once, 5, 0), moved)
     across = stacked(np.roll(picture, 5, 1), [every] * 2, (True, False))[1]
     assert not np.array_equal(np.roll(once, 5, 1), across)
+
+
+def test_what_lies_along_a_boundary_lies_along_the_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A dark rim of 3 px is found along two thirds of a disc, though the exemplar's boundary lies one way only."""
+    marks, target = regions(120, 120), disc(120)
+    pixels = np.array(painted(marks).base.samples)
+    pixels[rim(marks)] = 0
+    found = {}
+    for edge in (EDGE, 0):
+        monkeypatch.setattr(wanted, "EDGE", edge)
+        yx = grown(marks, target, exemplar=Exemplar.of(pixels)).yx
+        shown = (pixels[yx[..., 0], yx[..., 1]] == 0).all(axis=2)
+        assert shown[~rim(target)].mean() < 0.01
+        found[edge] = shown[rim(target)].mean()
+    assert found[EDGE] > 0.6
+    assert found[0] < 0.4, "sharp labels alone do not tell how far a boundary is"
+
+
+def rim(marks: Any) -> Any:
+    return (marks == 1) & (distance_transform_edt(np.pad(marks, 4, mode="edge"))[4:-4, 4:-4] <= 3)
 
 
 @pytest.mark.parametrize("weight", [0.0, 0.5, 2.0])
@@ -230,7 +255,7 @@ def test_a_pin_is_stronger_than_the_guide_on_coarse_levels() -> None:
     assert (free.window(Span(0, 96, 0), Span(0, 96, 0), ONE) != coords).any()
 
 
-def test_threads_and_replay_change_nothing() -> None:
+def test_threads_change_nothing() -> None:
     marks, target = regions(70, 70), disc(100)
     e, guide = painted(marks), Guide(labels(marks), labels(target))
     outs = [ia.synthesize(e, None, METHOD, guide=guide, seed=5, run=ia.Run(n)) for n in (1, 2, 4)]
@@ -252,10 +277,10 @@ def test_any_shape_will_do(shape: tuple[int, int]) -> None:
 def test_what_does_not_fit_is_refused() -> None:
     marks, usable = regions(60, 60), regions(60, 60) == 0
     e = Exemplar.of(painted(marks).base, usable=usable)
-    with pytest.raises(ia.InputError, match="no patch of 1x1 px of .* lies wholly in label 1; mark larger regions"):
+    with pytest.raises(ia.InputError, match=r"no patch of 1x1 px of .* lies wholly in label 1; mark larger regions"):
         grown(marks, disc(60), exemplar=e)
+    guide = Guide([labels(marks)] * 2, labels(marks))
     with pytest.raises(ia.ParameterError, match="grows from one exemplar"):
-        guide = Guide([labels(marks)] * 2, labels(marks))
         ia.synthesize([painted(marks)] * 2, None, METHOD, guide=guide)
 
 

@@ -22,8 +22,9 @@ from .guidance import ONE, codes_of
 from .sites import Sites
 
 TRIES = 8  # hashed places of which the best is taken
-ENOUGH = 16  # a difference below this part of a full one, squared, is near enough
+ENOUGH = 4  # one part in so many of a full difference is near enough
 NEAR = 3  # levels, from the finest on, on which pixels around may offer a place first
+EDGE = 2  # level whose blur tells finer ones how far a boundary is
 SOME = 4096  # neighbourhoods of which the spread is measured
 FULL = ONE << BITS
 FINE = 32  # bits after the point of a scale
@@ -38,17 +39,25 @@ class Wanted:
     ----------
     unit : int
         The squared difference of a pixel that differs fully from what is wanted.
+    enough : int
+        The squared difference up to which a pixel shows what is wanted. Of pictures the smaller, the more they count:
+        tones that no candidate shows can only come from places that are looked for. Of labels not: on coarse levels
+        only what lies far from all boundaries would do for the inside of a region, and repeat.
     """
 
     def __init__(self, canvas: Canvas, sites: Sites) -> None:
         assert canvas.guide is not None
         exemplar = sites.exemplar
         self._sites, self._weight, self._wraps = sites, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
+        closed = (exemplar.toroidal, exemplar.toroidal)
         (source,), self._target = codes_of(canvas.guide, canvas.wrap)
-        channels = source.shape[2]
+        source, channels = filled(source, exemplar), source.shape[2]
         self.unit = (min(channels, 2) if canvas.guide.is_labels else channels) * FULL * FULL
+        strict = 1.0 if canvas.guide.is_labels else max(self._weight, 1.0)
+        self.enough = int(self.unit / (ENOUGH * strict) ** 2)
+        self._edge = min(EDGE, sites.count - 1) if canvas.guide.is_labels and not canvas.guide.reach else 0
         whole = [np.arange(exemplar.height), np.arange(exemplar.width)]
-        shown = stacked(filled(source, exemplar), [whole] * sites.count, (exemplar.toroidal, exemplar.toroidal))
+        shown = stacked(source, [whole] * sites.count, closed, self._edge)
         self._choices = [_choice(values, _open(sites, level)) for level, values in enumerate(shown)]
         self._asked: list[Array] = []
 
@@ -56,7 +65,8 @@ class Wanted:
         """Read the target at the places (rows, columns) of every level, px; beyond the canvas that of its border."""
         sides = self._target.shape[:2]
         inside = [[np.clip(at, 0, n - 1) for at, n in zip(pair, sides, strict=True)] for pair in places]
-        self._asked = [values.reshape(-1, values.shape[2]) for values in stacked(self._target, inside, self._wraps)]
+        asked = stacked(self._target, inside, self._wraps, self._edge)
+        self._asked = [values.reshape(-1, values.shape[2]) for values in asked]
 
     def led(self, coords: Array, level: int, at: tuple[Array, Array], drawn: tuple[int, int], lattice: Array) -> Array:
         """Return a map (H, W, 2) in which what is not wanted begins again elsewhere.
@@ -65,7 +75,7 @@ class Wanted:
         """
         states = np.array([seed_state(*drawn, level * TRIES + n) for n in range(TRIES)], np.uint64)
         near = 1 << level if level < min(NEAR, len(self._sites.levels)) else 0
-        rule = np.array([self.unit // ENOUGH, near, self._sites.exemplar.toroidal], np.int64)
+        rule = np.array([self.enough, near, self._sites.exemplar.toroidal], np.int64)
         choice, asked = self._choices[level], self._asked[level]
         return np.asarray(begin_again(coords, at[0], at[1], states, choice, asked, rule, lattice))
 
@@ -118,15 +128,19 @@ def _choice(shown: Array, may: Array) -> Choice:
     return Choice(flat, may, places[order].astype(np.int32), begins.astype(np.int64), means.astype(np.int16))
 
 
-def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool]) -> list[Array]:
+def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool], edge: int = 0) -> list[Array]:
     """Read the Gaussian stack of a picture (H, W, C) at places (rows, columns) of each level: int16 in 1 / 16.
 
     As :func:`.appearance.stack_of`, but a channel at a time, so that no level is kept whole; ``closed``: which axes
-    go on in themselves.
+    go on in themselves. Levels finer than ``edge`` hold its channels, too. They tell how far away a boundary is: what
+    lies along it in the exemplar, a rim or a shadow, comes to lie along the new one, and the sharp ones keep it in its
+    place.
     """
-    channels = []
+    sharp: list[list[Array]] = []
+    soft: list[list[Array]] = []
     for channel in np.moveaxis(picture, 2, 0):
-        blurred, read = np.ascontiguousarray(channel.astype(np.int16) << BITS), []
+        blurred: Array = np.ascontiguousarray(channel.astype(np.int16) << BITS)
+        sharp.append([])
         for level, at in enumerate(places):
             if level:
                 step, before = 1 << (level - 1), blurred
@@ -134,6 +148,8 @@ def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool]
                               for n, on in zip(channel.shape, closed, strict=True))  # fmt: skip
                 blurred = np.empty_like(before)
                 blur(before, rows, cols, blurred)
-            read.append(blurred[np.ix_(*at)])
-        channels.append(read)
-    return [np.stack(of, axis=2) for of in zip(*channels, strict=True)]
+            sharp[-1].append(blurred[np.ix_(*at)])
+            if level == edge:
+                soft.append([blurred[np.ix_(*finer)] for finer in places[:edge]])
+    return [np.stack([c[level] for c in (sharp + soft if level < edge else sharp)], axis=2)
+            for level in range(len(places))]  # fmt: skip
