@@ -15,6 +15,7 @@ from intarsia.draws import draw
 Pixel = tuple[int, int]
 Matrix = tuple[int, int, int, int]  # J in 1 / 4096: y from y, y from x, x from y, x from x
 UPRIGHT = (4096, 0, 0, 4096)
+DESCENDED = -1  # before the guide is looked at
 DIAGONAL = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
 
 
@@ -43,6 +44,7 @@ class NaiveLevel:
     jumps: Any  # (rows, columns, k - 1, 2)
     step: int
     colours: Any = None  # 25 weights in 1 / 256, where colours are compared
+    guide: NaiveGuide | None = None
 
     def at(self, y: int, x: int) -> list[int]:
         """The features of a pixel, beyond the border those of the torus, or of the mirror."""
@@ -122,11 +124,77 @@ class NaiveLevel:
         """The candidate whose neighbourhood is most like that of p; a jump counts factor / 256 times as much."""
         near, far = self.candidates(p, s, rule, j)
         seen, best, kept = self.seen(p, s, j), None, s(*p)
+        wrong = self.guide.counted if self.guide else lambda *_: 0
         for u, price in [(u, 256) for u in near] + [(u, factor) for u in far if u not in near and factor >= 0]:
             if self.open[u]:
-                d = price * sum((a - b) ** 2 for a, b in zip(seen, self.own(u), strict=True))
+                d = price * sum((a - b) ** 2 for a, b in zip(seen, self.own(u), strict=True)) + 256 * wrong(u, p)
                 if best is None or d < best:
                     best, kept = d, u
+        return kept
+
+
+@dataclass
+class NaiveGuide:
+    """A guide on one level: `beside` (H, W, C) of the exemplar, `over` (rows, columns, C) of the canvas."""
+
+    h: int
+    beside: Any
+    over: Any
+    scale: int  # what values count, 2**32 = 1
+    enough: int  # up to which squared difference it is followed
+    near: bool  # whether pixels around may offer a place first
+    open: Any
+
+    def asked(self, p: Pixel) -> list[int]:
+        """What is wanted in the middle of the pixel's square; beyond the canvas what is wanted at its border."""
+        y, x = (min(max(self.h * c + self.h // 2, 0), n - 1) for c, n in zip(p, self.over.shape[:2], strict=True))
+        return [int(v) for v in self.over[y, x]]
+
+    def counted(self, u: Pixel, p: Pixel) -> int:
+        """What a candidate costs."""
+        sides = [[(int(v) * self.scale + 2**31) // 2**32 for v in side] for side in (self.beside[u], self.asked(p))]
+        return sum((a - b) ** 2 for a, b in zip(*sides, strict=True))
+
+    def apart(self, u: Pixel, p: Pixel) -> int:
+        return sum((int(a) - b) ** 2 for a, b in zip(self.beside[u], self.asked(p), strict=True))
+
+    def group(self, p: Pixel) -> list[Pixel]:
+        """The open places that show about what is wanted."""
+        groups: dict[tuple[int, ...], list[Pixel]] = {}
+        steps = 16 if self.beside.shape[2] < 3 else 8
+        for y in range(self.beside.shape[0]):
+            for x in range(self.beside.shape[1]):
+                if self.open[y, x]:
+                    key = tuple(int(v) * steps // (1020 * 16 + 1) for v in self.beside[y, x])
+                    groups.setdefault(key, []).append((y, x))
+        best: tuple[int, list[Pixel]] | None = None
+        for key in sorted(groups):
+            values = [[int(v) for v in self.beside[u]] for u in groups[key]]
+            means = [sum(channel) // len(values) for channel in zip(*values, strict=True)]
+            d = sum((a - b) ** 2 for a, b in zip(means, self.asked(p), strict=True))
+            if best is None or d < best[0]:
+                best = d, groups[key]
+        assert best is not None
+        return best[1]
+
+    def led(self, p: Pixel, s: Callable[[int, int], Pixel], toroidal: bool, drawn: Callable[[int], int]) -> Pixel:
+        """Begin again at the best of eight places, where what is wanted is neither here nor offered around."""
+        least, (height, width) = self.apart(s(*p), p), self.open.shape
+        if least <= self.enough:
+            return s(*p)
+        for dy in (-1, 0, 1) if self.near else ():
+            for dx in (-1, 0, 1):
+                u = s(p[0] + dy, p[1] + dx)
+                y, x = u[0] - self.h * dy, u[1] - self.h * dx
+                if toroidal:
+                    y, x = y % height, x % width
+                if 0 <= y < height and 0 <= x < width and self.open[y, x] and self.apart((y, x), p) <= self.enough:
+                    return s(*p)
+        group, best, kept = self.group(p), (least + 1) // 2, s(*p)
+        for n in range(8):
+            u = group[((drawn(n) >> 32) * len(group)) >> 32]
+            if self.apart(u, p) < best:
+                best, kept = self.apart(u, p), u
         return kept
 
 
@@ -146,13 +214,15 @@ class NaiveSynthesis:
     stage: int
     lie: Callable[[int, int, int], Matrix] = lambda level, y, x: UPRIGHT
     share: Callable[[Pixel, Pixel], float] | None = None  # of the jitter, at an output place and an exemplar pixel
+    guides: list[NaiveGuide] = field(default_factory=list)  # of all levels, or none
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
 
     def pixel(self, level: int, after: int, y: int, x: int) -> Pixel:
         """S(y, x) of a level after so many subpasses."""
         key = (level, after, y, x)
         if key not in self.known:
-            self.known[key] = self._fresh(level, after, y, x) if after == 0 else self._next(level, after, y, x)
+            make = self._fresh if after == DESCENDED else self._begun if after == 0 else self._next
+            self.known[key] = make(level, after, y, x)
         return self.known[key]
 
     def final(self, y: int, x: int) -> Pixel:
@@ -168,6 +238,16 @@ class NaiveSynthesis:
         return self.levels[level].corrected(
             (y, x), lambda a, b: self.pixel(level, after - 1, a, b), self.rule, self.factor, self.lie(level, y, x)
         )
+
+    def _begun(self, level: int, after: int, y: int, x: int) -> Pixel:
+        if not self.guides:
+            return self.pixel(level, DESCENDED, y, x)
+
+        def drawn(n: int) -> int:
+            return draw(self.seed, self.stage + 1, 8 * level + n, y, x)
+
+        toroidal = self.levels[0].toroidal
+        return self.guides[level].led((y, x), lambda a, b: self.pixel(level, DESCENDED, a, b), toroidal, drawn)
 
     def _fresh(self, level: int, after: int, y: int, x: int) -> Pixel:
         h = 1 << level

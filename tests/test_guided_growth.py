@@ -156,6 +156,19 @@ class TestPainting:
         assert near[1] > 0.9 > near[0]
 
     @BOTH
+    def test_a_target_picture_may_have_colours(self, method: Any) -> None:
+        """Only labels have regions that must hold a patch; automatic sizes, too."""
+        e = Exemplar.of(texture(90, 90, 3, 4))
+        y, x = np.mgrid[:60, :80]
+        wanted = np.stack([60 + 2 * x, 60 + 2 * y, np.full_like(x, 120)], axis=2).astype(np.uint8)
+        for m in (method, type(method)()):
+            gaps = []
+            for weight in (0.0, 4.0):
+                out = ia.synthesize(e, None, m, guide=Guide(e.base, Plane(wanted), weight)).render()
+                gaps.append(np.abs(np.asarray(out.pixels, float) - wanted).mean())
+            assert gaps[1] < gaps[0]
+
+    @BOTH
     def test_labels_that_never_meet_are_cut_at_the_boundary(self, method: Any) -> None:
         marks = regions(90, 90, 3)
         target = disc(90, 2, 0)

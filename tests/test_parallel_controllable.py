@@ -11,8 +11,9 @@ from naive_correction import NaiveLevel, NaiveSynthesis
 import intarsia as ia
 from intarsia.analysis.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked, whole_products
 from intarsia.analysis.jumps import similar_places
-from intarsia.analysis.parallel import Corrections, Descent, Span
+from intarsia.analysis.parallel import Corrections, Descent
 from intarsia.analysis.sites import Look, depths, sites_of
+from intarsia.analysis.spans import Span
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap

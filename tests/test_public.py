@@ -30,7 +30,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "graphcut": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "image-quilting": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
-    "parallel-controllable": {A.WRAP, A.MASK, A.WINDOW},
+    "parallel-controllable": {A.WRAP, A.MASK, A.GUIDE, A.WINDOW},
     "near-regular": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "repeat": {A.START, A.WINDOW},

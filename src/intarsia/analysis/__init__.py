@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .mosaic import Mosaic
     from .mosaic_places import FewPlaces
     from .outlines import Outlines, marked
-    from .parallel import Corrections, Descent, Span
+    from .parallel import Corrections, Descent
     from .patchwork import Patchwork, Window, random_patch, waves
     from .pixels import Layer, check_window, choices, default_window, ground, layers
     from .posed_sheet import settled_poses
@@ -39,10 +39,12 @@ if TYPE_CHECKING:
     from .segmentation import Segments, SizeRule, segments
     from .sites import Look, sites_of
     from .sizes import check_patch, default_patch, element_patch, fitting, large_patch, supplied
+    from .spans import Span
     from .stitching import Stitch, Stitching
     from .symmetry import allowed_isometries, settled_isometries
     from .tiling import Tiling
     from .trees import similar_pixels, tree_of
+    from .wanted import Wanted
 
 _MODULES = {
     "Candidates": "search",
@@ -74,10 +76,11 @@ _MODULES = {
     "SegmentSearch": "segment_search",
     "Segments": "segmentation",
     "SizeRule": "segmentation",
-    "Span": "parallel",
+    "Span": "spans",
     "Stitch": "stitching",
     "Stitching": "stitching",
     "Tiling": "tiling",
+    "Wanted": "wanted",
     "Window": "patchwork",
     "allowed_isometries": "symmetry",
     "boundary_poses": "boundary",
@@ -151,6 +154,7 @@ __all__ = [
     "Stitching",
     "Tiling",
     "Variants",
+    "Wanted",
     "Window",
     "allowed_isometries",
     "boundary_poses",

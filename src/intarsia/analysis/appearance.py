@@ -52,13 +52,13 @@ def stack_of(picture: Array, levels: int, toroidal: bool) -> list[Array]:
         spacing, out = 1 << (level - 1), stack[-1]
         for axis in (0, 1):
             n = out.shape[axis]
-            taps = [np.take(out, _places(n, t * spacing, toroidal), axis) for t in (-2, -1, 0, 1, 2)]
+            taps = [np.take(out, places_along(n, t * spacing, toroidal), axis) for t in (-2, -1, 0, 1, 2)]
             out = (taps[0] + taps[4] + 4 * (taps[1] + taps[3]) + 6 * taps[2] + 8) >> 4
         stack.append(out)
     return stack[:levels]
 
 
-def _places(n: int, move: int, toroidal: bool) -> Array:
+def places_along(n: int, move: int, toroidal: bool) -> Array:
     """The pixels that lie `move` px further along an axis of `n`, beyond whose ends it goes on, or is mirrored."""
     at = np.arange(move, move + n)
     if toroidal:

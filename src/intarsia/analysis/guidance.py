@@ -56,7 +56,7 @@ class Guidance:
         self, guide: Guide, variants: Variants, layout: Layout, wrap: Wrap, poses: tuple[int, ...] = tuple(range(8))
     ) -> None:
         self.guide, self.variants, self.layout, self._poses = guide, variants, layout, poses
-        sources, self._target = _codes(guide, wrap)
+        sources, self._target = codes_of(guide, wrap)
         channels = self._target.shape[2]
         self.unit = (min(channels, 2) if guide.is_labels else channels) * ONE * ONE
         self.pictures = _laid_out(sources, variants, layout.patch)
@@ -173,6 +173,8 @@ def pure_patch(exemplars: Sequence[Exemplar], guide: Guide) -> int:
 def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[int, int, int, int] | None]:
     """Return for every label of the target its largest square: exemplar, row, column, side; None: it has no pixel."""
     best: list[tuple[int, int, int, int] | None] = [None] * len(guide.names)
+    if not guide.is_labels:
+        return best
     for number, (e, source) in enumerate(zip(exemplars, guide.sources, strict=True)):
         ids = numbered(source, guide.names)
         for k in range(len(guide.names)):
@@ -200,6 +202,8 @@ def _largest_square(mine: Array) -> tuple[int, int, int]:
 
 def _without_pure_patch(exemplars: Sequence[Exemplar], guide: Guide, patch: tuple[int, int]) -> list[int]:
     names = guide.names
+    if not guide.is_labels:
+        return []
     missing = set(range(len(names)))
     for e, source in zip(exemplars, guide.sources, strict=True):
         ids = _padded(numbered(source, names), e.toroidal, patch)
@@ -217,7 +221,7 @@ def numbered(plane: Plane, names: tuple[int, ...]) -> Array:
     return np.where(known, place, len(names)).astype(np.int16)
 
 
-def _codes(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
+def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
     """The guide as int16 channels of 0 .. ONE, beside the exemplars and over the canvas."""
     planes = [*guide.sources, guide.target]
     if guide.is_labels:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,9 @@ from ..run import Run
 from .orientation import Orientation, origins
 from .pins import Pin, pinned
 from .sites import Sites
+from .spans import Span, at_rest, place_in, place_of, places_of
 from .spread import EVERYWHERE, Shares, spread_over
+from .wanted import Wanted
 
 REACH = 2  # px that a correction reads on each side
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
@@ -29,31 +31,6 @@ BAND = 32  # rows that are worth a thread
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}  # reach of the candidates, and whether looked up first
 
 Array = NDArray[Any]
-
-
-class Span(NamedTuple):
-    """Pixels start .. stop-1 of an axis at some level; `period` of them close in themselves, if it is not 0."""
-
-    start: int
-    stop: int
-    period: int
-
-    @property
-    def at(self) -> Array:
-        """The absolute coordinates, each one in the first period."""
-        every = np.arange(self.start, self.stop, dtype=np.int64)
-        return every % self.period if self.period else every
-
-    def wider(self, margin: int) -> Span:
-        """The span with so many more px on either side."""
-        return Span(self.start - margin, self.stop + margin, self.period)
-
-    def above(self) -> Span:
-        """The pixels of the next coarser level that these come from."""
-        if self.period:
-            above = (self.period + 1) // 2
-            return Span(0, above, above)
-        return Span(self.start >> 1, ((self.stop - 1) >> 1) + 1, 0)
 
 
 @dataclass(frozen=True)
@@ -106,11 +83,14 @@ class Descent:
     rules: Corrections
     seed: int
     stage: int
+    wanted: Wanted | None = None  # the guide of a canvas whose first pixel is (0, 0)
 
     def window(self, rows: Span, cols: Span, run: Run) -> Array:
         """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32."""
         spans = self._spans(rows, cols)
         top = len(spans) - 1
+        if self.wanted is not None:
+            self.wanted.lay([places_of(level, spans) for level in range(len(spans))])
         frame = self._frame(top, spans)
         coords = self._first(spans, frame)
         for level in range(top, -1, -1):
@@ -138,10 +118,11 @@ class Descent:
 
     def _frame(self, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
         """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
-        return None if self.rules.lie is None else self.rules.lie.at(*_places(level, spans))
+        return None if self.rules.lie is None else self.rules.lie.at(*places_of(level, spans))
 
     def _margin(self, level: int) -> int:
-        return self.rules.margin if level < len(self.sites.levels) else 0
+        around = 0 if self.wanted is None else 1  # px that are read before the first correction
+        return self.rules.margin + around if level < len(self.sites.levels) else 0
 
     def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
@@ -154,7 +135,7 @@ class Descent:
     def _first(self, every: list[tuple[Span, Span]], frame: Array | None) -> Array:
         """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
         room, top, spans = self._room, self.sites.count - 1, every[-1]
-        places = _places(top, every)
+        places = places_of(top, every)
         if frame is not None:
             start = origins(frame, places[0], places[1], room.size, room.lattice)
         elif len(room.lattice):
@@ -162,8 +143,8 @@ class Descent:
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
             start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
-        coords = self._descended(start, [_at_rest(span) for span in spans], top, places)
-        return self._pinned(coords, top, every, frame)
+        coords = self._descended(start, [at_rest(span) for span in spans], top, places)
+        return self._pinned(self._guided(coords, top, spans), top, every, frame)
 
     @cached_property
     def _room(self) -> Room:
@@ -179,20 +160,27 @@ class Descent:
         for span, above, whole in zip(spans[level], spans[level + 1], spans[0], strict=True):
             parent = Span(0, above.period, above.period) if above.period else above
             up = span.at >> 1
-            step = _place(span, level, whole.period) - _place_of(up, parent, level + 1, whole.period)
+            step = place_in(span, level, whole.period) - place_of(up, parent, level + 1, whole.period)
             axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
         if frame is not None:
             parents, coords = coords, np.empty((*frame.shape[:2], 2), np.int64)
             handed_down(parents, axes[0], axes[1], frame, coords)
-            axes = [_at_rest(span) for span in spans[level]]
-        coords = self._descended(coords, axes, level, _places(level, spans))
-        return self._pinned(coords, level, spans, frame)
+            axes = [at_rest(span) for span in spans[level]]
+        coords = self._descended(coords, axes, level, places_of(level, spans))
+        return self._pinned(self._guided(coords, level, spans[level]), level, spans, frame)
+
+    def _guided(self, coords: Array, level: int, spans: tuple[Span, Span]) -> Array:
+        """Where the guide asks for something else, begin again at a place that shows it."""
+        if self.wanted is None:
+            return coords
+        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
+        return self.wanted.led(coords, level, (spans[0].at, spans[1].at), (self.seed, self.stage + 1), lattice)
 
     def _pinned(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
         """Show features where they were dragged to, on coarse levels only: what is finer follows from them."""
         for pin in self.rules.pins if level >= FREE else ():
             periods = spans[0][0].period, spans[0][1].period
-            pinned(coords, _places(level, spans), periods, pin, self.sites.exemplar, frame)
+            pinned(coords, places_of(level, spans), periods, pin, self.sites.exemplar, frame)
         return coords
 
     @cached_property
@@ -217,6 +205,8 @@ class Descent:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""
         place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
         site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        if self.wanted is not None:
+            site = self.wanted.beside(site, level)
         work: Array = np.empty(coords.shape[:2], np.int32)
         positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
@@ -229,7 +219,7 @@ class Descent:
                     for own, want in zip(classes, here, strict=True)
                 )
                 _subpass(work, (rows, cols), site, rule, lie, each)
-        margin = self.rules.margin
+        margin = self._margin(level)
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
         pixels(work, margin, place.border, place.stride, out)
         return out
@@ -250,32 +240,6 @@ def _subpass(
 
     each(band, range(0, len(rows), BAND))
     put(work, rows, cols, found)
-
-
-def _at_rest(span: Span) -> Axis:
-    """The pixels of a level, each from itself."""
-    return Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at)
-
-
-def _places(level: int, spans: list[tuple[Span, Span]]) -> list[Array]:
-    """Where in the output the rows and the columns of a level lie, px."""
-    return [_place(own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
-
-
-def _place(span: Span, level: int, whole: int) -> Array:
-    """Where in the output the pixels of a span lie, px: the middle of the squares that they stand for."""
-    return _place_of(span.at, span, level, whole)
-
-
-def _place_of(at: Array, span: Span, level: int, whole: int) -> Array:
-    """The same for pixels `at`. A torus of `whole` px is shared out evenly among its pixels.
-
-    Where they cannot all be `h` px apart, the odd steps lie in other places on every level.
-    """
-    if span.period:
-        odd = 2 * span.period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
-        return np.asarray(((2 * at + 1) * whole + odd) // (2 * span.period))
-    return np.asarray((at << level) + ((1 << level) >> 1))
 
 
 def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:

@@ -23,6 +23,9 @@ FINE = 12  # bits after the point of a jitter
 MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
 
 
+NOTHING: NDArray[np.int32] = np.zeros(0, np.int32)
+
+
 class Site(NamedTuple):
     """One level of the exemplar, ready to be compared with.
 
@@ -38,6 +41,8 @@ class Site(NamedTuple):
     inner: NDArray[np.int32]  # (positions,): the exemplar pixel that the border shows there, or -1 outside
     open: NDArray[np.uint8]  # (positions,): 1 where a candidate may lie
     jumps: NDArray[np.int32]  # (positions, k - 1): similar pixels, -1 where there is none
+    shown: NDArray[np.int32] = NOTHING  # (positions * G,): the guide beside the exemplar, as it counts
+    asked: NDArray[np.int32] = NOTHING  # (H * W * G,): the guide under each pixel of the map
 
 
 class Axis(NamedTuple):
@@ -155,6 +160,8 @@ def correct(coords: Any, rows: Any, cols: Any, low: int, high: int, site: Any, r
     whose squared distance is multiplied by rule[FACTOR] / 256 (none if it is negative). The nearest wins; of equal ones
     the first, the pixel's own before others, continuations before jumps; where no candidate may be used the pixel
     stays. The map is only read: what is found goes into it when all pixels of the subpass are done.
+    The squared difference between the guide beside a candidate and under the pixel is added, for jumps at no price:
+    they break up what lies around, not the guide.
 
     The appearance around a pixel is that of four diagonal points, each foretold three times and added: for D in
     (+-1, +-1) the sum of F[S[p + D + D'] - h D'] over D' in 0, (D_y, 0), (0, D_x) (2006, section 4). Four 16-bit values
@@ -167,6 +174,7 @@ def correct(coords: Any, rows: Any, cols: Any, low: int, high: int, site: Any, r
         coords.reshape(coords.size), site.packed, site.table, site.inner, site.open, site.jumps
     )  # fmt: skip
     appearance, more, n = len(packed) > 0, jumps.shape[1], np.int64(len(table) // len(inner))
+    shown, asked, guides = site.shown, site.asked, np.int64(len(site.shown) // len(inner))
     words = np.zeros((n + 3) // 4, np.uint64)
     here = words.view(np.int16)[:n]
     found = np.empty((2 * reach + 1) ** 2 * (1 + more), np.int64)
@@ -222,8 +230,12 @@ def correct(coords: Any, rows: Any, cols: Any, low: int, high: int, site: Any, r
                         for k in range(n):
                             d = np.int16(here[k] - table[row + np.uint64(k)])
                             total = np.int32(total + np.int32(d) * np.int32(d))
-                        if np.int64(total) * price < best:
-                            best, kept = np.int64(total) * price, u
+                        cost = np.int64(total) * price
+                        for k in range(guides):
+                            e = np.int64(shown[u * guides + k]) - np.int64(asked[at * guides + k])
+                            cost += ONE * e * e
+                        if cost < best:
+                            best, kept = cost, u
             out[i, j] = kept
 
 

@@ -83,6 +83,7 @@ def correct_framed(
     work, packed, table, inner, may, jumps = (
         coords.reshape(coords.size), site.packed, site.table, site.inner, site.open, site.jumps
     )  # fmt: skip
+    shown, asked, guides = site.shown, site.asked, np.int64(len(site.shown) // len(inner))
     more, n, last = jumps.shape[1], np.int64(32), 12 + (2 * reach + 1) ** 2
     words = np.zeros(8, np.uint64)
     here = words.view(np.int16)
@@ -141,8 +142,12 @@ def correct_framed(
                         for k in range(n):
                             d = np.int16(here[k] - table[row + np.uint64(k)])
                             total = np.int32(total + np.int32(d) * np.int32(d))
-                        if np.int64(total) * price < best:
-                            best, kept = np.int64(total) * price, u
+                        cost = np.int64(total) * price
+                        for k in range(guides):
+                            e = np.int64(shown[u * guides + k]) - np.int64(asked[at * guides + k])
+                            cost += ONE * e * e
+                        if cost < best:
+                            best, kept = cost, u
             out[i, j] = kept
 
 

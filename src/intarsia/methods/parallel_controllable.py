@@ -50,7 +50,7 @@ class ParallelControllable:
     slug: ClassVar[str] = "parallel-controllable"
     paper: ClassVar[str] = "Lefebvre and Hoppe 2005, 2006"
     summary: ClassVar[str] = "coarse to fine, endless: any window alone, randomness set for each scale"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.GUIDE, Ability.WINDOW})
 
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
@@ -168,6 +168,8 @@ class ParallelControllable:
         if isinstance(self.feature, Field):
             analysis.marked(self.feature, exemplars[0])
         analysis.features([exemplars[0]], self.channel_weights)
+        if canvas.guide is not None:
+            analysis.check_guide(exemplars, canvas.guide, 1)
         return self._decided(exemplars[0])
 
     def _decided(self, exemplar: Exemplar) -> ParallelControllable:
@@ -187,21 +189,28 @@ class ParallelControllable:
         """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
         rows = analysis.Span(0, canvas.height, canvas.height if canvas.wrap.y else 0)
         cols = analysis.Span(0, canvas.width, canvas.width if canvas.wrap.x else 0)
-        return self._map(exemplars[0], (rows, cols), canvas.wrap, seed, run)
+        return self._map(exemplars[0], (rows, cols), canvas, seed, run)
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
         if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
             raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
         rows, cols = analysis.Span(box.y0, box.y1, 0), analysis.Span(box.x0, box.x1, 0)
-        return self._map(exemplars[0], (rows, cols), Wrap.NONE, seed, run)
+        return self._map(exemplars[0], (rows, cols), None, seed, run)
 
     def _map(
-        self, exemplar: Exemplar, spans: tuple[analysis.Span, analysis.Span], wrap: Wrap, seed: int, run: Run
+        self,
+        exemplar: Exemplar,
+        spans: tuple[analysis.Span, analysis.Span],
+        canvas: Canvas | None,
+        seed: int,
+        run: Run,
     ) -> sourcemap.SourceMap:
         rules = analysis.Corrections.of(self._decided(exemplar))
         sites = analysis.sites_of(exemplar, analysis.Look.of(self, rules.border))
-        descent, source = analysis.Descent(sites, rules, seed, STAGE), (exemplar.source,)
+        wanted = analysis.Wanted(canvas, sites) if canvas is not None and canvas.guide is not None else None
+        descent, source = analysis.Descent(sites, rules, seed, STAGE, wanted), (exemplar.source,)
+        wrap = Wrap.NONE if canvas is None else canvas.wrap
         if rules.lie is None:
             return sourcemap.SourceMap(descent.window(*spans, run), None, None, source, wrap, self.blend)
         yx, frame, sub = descent.framed(*spans, run)
