@@ -16,6 +16,7 @@ from intarsia.analysis.parallel import Corrections
 from intarsia.exemplar import Exemplar
 from intarsia.field import Field
 from intarsia.geometry import Box
+from intarsia.image import Kind, Plane
 from intarsia.kernels.orientation import remainders
 from intarsia.run import Run
 from intarsia.testing.cases import texture
@@ -157,3 +158,18 @@ def test_what_cannot_be_turned_is_refused() -> None:
     ):
         with pytest.raises(ia.ParameterError, match=told):
             ia.ParallelControllable(**values)
+
+
+def test_a_guide_is_followed_turned() -> None:
+    """S4-09 with S4-43: labels where they are asked for, the texture turned within them."""
+    pixels = texture(64, 96, 3, 8)
+    pixels[:, 48:] //= 4
+    labels = np.zeros((64, 96), np.uint8)
+    labels[:, 48:] = 1
+    target = np.zeros((80, 90), np.uint8)
+    target[20:60, 25:70] = 1
+    guide = ia.Guide(Plane(labels, Kind.LABEL), Plane(target, Kind.LABEL))
+    made = ia.synthesize(Exemplar.of(pixels), method=ia.ParallelControllable(angle=35), guide=guide, run=ONE)
+    assert made.map.frame is not None
+    found = labels[made.map.yx[..., 0], made.map.yx[..., 1]]
+    assert (found == target).mean() > 0.95
