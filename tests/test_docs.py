@@ -61,6 +61,7 @@ def moss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     pictures = {
         "moss": colour,
         "coast": np.where(half[:, :, None] > 0, colour // 2, 255 - colour // 2).astype(np.uint8),
+        "ramp": half,
         "sand": 255 - colour // 2,
         "coast_labels": half,
         "sand_labels": half * 0,
