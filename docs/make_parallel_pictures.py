@@ -1,4 +1,4 @@
-"""Remake the pictures of parallel-controllable: jitter, less, more and from a picture; outlines kept; turned and scaled.
+"""Remake the pictures of parallel-controllable: jitter, also from a picture; outlines kept; turned and scaled.
 
 The pixels are the same on every machine; the bytes of the JPEG file depend on the version of Pillow.
 """

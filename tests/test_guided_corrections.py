@@ -17,7 +17,7 @@ from intarsia.analysis import wanted
 from intarsia.analysis.appearance import bordered, filled, stack_of
 from intarsia.analysis.guidance import codes_of
 from intarsia.analysis.parallel import Corrections, Descent
-from intarsia.analysis.sites import sites_of
+from intarsia.analysis.sites import Look, sites_of
 from intarsia.analysis.spans import Span
 from intarsia.analysis.wanted import EDGE, NEAR, Wanted, stacked
 from intarsia.canvas import Canvas
@@ -47,7 +47,7 @@ def grown(marks: Any, target: Any, method: Any = METHOD, **given: Any) -> Any:
 
 def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[NaiveGuide]:
     """The plain twin's guide: full stacks, and scales that follow from the definition."""
-    sites = sites_of(e, method.neighbourhood, method.k, None)
+    sites = sites_of(e, Look.of(method))
     (source,), target = codes_of(guide, ia.Wrap.NONE)
     beside = stack_of(filled(source, e), sites.count, e.toroidal)
     over = stack_of(target, sites.count, False)
@@ -245,7 +245,7 @@ def test_a_lattice_is_kept_to() -> None:
 def test_a_pin_is_stronger_than_the_guide_on_coarse_levels() -> None:
     marks = regions(96, 96)
     e, target = painted(marks), np.zeros((96, 96), np.uint8)
-    sites, guide = sites_of(e, "appearance", 2, None), Guide(labels(marks), labels(target))
+    sites, guide = sites_of(e, Look()), Guide(labels(marks), labels(target))
     pinned = ia.ParallelControllable(pin=((40, 70, 48, 48, 20),))
     descent = Descent(sites, Corrections.of(pinned._decided(e)), 1, STAGE, Wanted(Canvas(96, 96, guide=guide), sites))
     spans = descent._spans(Span(0, 96, 0), Span(0, 96, 0))
@@ -288,6 +288,6 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_without_a_guide_the_site_holds_none() -> None:
     """An empty guide is a loop of no turns, and border positions are never asked for theirs."""
     e = painted(regions(40, 40))
-    assert all(not len(level.site.shown) + len(level.site.asked) for level in sites_of(e, "appearance", 2, None).levels)
+    assert all(not len(level.site.shown) + len(level.site.asked) for level in sites_of(e, Look()).levels)
     around = bordered(np.arange(6).reshape(2, 3), 1, False)
     assert around.shape == (4, 5)
