@@ -11,7 +11,7 @@ import os
 
 import corpus
 import numpy as np
-from roles import GRAY, Role
+from roles import GRAY, OVER_OUTPUT, Role
 
 from intarsia import files
 from intarsia.errors import InputError
@@ -99,20 +99,20 @@ def _fits(path: str, plane: Plane, channels: int) -> bool:
 
 
 def _as_gray(role: Role, plane: Plane) -> int:
-    """Whether a picture is gray, of the right size, and from 0 to 1; over an output without end any size will do."""
-    values = plane.samples
+    """Whether a picture is gray, of the right size and in range; over an output without end any size will do."""
+    values, (low, high) = plane.samples, GRAY[role.field]
     if plane.channels in (2, 4):
         if (values[:, :, -1] != values[0, 0, -1]).any():
             return 3
         values = values[:, :, :-1]
-    if (values != values[:, :, :1]).any() or (plane.is_float and not ((values >= 0) & (values <= 1)).all()):
+    if (values != values[:, :, :1]).any() or (plane.is_float and not ((values >= low) & (values <= high)).all()):
         return 3
     if role.command == "replay":
         return 3  # the hash is another
-    if role.command not in ("grow", "weave"):
+    if role.command not in ("grow", "weave", "paint"):
         return 2  # no method that begins with a picture jitters
-    wanted = (26, 22) if role.field == "jitter_output" else SIZE
-    endless = role.command == "weave" and role.field == "jitter_output"
+    wanted = (26, 22) if role.field in OVER_OUTPUT and role.command == "grow" else SIZE
+    endless = role.command == "weave" and role.field in OVER_OUTPUT
     if not endless and (plane.width, plane.height) != wanted:
         return 3
     return 3 if role.field == "feature" and len(set(_light_where(values).flat)) == 1 else 0

@@ -36,6 +36,8 @@ SOUND = {
     "jitter_output": "j.png",
     "jitter_exemplar": "m.png",
     "feature": "l.png",
+    "angle": "j.png",
+    "zoom": "j.png",
 }
 """Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
 
@@ -52,8 +54,12 @@ SORT = {"saved": "map", "start": "map", "picture": "recipe"}
 NAMED = {"maps": "height", "pictures": "jitter_output"}
 """What stands before the name of a file."""
 
-GRAY = ("pictures", "jitter_output", "jitter_exemplar", "feature")
-"""Parameters that read one number for each pixel, and no colours."""
+GRAY = {"pictures": (0, 1), "jitter_output": (0, 1), "jitter_exemplar": (0, 1), "feature": (0, 1),
+        "angle": (-180, 180), "zoom": (0.25, 4)}  # fmt: skip
+"""Parameters that read one number for each pixel, and no colours -> the least and the greatest of them."""
+
+OVER_OUTPUT = ("jitter_output", "angle", "zoom")
+"""Those of them that lie over the output."""
 
 LABELS = ("masks", "usable", "holes", "labels", "target")
 """Parameters that read numbers rather than colours: 32 bits are welcome."""

@@ -64,7 +64,8 @@ def picture_of(p: Parameter, path: str) -> Field:
 
 def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str) -> dict[str, Any]:
     """Return the recipe of `name` with the pictures that it knows by their hashes, read again from their files."""
-    known = {p.name: p for p in parameters(method_class(recipe["method"]))} if recipe.get("method") in METHODS else {}
+    slug = recipe.get("method")
+    known = {p.name: p for p in parameters(method_class(slug))} if isinstance(slug, str) and slug in METHODS else {}
     values = recipe.get("parameters")
     told = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
     asked = {k: v for k, v in told.items() if k in known and known[k].kind in OVER}
