@@ -118,6 +118,7 @@ class NaiveSynthesis:
     rule: str
     seed: int
     stage: int
+    drawn: int = 1  # places for each of the large pieces
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
 
     def pixel(self, level: int, after: int, y: int, x: int) -> Pixel:
@@ -131,7 +132,12 @@ class NaiveSynthesis:
         return self.pixel(0, self._subpasses(0), y, x)
 
     def _subpasses(self, level: int) -> int:
-        return self.passes * self.side**2 if level < len(self.levels) else 0
+        return self.passes * self.side**2 if level < self._mended() else 0
+
+    def _mended(self) -> int:
+        """Corrected are the three finest levels, and all up to the coarsest on which pixels were moved."""
+        moved = [level + 1 for level in range(len(self.levels)) if self.jitter(level)]
+        return max([min(3, len(self.levels)), *moved])
 
     def _next(self, level: int, after: int, y: int, x: int) -> Pixel:
         turn = divmod((after - 1) % self.side**2, self.side)
@@ -142,13 +148,34 @@ class NaiveSynthesis:
         )
 
     def _fresh(self, level: int, after: int, y: int, x: int) -> Pixel:
+        if level != self.count - 2 or level < self._mended() or not self.jitter(level):
+            return self._moved(level, y, x, 0)
+        places, around = [self._moved(level, y, x, n) for n in range(self.drawn)], []
+        for dy in range(-2, 3):
+            for dx in range(-2, 3):
+                if 2 * ((y + dy) % 2) + (x + dx) % 2 < 2 * (y % 2) + x % 2:
+                    around.append((dy, dx, self.pixel(level, 0, y + dy, x + dx)))
+        return min(places, key=lambda u: sum(self._again(1 << level, u, *other) for other in around))
+
+    def _again(self, h: int, u: Pixel, dy: int, dx: int, v: Pixel) -> int:
+        """How much two pieces of h x h px, `dy`, `dx` pieces apart, show of the same, weighted by the nearness."""
+        total = 0
+        for a in ((v[0] - u[0]) % self.size[0] - n for n in (0, self.size[0])):
+            for b in ((v[1] - u[1]) % self.size[1] - n for n in (0, self.size[1])):
+                if abs(a) < h and abs(b) < h:
+                    shared = ((h - abs(a)) * 1024 // h) * ((h - abs(b)) * 1024 // h)
+                    away = ((dy * h - a) * 16 // h) ** 2 + ((dx * h - b) * 16 // h) ** 2
+                    total += (shared << 16) // (away + 1)
+        return total
+
+    def _moved(self, level: int, y: int, x: int, number: int) -> Pixel:
         h = 1 << level
         if level == self.count - 1:
             u = [h * y + h // 2, h * x + h // 2]
         else:
             parent = self.pixel(level + 1, self._subpasses(level + 1), y // 2, x // 2)
             u = [s + (h * (2 * (c % 2) - 1)) // 2 for s, c in zip(parent, (y, x), strict=True)]
-        bits, r = draw(self.seed, self.stage, level, y, x), self.jitter(level)
+        bits, r = draw(self.seed, self.stage, level + number * self.count, y, x), self.jitter(level)
         for axis, word in enumerate((bits >> 32, bits & 0xFFFFFFFF)):  # floor(h r H + 1/2), H in [-1, 1)
             u[axis] += (2 * r * (word - (1 << 31)) + (4096 << 31)) // (2 * 4096 << 31)
             u[axis] %= self.size[axis]

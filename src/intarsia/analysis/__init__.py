@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
     from .segmentation import Segments, SizeRule, segments
-    from .sites import sites_of
+    from .sites import levels_within, sites_of
     from .sizes import check_patch, default_patch, element_patch, fitting, large_patch, supplied
     from .stitching import Stitch, Stitching
     from .symmetry import allowed_isometries, settled_isometries
@@ -94,6 +94,7 @@ _MODULES = {
     "large_patch": "sizes",
     "lattice_of": "cell",
     "layers": "pixels",
+    "levels_within": "sites",
     "random_patch": "patchwork",
     "rim_of": "rim",
     "scan_reach": "scan",
@@ -167,6 +168,7 @@ __all__ = [
     "large_patch",
     "lattice_of",
     "layers",
+    "levels_within",
     "pose_array",
     "random_patch",
     "rim_of",

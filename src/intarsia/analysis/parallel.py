@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 
 from ..draws import seed_state
 from ..kernels.correction import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
+from ..kernels.scatter import SEEN, TURNS, scatter
 from ..run import Run
 from .sites import Sites
 
 REACH = 2  # px that a correction reads on each side
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
+ALWAYS = 3  # levels of 1, 2 and 4 px, which are corrected even where nothing was moved
+DRAWN = 8  # places drawn for each piece of half the exemplar, to choose from
 BAND = 32  # rows that are worth a thread
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}  # reach of the candidates, and whether looked up first
 
@@ -104,13 +107,28 @@ class Descent:
             run.tick(top - level, top + 1)
             if level < top:
                 coords = self._handed_down(coords, level, spans)
-            if level < len(self.sites.levels):
+            if level < self._mended:
                 coords = self._corrected(coords, level, spans[level], run)
+            elif edge := self._margin(level):
+                coords = coords[edge:-edge, edge:-edge]
         run.tick(top + 1, top + 1)
         return coords
 
+    @cached_property
+    def _mended(self) -> int:
+        """How many levels are corrected: up to the coarsest one on which pixels were moved."""
+        most = len(self.sites.levels)
+        moved = [level + 1 for level in range(most) if self.rules.spread(level)]
+        return max([min(ALWAYS, most), *moved])
+
+    def _scattered(self, level: int) -> bool:
+        """Whether a level is that of the large pieces, half the exemplar, and they are moved."""
+        return level == self.sites.count - 2 and level >= self._mended and self.rules.spread(level) > 0
+
     def _margin(self, level: int) -> int:
-        return self.rules.margin if level < len(self.sites.levels) else 0
+        if level < self._mended:
+            return self.rules.margin
+        return SEEN * (TURNS - 1) if self._scattered(level) else 0
 
     def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
@@ -174,12 +192,17 @@ class Descent:
             coords[np.ix_(rows, cols)] = block
 
     def _descended(self, coords: Array, axes: list[Axis], level: int) -> Array:
-        out = np.empty((len(axes[0].at), len(axes[1].at), 2), np.int32)
-        state = np.uint64(seed_state(self.seed, self.stage, level))
+        drawn = DRAWN if self._scattered(level) else 1
+        out = np.empty((drawn, len(axes[0].at), len(axes[1].at), 2), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
         free = not len(self._room.lattice) or level < FREE
-        descend(coords, axes[0], axes[1], state, spread, free, self._room, out)
-        return out
+        for number in range(drawn):
+            state = np.uint64(seed_state(self.seed, self.stage, level + number * self.sites.count))
+            descend(coords, axes[0], axes[1], state, spread, free, self._room, out[number])
+        if drawn > 1:
+            choices, out = out, np.empty_like(out[:1])
+            scatter(choices, axes[0].at, axes[1].at, np.int64(1 << level), self._room.size, out[0])
+        return out[0]
 
     def _corrected(self, coords: Array, level: int, spans: tuple[Span, Span], run: Run) -> Array:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""

@@ -15,6 +15,7 @@ from ..kernels.correction import MIDDLE, Site
 from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked
 from .features import features
 from .jumps import similar_places
+from .sizes import elements
 
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
@@ -79,7 +80,7 @@ def _sites(exemplar: Exemplar, neighbourhood: str, k: int, weights: tuple[float,
     far, levels = depths(exemplar), []
     for number, blurred in enumerate(stack_of(picture, corrected, torus)):
         h = 1 << number
-        closed = far <= min(2 * h, int(far.max()) // 4)
+        closed = far <= left_out(h, far)
         level = _compared(blurred, h, torus, neighbourhood == "appearance", closed)
         table = table_of(level)
         jumps = np.full((len(table), k - 1), -1, np.int32)
@@ -111,6 +112,20 @@ def _compared(blurred: Array, h: int, torus: bool, appearance: bool, closed: Arr
     no_table = np.zeros(0, np.int16)
     site = Site(steps, packing, values, WEIGHTS, no_table, inner.astype(np.int32).ravel(), open_, none)
     return Level(h, border, stride, site)
+
+
+def levels_within(exemplar: Exemplar) -> int:
+    """Return how many levels there are, the finest first, whose pixels lie at most a quarter of an element apart."""
+    return (elements(exemplar).size // 4).bit_length()
+
+
+def left_out(h: int, far: Array) -> int:
+    """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
+
+    Its pixels are compared with what the mirror shows beyond. To leave out all whose neighbourhood is not their own, 2 h
+    px, would show the middle four times as often as the rest.
+    """
+    return min(max(2, h // 4), int(far.max()) // 4)
 
 
 def depths(exemplar: Exemplar) -> Array:

@@ -38,7 +38,7 @@ else:
 
 STAGE = 200505  # keeps this method's draws apart from those of others
 FARTHEST = 1 << 48
-FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to
+FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
 ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
 
@@ -53,7 +53,8 @@ class ParallelControllable:
 
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
-        "finest first, the last for all coarser ones; automatic: 0,0,0.1, then 0.2, and 1 from half the exemplar on",
+        "finest first, the last for all coarser ones; automatic: 0,0,0.1,0.2 up to a quarter of an element at least, then "
+        "0, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
     snap: str = param(
@@ -115,8 +116,9 @@ class ParallelControllable:
             analysis.check_lattice(lattice, exemplar)
         if jitter is AUTO:
             top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-            shares = (ANYWHERE if level >= top - 1 else FINE[min(level, len(FINE) - 1)] for level in range(top + 1))
-            jitter = tuple(shares)
+            fine = max(len(FINE), analysis.levels_within(exemplar))
+            shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
+            jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
         return replace(self, jitter=jitter, lattice=lattice)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
