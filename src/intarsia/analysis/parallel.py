@@ -202,7 +202,7 @@ class Descent:
         if drawn > 1:
             choices, out = out, np.empty_like(out[:1])
             scatter(choices, axes[0].at, axes[1].at, np.int64(1 << level), self._room.size, out[0])
-        return out[0]
+        return np.asarray(out[0])
 
     def _corrected(self, coords: Array, level: int, spans: tuple[Span, Span], run: Run) -> Array:
         """Correct a level; what a subpass finds is written when all of it is found (S4-28). The margin is left out."""

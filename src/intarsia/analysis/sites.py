@@ -122,8 +122,8 @@ def levels_within(exemplar: Exemplar) -> int:
 def left_out(h: int, far: Array) -> int:
     """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
 
-    Its pixels are compared with what the mirror shows beyond. To leave out all whose neighbourhood is not their own, 2 h
-    px, would show the middle four times as often as the rest.
+    Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods were its
+    own, the middle was shown twice as often as on average, and the border hardly ever.
     """
     return min(max(2, h // 4), int(far.max()) // 4)
 

@@ -1,4 +1,4 @@
-"""Large pieces spread out: of several places drawn for each, the one that repeats its neighbours least, and farthest."""
+"""Large pieces spread out: of several places drawn for each, the one that repeats its neighbours least."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ SHARE, FAR = 1024, 16  # what overlaps and distances of a whole piece count
 def shown_again(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: Any, size: Any) -> Any:
     """Return how much of the exemplar a piece at (ay, ax) shows that another shows, too, and how near by.
 
-    The other one, at (by, bx) of the exemplar, lies `di`, `dj` pieces of h x h px from it in the output. Both run across
-    the exemplar's border to its other side, so that two stretches may overlap along either axis.
+    The other one, at (by, bx) of the exemplar, lies `di`, `dj` pieces of h x h px from it in the output. Both run
+    across the exemplar's border to its other side, so that two stretches may overlap along either axis.
     """
     high, wide = (by - ay) % size[0], (bx - ax) % size[1]
     total = 0 * h

@@ -8,7 +8,8 @@ Every pixel is a function of its place, the seed and the parameters: any window 
 Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
 jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
 are those of its different continuations, as in the memo (rule=published: those of its neighbours, then shifted);
-an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies near them.
+an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies at them; of
+several places drawn for a piece of half the exemplar, that is taken which repeats its neighbours least.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 """
@@ -53,8 +54,8 @@ class ParallelControllable:
 
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
-        "finest first, the last for all coarser ones; automatic: 0,0,0.1,0.2 up to a quarter of an element at least, then "
-        "0, and 1 from half the exemplar on",
+        "finest first, the last for all coarser ones; automatic: 0,0,0.1,0.2, 0.2 on up to a quarter of an "
+        "element, then 0, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
     snap: str = param(
