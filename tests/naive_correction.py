@@ -215,6 +215,7 @@ class NaiveSynthesis:
     lie: Callable[[int, int, int], Matrix] = lambda level, y, x: UPRIGHT
     share: Callable[[Pixel, Pixel], float] | None = None  # of the jitter, at an output place and an exemplar pixel
     guides: list[NaiveGuide] = field(default_factory=list)  # of all levels, or none
+    drawn: int = 1  # places for each of the large pieces
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
 
     def pixel(self, level: int, after: int, y: int, x: int) -> Pixel:
@@ -229,7 +230,12 @@ class NaiveSynthesis:
         return self.pixel(0, self._subpasses(0), y, x)
 
     def _subpasses(self, level: int) -> int:
-        return self.passes * self.side**2 if level < len(self.levels) else 0
+        return self.passes * self.side**2 if level < self._mended() else 0
+
+    def _mended(self) -> int:
+        """Corrected are the three finest levels, and all up to the coarsest on which pixels were moved."""
+        moved = [level + 1 for level in range(len(self.levels)) if self.jitter(level)]
+        return max([min(3, len(self.levels)), *moved])
 
     def _next(self, level: int, after: int, y: int, x: int) -> Pixel:
         turn = divmod((after - 1) % self.side**2, self.side)
@@ -250,6 +256,27 @@ class NaiveSynthesis:
         return self.guides[level].led((y, x), lambda a, b: self.pixel(level, DESCENDED, a, b), toroidal, drawn)
 
     def _fresh(self, level: int, after: int, y: int, x: int) -> Pixel:
+        if level != self.count - 2 or level < self._mended() or not self.jitter(level):
+            return self._moved(level, y, x, 0)
+        places, around = [self._moved(level, y, x, n) for n in range(self.drawn)], []
+        for dy in range(-2, 3):
+            for dx in range(-2, 3):
+                if 2 * ((y + dy) % 2) + (x + dx) % 2 < 2 * (y % 2) + x % 2:
+                    around.append((dy, dx, self.pixel(level, DESCENDED, y + dy, x + dx)))
+        return min(places, key=lambda u: sum(self._again(1 << level, u, *other) for other in around))
+
+    def _again(self, h: int, u: Pixel, dy: int, dx: int, v: Pixel) -> int:
+        """How much two pieces of h x h px, `dy`, `dx` pieces apart, show of the same, weighted by the nearness."""
+        total = 0
+        for a in ((v[0] - u[0]) % self.size[0] - n for n in (0, self.size[0])):
+            for b in ((v[1] - u[1]) % self.size[1] - n for n in (0, self.size[1])):
+                if abs(a) < h and abs(b) < h:
+                    shared = ((h - abs(a)) * 1024 // h) * ((h - abs(b)) * 1024 // h)
+                    away = ((dy * h - a) * 16 // h) ** 2 + ((dx * h - b) * 16 // h) ** 2
+                    total += (shared << 16) // (away + 1)
+        return total
+
+    def _moved(self, level: int, y: int, x: int, number: int) -> Pixel:
         h = 1 << level
         if level == self.count - 1:
             u = list(stepped(self.lie(level, y, x), h * y + h // 2, h * x + h // 2))
@@ -257,7 +284,7 @@ class NaiveSynthesis:
             parent = self.pixel(level + 1, self._subpasses(level + 1), y // 2, x // 2)
             step = stepped(self.lie(level, y, x), *((h * (2 * (c % 2) - 1)) // 2 for c in (y, x)))
             u = [a + b for a, b in zip(parent, step, strict=True)]
-        bits, r = draw(self.seed, self.stage, level, y, x), self.jitter(level)
+        bits, r = draw(self.seed, self.stage, level + number * self.count, y, x), self.jitter(level)
         if self.share is not None:
             here = u[0] % self.size[0], u[1] % self.size[1]
             r = math.floor(r * self.share((h * y + h // 2, h * x + h // 2), here) + 0.5)

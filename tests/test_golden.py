@@ -208,8 +208,8 @@ GOLDEN = {
         "6432405147a1db7bf8486b3ba7e15bb8779a7d8b79d8235d50a072842a205be1",
     ),
     "corrected": (
-        "b1bb1a5435d9b362c746003b030b6fcacde3ae4561c3585537a8939433673313",
-        "55ea8b216fa63ab58ccf791b906e76fb0032a653e2e141d29a46212b4f276f09",
+        "e0640c037f05e3c448fdd23bd61ac041b10ec76c6a01ba690cbb8ed9c24e5b38",
+        "20e70b7b94e8019a045beff9a2951aa39d32b9040fc0cab90fe11fd1c5e38946",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

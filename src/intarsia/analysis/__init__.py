@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
     from .segmentation import Segments, SizeRule, segments
-    from .sites import Look, sites_of
+    from .sites import Look, levels_within, sites_of
     from .sizes import check_patch, default_patch, element_patch, fitting, large_patch, supplied
     from .spans import Span
     from .stitching import Stitch, Stitching
@@ -100,6 +100,7 @@ _MODULES = {
     "large_patch": "sizes",
     "lattice_of": "cell",
     "layers": "pixels",
+    "levels_within": "sites",
     "marked": "outlines",
     "random_patch": "patchwork",
     "rim_of": "rim",
@@ -177,6 +178,7 @@ __all__ = [
     "large_patch",
     "lattice_of",
     "layers",
+    "levels_within",
     "marked",
     "pose_array",
     "random_patch",

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..draws import seed_state
 from ..kernels.correction import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
 from ..kernels.orientation import AROUND, UNIT, correct_framed, handed_down, remainders
+from ..kernels.scatter import SEEN, TURNS, scatter
 from ..run import Run
 from .orientation import Orientation, origins
 from .pins import Pin, pinned
@@ -27,6 +28,8 @@ from .wanted import Wanted
 
 REACH = 2  # px that a correction reads on each side
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
+ALWAYS = 3  # levels of 1, 2 and 4 px, which are corrected even where nothing was moved
+DRAWN = 8  # places drawn for each piece of half the exemplar, to choose from
 BAND = 32  # rows that are worth a thread
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}  # reach of the candidates, and whether looked up first
 
@@ -98,8 +101,10 @@ class Descent:
             if level < top:
                 frame = self._frame(level, spans)
                 coords = self._handed_down(coords, level, spans, frame)
-            if level < len(self.sites.levels):
+            if level < self._mended:
                 coords = self._corrected(coords, level, spans[level], run, frame)
+            elif edge := self._margin(level):
+                coords = coords[edge:-edge, edge:-edge]
         run.tick(top + 1, top + 1)
         return coords
 
@@ -120,9 +125,21 @@ class Descent:
         """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
         return None if self.rules.lie is None else self.rules.lie.at(*places_of(level, spans))
 
+    @cached_property
+    def _mended(self) -> int:
+        """How many levels are corrected: up to the coarsest one on which pixels were moved."""
+        most = len(self.sites.levels)
+        moved = [level + 1 for level in range(most) if self.rules.spread(level)]
+        return max([min(ALWAYS, most), *moved])
+
+    def _scattered(self, level: int) -> bool:
+        """Whether a level is that of the large pieces, half the exemplar, and they are moved."""
+        return level == self.sites.count - 2 and level >= self._mended and self.rules.spread(level) > 0
+
     def _margin(self, level: int) -> int:
-        around = 0 if self.wanted is None else 1  # px that are read before the first correction
-        return self.rules.margin + around if level < len(self.sites.levels) else 0
+        if level < self._mended:  # a guide reads 1 px around before the first correction
+            return self.rules.margin + (self.wanted is not None)
+        return SEEN * (TURNS - 1) if self._scattered(level) else 0
 
     def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
@@ -189,15 +206,20 @@ class Descent:
         return self.rules.shares.over_exemplar(exemplar.height, exemplar.width)
 
     def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
-        out = np.empty((len(axes[0].at), len(axes[1].at), 2), np.int32)
-        state = np.uint64(seed_state(self.seed, self.stage, level))
+        drawn = DRAWN if self._scattered(level) else 1
+        out = np.empty((drawn, len(axes[0].at), len(axes[1].at), 2), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
         if spread.any() and self.rules.shares != EVERYWHERE:
             output = self.rules.shares.over_output(places)
             spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
         free = not len(self._room.lattice) or level < FREE
-        descend(coords, axes[0], axes[1], state, spread, free, self._room, out)
-        return out
+        for number in range(drawn):
+            state = np.uint64(seed_state(self.seed, self.stage, level + number * self.sites.count))
+            descend(coords, axes[0], axes[1], state, spread, free, self._room, out[number])
+        if drawn > 1:
+            choices, out = out, np.empty_like(out[:1])
+            scatter(choices, axes[0].at, axes[1].at, np.int64(1 << level), self._room.size, out[0])
+        return np.asarray(out[0])
 
     def _corrected(
         self, coords: Array, level: int, spans: tuple[Span, Span], run: Run, frame: Array | None = None

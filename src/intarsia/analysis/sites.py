@@ -17,6 +17,7 @@ from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, trans
 from .features import features
 from .jumps import similar_places
 from .outlines import Outlines
+from .sizes import elements
 
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
@@ -102,7 +103,7 @@ def _sites(exemplar: Exemplar, look: Look) -> Sites:
     far, levels = depths(exemplar), []
     for number, blurred in enumerate(stack_of(picture, corrected, torus)):
         h = 1 << number
-        closed = far <= min(2 * h, int(far.max()) // 4)
+        closed = far <= left_out(h, far)
         level = _compared(blurred, h, torus, look, closed)
         table = table_of(level)
         jumps = np.full((len(table), look.k - 1), -1, np.int32)
@@ -136,6 +137,20 @@ def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) ->
     mask = WEIGHTS if look.mask is None else np.rint(np.array(look.mask) * 256).astype(np.int64)
     site = Site(steps, packing, values, mask, no_table, inner.astype(np.int32).ravel(), open_, none)
     return Level(h, border, stride, site)
+
+
+def levels_within(exemplar: Exemplar) -> int:
+    """Return how many levels there are, the finest first, whose pixels lie at most a quarter of an element apart."""
+    return (elements(exemplar).size // 4).bit_length()
+
+
+def left_out(h: int, far: Array) -> int:
+    """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
+
+    Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods were its
+    own, the middle was shown twice as often as on average, and the border hardly ever.
+    """
+    return min(max(2, h // 4), int(far.max()) // 4)
 
 
 def depths(exemplar: Exemplar) -> Array:

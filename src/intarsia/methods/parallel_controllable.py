@@ -8,7 +8,8 @@ Every pixel is a function of its place, the seed and the parameters: any window 
 Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
 jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
 are those of its different continuations, as in the memo (rule=published: those of its neighbours, then shifted);
-an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies near them.
+an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies at them; of
+several places drawn for a piece of half the exemplar, that is taken which repeats its neighbours least.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 """
@@ -39,7 +40,7 @@ else:
 
 STAGE = 200505  # keeps this method's draws apart from those of others
 FARTHEST = 1 << 48
-FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to
+FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
 ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
 
@@ -54,7 +55,8 @@ class ParallelControllable:
 
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
-        "finest first, the last for all coarser ones; automatic: 0,0,0.1, then 0.2, and 1 from half the exemplar on",
+        "finest first, the last for all coarser ones; automatic: 0,0,0.1,0.2, 0.2 on up to a quarter of an "
+        "element, then 0, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
     jitter_output: Field | float | None = param(  # noqa: RUF009
@@ -181,8 +183,9 @@ class ParallelControllable:
             analysis.check_lattice(lattice, exemplar)
         if jitter is AUTO:
             top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-            shares = (ANYWHERE if level >= top - 1 else FINE[min(level, len(FINE) - 1)] for level in range(top + 1))
-            jitter = tuple(shares)
+            fine = max(len(FINE), analysis.levels_within(exemplar))
+            shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
+            jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
         return replace(self, jitter=jitter, lattice=lattice)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
