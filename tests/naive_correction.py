@@ -212,10 +212,10 @@ class NaiveSynthesis:
     rule: str
     seed: int
     stage: int
+    drawn: int = 1  # places for each of the large pieces
     lie: Callable[[int, int, int], Matrix] = lambda level, y, x: UPRIGHT
     share: Callable[[Pixel, Pixel], float] | None = None  # of the jitter, at an output place and an exemplar pixel
     guides: list[NaiveGuide] = field(default_factory=list)  # of all levels, or none
-    drawn: int = 1  # places for each of the large pieces
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
 
     def pixel(self, level: int, after: int, y: int, x: int) -> Pixel:
