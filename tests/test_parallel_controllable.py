@@ -12,7 +12,7 @@ import intarsia as ia
 from intarsia.analysis.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked, whole_products
 from intarsia.analysis.jumps import similar_places
 from intarsia.analysis.parallel import DRAWN, Corrections, Descent
-from intarsia.analysis.sites import Look, depths, left_out, sites_of
+from intarsia.analysis.sites import Look, depths, is_cloudy, left_out, sites_of
 from intarsia.analysis.spans import Span
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
@@ -42,7 +42,7 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
             picture = unpacked(level.site.packed, level.stride)[inner]
         else:
             picture = level.site.values.reshape(-1, level.stride, level.site.values.shape[1])[inner]
-        closed = far <= left_out(level.h, far)
+        closed = far <= left_out(level.h, far, is_cloudy(e))
         table = level.site.table.reshape(len(level.site.inner), -1)
         size = (e.height, e.width, e.toroidal)
         cells = similar_places(table, size, level.border, level.h, closed, method.k - 1)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from .segment_drawing import segment_overlay
     from .segment_search import SegmentSearch
     from .segmentation import Segments, SizeRule, segments
-    from .sites import Look, levels_within, sites_of
+    from .sites import Look, is_cloudy, levels_within, sites_of
     from .sizes import check_patch, default_patch, element_patch, fitting, large_patch, supplied
     from .spans import Span
     from .stitching import Stitch, Stitching
@@ -100,6 +100,7 @@ _MODULES = {
     "large_patch": "sizes",
     "lattice_of": "cell",
     "layers": "pixels",
+    "is_cloudy": "sites",
     "levels_within": "sites",
     "marked": "outlines",
     "random_patch": "patchwork",
@@ -174,6 +175,7 @@ __all__ = [
     "footing_of",
     "ground",
     "grown",
+    "is_cloudy",
     "isometry_ids",
     "large_patch",
     "lattice_of",

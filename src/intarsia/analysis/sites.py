@@ -19,6 +19,7 @@ from .jumps import similar_places
 from .outlines import Outlines
 from .sizes import elements
 
+CLOUDS = 16  # px
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
 Array = NDArray[Any]
@@ -100,10 +101,10 @@ def _sites(exemplar: Exemplar, look: Look) -> Sites:
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
     count = (max(height, width) - 1).bit_length() + 1
     corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
-    far, levels = depths(exemplar), []
+    far, levels, cloudy = depths(exemplar), [], is_cloudy(exemplar)
     for number, blurred in enumerate(stack_of(picture, corrected, torus)):
         h = 1 << number
-        closed = far <= left_out(h, far)
+        closed = far <= left_out(h, far, cloudy)
         level = _compared(blurred, h, torus, look, closed)
         table = table_of(level)
         jumps = np.full((len(table), look.k - 1), -1, np.int32)
@@ -144,13 +145,35 @@ def levels_within(exemplar: Exemplar) -> int:
     return (elements(exemplar).size // 4).bit_length()
 
 
-def left_out(h: int, far: Array) -> int:
+def is_cloudy(exemplar: Exemplar) -> bool:
+    """Return whether what is wider than 16 px makes up a third of the picture: clouds, stains, large shades.
+
+    Such textures are put right on coarse levels, or nowhere.
+    """
+    return exemplar.memo("cloudy", lambda: _cloudy(exemplar))
+
+
+def _cloudy(exemplar: Exemplar) -> bool:
+    if min(exemplar.height, exemplar.width) < 4 * CLOUDS:
+        return False
+    picture = filled(features([exemplar], None).pictures[0], exemplar)
+    stack = stack_of(picture, CLOUDS.bit_length(), exemplar.toroidal)
+    fine, coarse = (_variance(stack[n].astype(np.int64).reshape(-1, picture.shape[2])) for n in (0, -1))
+    return 10 * coarse >= 3 * fine > 0
+
+
+def _variance(vectors: Array) -> int:
+    """Sum of the channels' variances, times N**2, in whole numbers."""
+    return sum(len(vectors) * int((c * c).sum()) - int(c.sum()) ** 2 for c in vectors.T)
+
+
+def left_out(h: int, far: Array, cloudy: bool) -> int:
     """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
 
-    Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods were its
-    own, the middle was shown twice as often as on average, and the border hardly ever.
+    Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods are its
+    own, the middle is shown twice as often as on average, and the border hardly ever; only clouds need it.
     """
-    return min(max(2, h // 4), int(far.max()) // 4)
+    return min(2 * h if cloudy else max(2, h // 4), int(far.max()) // 4)
 
 
 def depths(exemplar: Exemplar) -> Array:

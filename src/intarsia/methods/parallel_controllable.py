@@ -56,7 +56,7 @@ class ParallelControllable:
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
         "finest first, the last for all coarser ones; automatic: 0,0,0.1,0.2, 0.2 on up to a quarter of an "
-        "element, then 0, and 1 from half the exemplar on",
+        "element (of clouds, and with feature, angle or zoom: on all), then 0, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
     jitter_output: Field | float | None = param(  # noqa: RUF009
@@ -183,7 +183,8 @@ class ParallelControllable:
             analysis.check_lattice(lattice, exemplar)
         if jitter is AUTO:
             top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-            fine = max(len(FINE), analysis.levels_within(exemplar))
+            all_over = self.feature is not AUTO or (self.angle, self.zoom) != (0, 1) or analysis.is_cloudy(exemplar)
+            fine = top if all_over else max(len(FINE), analysis.levels_within(exemplar))
             shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
             jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
         return replace(self, jitter=jitter, lattice=lattice)
