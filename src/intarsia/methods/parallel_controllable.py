@@ -154,7 +154,7 @@ class ParallelControllable:
     @property
     def outlines(self) -> analysis.Outlines | None:
         """Which outlines of the exemplar count, and how much."""
-        if self.feature is AUTO:
+        if self.feature is AUTO or not self.feature_weight:
             return None
         return analysis.Outlines(self.feature if isinstance(self.feature, Field) else None, self.feature_weight)
 
@@ -183,7 +183,7 @@ class ParallelControllable:
             analysis.check_lattice(lattice, exemplar)
         if jitter is AUTO:
             top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-            all_over = self.feature is not AUTO or (self.angle, self.zoom) != (0, 1) or analysis.is_cloudy(exemplar)
+            all_over = self.outlines is not None or (self.angle, self.zoom) != (0, 1) or analysis.is_cloudy(exemplar)
             fine = top if all_over else max(len(FINE), analysis.levels_within(exemplar))
             shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
             jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
