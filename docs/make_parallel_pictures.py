@@ -25,7 +25,7 @@ def around(y: Any, x: Any) -> Any:
 
 def growing(y: Any, x: Any) -> Any:
     """From half the size to twice the size."""
-    return np.clip(0.5 + 1.5 * x / 384, 0.25, 4) + 0 * y
+    return 0.5 + 1.5 * x / 384 + 0 * y
 
 
 def main() -> None:

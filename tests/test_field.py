@@ -140,9 +140,9 @@ def test_what_is_no_field_is_refused_in_one_line(value: Any, message: str) -> No
 def test_a_function_is_held_to_its_range_where_it_is_asked() -> None:
     field = Painted(lambda y, x: y / 100 + 0 * x).share
     assert field.at(at(0, 200), at(0)).tolist() == [[0], [2]]
-    with pytest.raises(ia.InputError, match=r"the function .*lambda.* holds numbers from 0 to 2.01; give 0 to 2"):
-        field.at(at(0, 201), at(0))
-    with pytest.raises(ia.InputError, match="holds NaN"):
+    assert field.at(at(-50, 201), at(0)).tolist() == [[0], [2]], "it is asked beside the output, too"
+    assert field.at(at(-50, 201), at(0), around=True).tolist() == [[-0.5], [2.01]]
+    with pytest.raises(ia.InputError, match="gives NaN"):
         Painted(lambda y, x: np.where(y > 9, np.nan, 1) + 0 * x).share.at(at(10), at(0))
 
 

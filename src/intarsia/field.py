@@ -35,8 +35,8 @@ class Field:
     value : number, array of shape (H, W), or function
         A gray picture of type bool, uint8 or uint16 is stretched: 0 means `low`, white means `high`. Other arrays are
         taken as they are. Beyond a picture its border pixels go on. A function f(y, x) is given rows (n, 1) and columns
-        (1, m) in px, float64, and returns a number for each pixel. It must give the same numbers for the same places;
-        one at the top of a module can be sent to other processes.
+        (1, m) in px, float64, also beside the output, and returns numbers (n, m). It must give the same numbers
+        for the same places; one at the top of a module can be sent to other processes.
     low, high : float, optional
         The least and the greatest number that is allowed. None: those of the parameter, and 0 to 1 to stretch by.
 
@@ -101,15 +101,19 @@ class Field:
                 raise InputError(f"the field goes from {self.low} to {self.high}, {low} to {high} is allowed.")
         return self
 
-    def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the numbers at places of px, rows (n,) and columns (m,): float64 (n, m)."""
+    def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64], around: bool = False) -> NDArray[np.float64]:
+        """Return the numbers at places of px, rows (n,) and columns (m,): float64 (n, m).
+
+        A function is asked for places beside the output, too, so numbers of its that are not allowed become the nearest
+        that are; not so where they go `around`, as angles do.
+        """
         if isinstance(self.value, float):
             return np.full((len(rows), len(columns)), self.value)
         if callable(self.value):
             numbers = self._asked(rows, columns)
-            if numbers.size:
-                self._check(np.array([numbers.min(), numbers.max()]), f"the function {self._name}")
-            return numbers
+            if not np.isfinite(numbers).all():
+                raise InputError(f"the function {self._name} gives NaN or infinite numbers; give finite ones.")
+            return numbers if around or self.low is self.high is None else np.clip(numbers, self.low, self.high)
         height, width = self.value.shape
         return self._stretched(self.value[np.clip(rows, 0, height - 1)][:, np.clip(columns, 0, width - 1)])
 

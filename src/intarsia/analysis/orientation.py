@@ -50,7 +50,7 @@ class Orientation:
         """
         if self.angle.number is not None and self.zoom.number is not None and len(rows) * len(cols) > 1:
             return np.broadcast_to(self.at(rows[:1], cols[:1]), (len(rows), len(cols), 4)).copy()
-        turned = np.rint(self.angle.at(rows, cols) * (TURN / 360)).astype(np.int64) % TURN
+        turned = np.rint(self.angle.at(rows, cols, around=True) * (TURN / 360)).astype(np.int64) % TURN
         larger = np.clip(np.rint(self.zoom.at(rows, cols) * ZOOM), SMALLEST, LARGEST).astype(np.int64)
         sine, cosine = SINES[turned], SINES[(turned + TURN // 4) % TURN]
         matrix = np.stack([cosine, sine, -sine, cosine], axis=2)
