@@ -17,6 +17,8 @@ from intarsia.analysis.spans import Span
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
+from intarsia.guide import Guide
+from intarsia.image import Kind, Plane
 from intarsia.methods.parallel_controllable import STAGE
 from intarsia.params import parameters, parse
 from intarsia.run import Run
@@ -302,8 +304,22 @@ def test_a_lattice_is_found_where_it_is_asked_for() -> None:
     assert found.lattice is not None
     with pytest.raises(ia.MethodError, match="parallel-controllable finds no lattice"):
         ia.synthesize(Exemplar.of(np.zeros((40, 40, 3), np.uint8)), 64, ia.ParallelControllable(snap="on"))
-    with pytest.raises(ia.ParameterError, match="lattice is for snap=on only"):
-        ia.ParallelControllable(lattice=((9.5, 0.0),))
+    with pytest.raises(ia.ParameterError, match="snap=off moves pixels by no lattice"):
+        ia.ParallelControllable(lattice=((9.5, 0.0),), snap="off")
+
+
+def test_pixels_snap_where_there_is_a_lattice() -> None:
+    """S4-33: automatically, on all levels; not under a guide, which may be painted over several textures."""
+    canvas, tiles = Canvas(64, 64), ia.read("sample:tiles")
+    settled = ia.ParallelControllable().settled([tiles], canvas)
+    assert (settled.snap, len(settled.lattice or ())) == ("on", 2)
+    assert settled == ia.ParallelControllable(snap="on").settled([tiles], canvas)
+    assert settled.jitter == (0, 0, 0.1, *[0.2] * 4, 1, 1)
+    assert ia.ParallelControllable(lattice=((9.5, 0.0),)).settled([tiles], canvas).lattice == ((9.5, 0),)
+    assert ia.ParallelControllable().settled([toy()], canvas).snap == "off"
+    labels = Plane(np.zeros((tiles.height, tiles.width), np.uint8), Kind.LABEL)
+    guide = Guide(labels, Plane(np.zeros((64, 64), np.uint8), Kind.LABEL))
+    assert ia.ParallelControllable().settled([tiles], Canvas(64, 64, guide=guide)).snap == "off"
 
 
 def test_subpasses_settle_what_swings() -> None:

@@ -13,7 +13,7 @@ from .variants import Variants, isometry_ids, variants
 
 if TYPE_CHECKING:
     from .boundary import boundary_poses, grown, slack_of
-    from .cell import check_lattice, lattice_of
+    from .cell import check_lattice, has_lattice, lattice_of
     from .courses import Courses
     from .footing import Footing, footing_of
     from .growth import Growth, Laying, Pick
@@ -96,6 +96,7 @@ _MODULES = {
     "fitting": "sizes",
     "footing_of": "footing",
     "ground": "pixels",
+    "has_lattice": "cell",
     "grown": "boundary",
     "large_patch": "sizes",
     "lattice_of": "cell",
@@ -175,6 +176,7 @@ __all__ = [
     "footing_of",
     "ground",
     "grown",
+    "has_lattice",
     "is_cloudy",
     "isometry_ids",
     "large_patch",

@@ -56,7 +56,7 @@ class ParallelControllable:
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
         "finest first, the last for all coarser ones; automatic: 0,0,0.1,0.2, 0.2 on up to a quarter of an "
-        "element (of clouds, and with feature, angle or zoom: on all), then 0, and 1 from half the exemplar on",
+        "element (of clouds, and with snap, feature, angle or zoom: on all), then 0, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
     jitter_output: Field | float | None = param(  # noqa: RUF009
@@ -68,11 +68,12 @@ class ParallelControllable:
         "parts stay as they are; automatic: all", low=0, high=1, over="exemplar",
     )  # fmt: skip
     snap: str = param(
-        "off", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
-        "that courses and weaves stay in step", choices=("off", "on"),
+        "auto", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
+        "that courses and weaves stay in step; auto: where there is a lattice, and no guide",
+        choices=("auto", "on", "off"),
     )  # fmt: skip
     lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "with snap=on: by which steps the texture repeats; automatic: found in the exemplar",
+        AUTO, "vectors", "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar",
         low=-65536, high=65536, unit="px",
     )  # fmt: skip
     kappa: float | str = param(
@@ -124,7 +125,7 @@ class ParallelControllable:
     def __post_init__(self) -> None:
         check(self)
         if self.lattice is not AUTO and self.snap == "off":
-            raise ParameterError("lattice is for snap=on only; leave it out, or say snap=on.")
+            raise ParameterError("snap=off moves pixels by no lattice; leave the lattice out, or say snap=on.")
         if math.isqrt(self.subpasses) ** 2 != self.subpasses:
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
         if self.neighbourhood_mask is not AUTO:
@@ -172,22 +173,26 @@ class ParallelControllable:
         analysis.features([exemplars[0]], self.channel_weights)
         if canvas.guide is not None:
             analysis.check_guide(exemplars, canvas.guide, 1)
-        return self._decided(exemplars[0])
+        return self._decided(exemplars[0], canvas.guide is not None)
 
-    def _decided(self, exemplar: Exemplar) -> ParallelControllable:
+    def _decided(self, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
         """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
-        lattice, jitter = self.lattice, self.jitter
-        if self.snap == "on" and lattice is AUTO:
-            lattice = analysis.lattice_of(exemplar, self.slug, self.channel_weights)
-        elif lattice is not AUTO:
+        lattice, jitter, snap = self.lattice, self.jitter, self.snap
+        if snap == "auto":
+            known = lattice is not AUTO or (not guided and analysis.has_lattice(exemplar, self.channel_weights))
+            snap = "on" if known else "off"
+        if lattice is not AUTO:
             analysis.check_lattice(lattice, exemplar)
+        elif snap == "on":
+            lattice = analysis.lattice_of(exemplar, self.slug, self.channel_weights)
         if jitter is AUTO:
             top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-            all_over = self.outlines is not None or (self.angle, self.zoom) != (0, 1) or analysis.is_cloudy(exemplar)
+            all_over = snap == "on" or self.outlines is not None or (self.angle, self.zoom) != (0, 1)
+            all_over = all_over or analysis.is_cloudy(exemplar)
             fine = top if all_over else max(len(FINE), analysis.levels_within(exemplar))
             shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
             jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
-        return replace(self, jitter=jitter, lattice=lattice)
+        return replace(self, jitter=jitter, lattice=lattice, snap=snap)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
