@@ -208,8 +208,8 @@ GOLDEN = {
         "6432405147a1db7bf8486b3ba7e15bb8779a7d8b79d8235d50a072842a205be1",
     ),
     "corrected": (
-        "e0640c037f05e3c448fdd23bd61ac041b10ec76c6a01ba690cbb8ed9c24e5b38",
-        "20e70b7b94e8019a045beff9a2951aa39d32b9040fc0cab90fe11fd1c5e38946",
+        "356e17b5316eab0426abe7c13e3b2372a27461b0af5ccf3bf05dedc073453287",
+        "fbe2fb5d3bb78846cffdbaf229265176492a0815fda7a2f3728d55b18c964b33",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
