@@ -455,10 +455,10 @@ def test_options_give_the_same_method() -> None:
         cls = method_class(slug)
         names = {p.name: p for p in parameters(cls)}
         given = {"lattice": ((12.5, 0.25), (3.0, 9.75))} if "lattice" in names else {}
-        given |= {"snap": "on"} if "snap" in names else {}
+        given |= {"snap": "on", "angle": 12.5, "zoom": 2} if "snap" in names else {}
         given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
         method = cls(**given)
-        words = options_of(method)
+        words = options_of(method, {})
         read = {}
         for option, text in zip(words[::2], words[1::2], strict=True):
             name = option[2:].replace("-", "_")

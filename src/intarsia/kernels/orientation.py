@@ -79,6 +79,7 @@ def correct_framed(
     A neighbour at p + o foretells S[p + o] - h J(p) o; the appearance around p is that of its four diagonal points in
     the exemplar, each foretold by the three neighbours that lie there in the output. ``long``: of the exemplar's rows.
     """
+    # In one piece, and its end that of `correct` once more: calls that take arrays would count references.
     stride, factor, reach, h = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], site.steps[SPACING]
     work, packed, table, inner, may, jumps = (
         coords.reshape(coords.size), site.packed, site.table, site.inner, site.open, site.jumps
