@@ -24,7 +24,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -417,16 +417,21 @@ def case_parallel() -> list[Result]:
 
     descent = Descent(sites_of(exemplar, Look.of(method)), Corrections.of(method), 1, 0)
     spans = descent._spans(Span(0, 1024, 0), Span(0, 1024, 0))
-    coords = descent._first(spans[-1], spans[0])
-    for level in range(len(spans) - 2, 0, -1):
-        coords = descent._handed_down(coords, level, spans)
-        if level < len(descent.sites.levels):
+    coords = descent._first(spans, None)
+    for level in range(len(spans) - 1, 0, -1):
+        if level < len(spans) - 1:
+            coords = descent._handed_down(coords, level, spans, None)
+        if level < descent._mended:
             coords = descent._corrected(coords, level, spans[level], ONE)
-    finest = descent._handed_down(coords, 0, spans)
+        elif edge := descent._margin(level):
+            coords = coords[edge:-edge, edge:-edge]
+    finest = descent._handed_down(coords, 0, spans, None)
     box = ia.Box(10**6, -(10**6), 10**6 + 64, 64 - 10**6)
     return [
         timed("parallel-controllable, 1024x1024 from a ready analysis", 7,
               lambda: ia.synthesize(exemplar, 1024, method, seed=1, run=ONE).render(run=ONE)),
+        timed("the same, turned by 30 degrees", None,
+              lambda: ia.synthesize(exemplar, 1024, replace(method, angle=30), seed=1, run=ONE).render(run=ONE)),
         timed("its finest level alone", 3.5, lambda: descent._corrected(finest, 0, spans[0], ONE)),
         timed("a window of 64x64 px of it", 0.4, lambda: method.window((exemplar,), box, 1, ONE)),
         timed("its analysis of 256x256", 45, analysed),
