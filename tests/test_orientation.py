@@ -173,3 +173,10 @@ def test_a_guide_is_followed_turned() -> None:
     assert made.map.frame is not None
     found = labels[made.map.yx[..., 0], made.map.yx[..., 1]]
     assert (found == target).mean() > 0.95
+
+
+def test_slices_of_an_endless_turned_texture_agree() -> None:
+    """Read between pixels, bit for bit the same, however the window is cut."""
+    turned = ia.weave(texture(60, 44, 3, 8), ia.ParallelControllable(angle=Field(leaning), zoom=0.8), seed=3)
+    whole = turned[-40:60, 2**31 - 30 : 2**31 + 50]
+    assert (turned[-13:29, 2**31 - 9 : 2**31 + 31] == whole[27:69, 21:61]).all()
