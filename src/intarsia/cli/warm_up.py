@@ -38,7 +38,8 @@ def _jobs() -> Iterator[dict[str, Any]]:
             {p.name: choice} for p in parameters(cls) for choice in p.choices if choice != p.default
         ]
         names = {p.name for p in parameters(cls)}
-        options += [{n: v} for n, v in (("isometries", "both"), ("min_repeat_distance", 2)) if n in names]
+        more = ("isometries", "both"), ("min_repeat_distance", 2), ("angle", 30)
+        options += [{n: v} for n, v in more if n in names]
         for values in options:
             if values.get("search") == "pyramid":
                 values |= {"patch": 12, "overlap": 4}
@@ -92,9 +93,9 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
         _find_lattice()
         _lay_courses(threads)
         sizes: dict[str, dict[str, Any]] = {"block": {"block": 4, "border": 2}, "band": {"band": 2}}
-        sizes["snap"] = {"snap": "on"}
-        patch |= {"lattice": ((5, 0), (0, 5))}
-        patch |= next(values for name, values in sizes.items() if name in names)
+        patch |= next((values for name, values in sizes.items() if name in names), {})
+        if job.get("values", {}).get("snap") != "off":
+            patch |= {"lattice": ((5, 0), (0, 5))}
     run = Run(threads, None, CANCEL)
     method = make(job["method"], patch | job.get("values", {}))
     marks = Plane((columns > 11).astype(np.uint8), Kind.LABEL)
@@ -103,7 +104,8 @@ def _grow(job: dict[str, Any], threads: int | None) -> None:
     for plane in planes:
         for feather in (0, 3):
             grown.render(plane, feather=feather, run=run)
-        grown.render(plane, finish=(Levelling(8),), run=run)
+        if grown.map.exact:
+            grown.render(plane, finish=(Levelling(8),), run=run)
 
 
 def _find_lattice() -> None:
