@@ -188,6 +188,19 @@ class TestAsked:
         both = ia.Auto().choose([e, Exemplar.of(picture("brick_colours"))], CANVAS)
         assert (both.rule, both.method.slug) == ("several", "image-quilting")
 
+    def test_a_picture_to_look_like_is_followed_pixel_by_pixel(self) -> None:
+        pixels = picture("brick_colours")
+        e, gray = Exemplar.of(pixels), np.ascontiguousarray(np.asarray(pixels)[:, :, 0])
+        for kind, rule, slug in (
+            (ia.Kind.DATA, "transfer", "parallel-controllable"), (ia.Kind.LABEL, "guided", "image-quilting")
+        ):  # fmt: skip
+            beside = ia.Plane(gray // 128 if kind is ia.Kind.LABEL else gray, kind)
+            found = choice_of(e, ia.Canvas(e.height, e.width, guide=ia.Guide(beside, beside)))
+            assert (found.rule, found.method.slug) == (rule, slug)
+        guide = ia.Guide([ia.Plane(gray, ia.Kind.DATA)] * 2, ia.Plane(gray, ia.Kind.DATA))
+        several = ia.Auto().choose([e, Exemplar.of(pixels)], ia.Canvas(e.height, e.width, guide=guide))
+        assert several.rule == "guided"
+
     def test_a_wrapped_canvas_that_no_period_fits_falls_to_the_next_method(self) -> None:
         tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (5, 5))
         made = ia.synthesize(tile, (101, 101), "auto", wrap="both")

@@ -125,6 +125,11 @@ RULES: tuple[Rule, ...] = (
         lambda f: ("What is there goes on, by patches of the size of its elements.",),
     ),
     Rule(
+        "transfer", "parallel-controllable", "a picture to look like, and one exemplar",
+        lambda f: f.canvas.guide is not None and not f.canvas.guide.is_labels and len(f.exemplars) == 1,
+        _nothing, lambda f: ("Pixels that follow the tones of the picture, closer than patches can.",),
+    ),
+    Rule(
         "guided", "image-quilting", "a guide says what is where",
         lambda f: f.canvas.guide is not None, _nothing, lambda f: ("Patches that follow what was painted.",),
     ),
