@@ -180,3 +180,15 @@ def test_slices_of_an_endless_turned_texture_agree() -> None:
     turned = ia.weave(texture(60, 44, 3, 8), ia.ParallelControllable(angle=Field(leaning), zoom=0.8), seed=3)
     whole = turned[-40:60, 2**31 - 30 : 2**31 + 50]
     assert (turned[-13:29, 2**31 - 9 : 2**31 + 31] == whole[27:69, 21:61]).all()
+
+
+def test_what_needs_whole_pixels_is_refused_before_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    turned, e = ia.ParallelControllable(angle=30), Exemplar.of(texture(30, 30, 3, 1))
+    with monkeypatch.context() as patch:
+        patch.setattr(ia.ParallelControllable, "synthesize", None)
+        for blend in (ia.Blend(0, finish=(ia.Levelling(8),)), ia.Blend(4, ia.Mixing.VARIANCE), ia.Blend(1024)):
+            with pytest.raises(ia.ParameterError, match="turned, scaled"):
+                ia.synthesize(e, 40, turned, blend=blend)
+    made = ia.synthesize(e, 40, turned)
+    with pytest.raises(ia.ParameterError, match="repair lays whole pixels over what is turned or scaled"):
+        ia.repair(made, 1)

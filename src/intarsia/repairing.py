@@ -74,6 +74,8 @@ def check_repair(method: Method, passes: int) -> None:
     """Refuse to repair what a repair would break."""
     if isinstance(passes, bool) or not 0 <= passes <= MOST_PASSES or passes != int(passes):
         raise ParameterError(f"repair={passes} is not allowed; give 0 to {MOST_PASSES} passes.")
+    if passes and not getattr(method, "exact", True):
+        raise ParameterError("repair lays whole pixels over what is turned or scaled; leave it out, or angle and zoom.")
     if passes and keeps_lattice(method):
         raise ParameterError(
             f"{method.slug} keeps a lattice, which a repair would break; leave repair out, or choose another method."

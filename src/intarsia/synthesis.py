@@ -157,6 +157,7 @@ def carry_out(
     else:
         check_abilities(method, exemplars, canvas)
         kept, settled = None, method.settled(exemplars, canvas)
+        check_between(settled, blend or settled.blend)
         smap = settled.synthesize(exemplars, canvas, seed, run)
     if bool(smap.holes.any()):
         raise MethodError(f"{settled.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
@@ -245,6 +246,14 @@ def check_abilities(method: Method, exemplars: tuple[Exemplar, ...], canvas: Can
                 Ability.SEVERAL: "grows from one exemplar; give one",
             }
             raise ParameterError(f"{method.slug} {words[ability]}, or choose another method.")
+
+
+def check_between(method: Method, blend: Blend) -> None:
+    """Refuse joins that need whole pixels, before any work, where a method lays pieces turned or scaled."""
+    if not getattr(method, "exact", True):
+        from .warped import check_blend
+
+        check_blend(blend)
 
 
 def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, seed: int, blend: Blend) -> dict[str, Any]:

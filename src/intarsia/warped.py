@@ -62,7 +62,7 @@ class Warped:
     ) -> Warped:
         """Prepare to draw; ParameterError for a blend that such a map cannot have."""
         grow, shrink = max(scale, 1), max(-scale, 1)
-        _check(planes[0], blend, grow)
+        check_blend(blend, grow, planes[0].kind)
         samples, ground = lay_out(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, blend.feather * grow)
         free = np.zeros(0, bool)
         if any(e.usable is not None for e in exemplars):
@@ -165,14 +165,14 @@ class Names:
         return self.labels.names[out], weight == 0
 
 
-def _check(plane: Plane, blend: Blend, grow: int) -> None:
-    """Refuse what cannot be done between pixels, before any work."""
+def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
+    """Refuse what cannot be done between pixels, before any work, on a plane `grow` times larger than the map."""
     told = "pieces of this map are turned, scaled or moved by fractions of a pixel"
     if blend.feather * grow > MAX_SPREAD:
         raise ParameterError(
             f"feather={blend.feather} is too wide where {told}; give at most {MAX_SPREAD // grow} px."
         )
-    if plane.kind in (Kind.NORMAL, Kind.LABEL):
+    if kind in (Kind.NORMAL, Kind.LABEL):
         return
     if blend.finish:
         raise ParameterError(f"{told}, and levelling compares whole pixels only; draw it without (--level 0).")

@@ -24,7 +24,7 @@ from ..render import check_alike
 from ..repairing import check_repair
 from ..sourcemap import Blend, Mixing, SourceMap
 from ..starts import Margins, Scene, extension
-from ..synthesis import as_exemplars, check_abilities, check_start
+from ..synthesis import as_exemplars, check_abilities, check_between, check_start
 from .exemplars import Set, Shelf, stem_of
 from .labels import guide_of
 from .outputs import filled, plane_files
@@ -164,6 +164,7 @@ def orders_of(
     method, choice = chosen_for(wish, scene, targets)
     if choice is None:
         check_repair(method, wish.repair)
+    check_between(method, blend_of(wish, method, exemplars[0]))
     times = exemplars[0].times
     size = (canvas.width * times, canvas.height * times)
     fields |= {"w": size[0], "h": size[1], "method": method.slug}

@@ -14,7 +14,7 @@ from ..giant.stores import store_of
 from ..giant.stream import DrawnAndPacked, Store, stream
 from ..giant.texture import Weave, weave
 from ..run import Run
-from ..synthesis import recipe_settings
+from ..synthesis import check_between, recipe_settings
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted
 from .outputs import filled
@@ -62,6 +62,7 @@ class Weaving:
         shelf = Shelf([sets], inputs, report)
         texture = weave(list(shelf.get(0)), wish.method, seed)
         texture = replace(texture, blend=blend_of(wish, texture.method, texture.exemplars[0]))
+        check_between(texture.method, texture.blend)
         out = filled(loom.out, fields | {"stem": stem_of(sets[0]), "method": texture.method.slug})
         stem, own = os.path.splitext(out)
         names = {name: f"{stem}_{name}{own}" if n else out for n, name in enumerate(texture.planes)}

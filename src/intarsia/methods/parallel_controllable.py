@@ -130,7 +130,7 @@ class ParallelControllable:
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
         if self.neighbourhood_mask is not AUTO:
             object.__setattr__(self, "neighbourhood_mask", self._mask(self.neighbourhood_mask))
-        if (self.angle, self.zoom) != (0, 1) and (self.neighbourhood == "colour" or self.rule == "published"):
+        if not self.exact and (self.neighbourhood == "colour" or self.rule == "published"):
             word = "neighbourhood=colour" if self.neighbourhood == "colour" else "rule=published"
             raise ParameterError(f"{word} cannot follow angle and zoom; drop it, or drop them.")
 
@@ -160,6 +160,11 @@ class ParallelControllable:
         return analysis.Outlines(self.feature if isinstance(self.feature, Field) else None, self.feature_weight)
 
     @property
+    def exact(self) -> bool:
+        """Whether pixels are copies: not so where the texture lies turned or scaled."""
+        return (self.angle, self.zoom) == (0, 1)
+
+    @property
     def blend(self) -> sourcemap.Blend:
         """Exact copies."""
         return sourcemap.Blend(0)
@@ -187,7 +192,7 @@ class ParallelControllable:
             lattice = analysis.lattice_of(exemplar, self.slug, self.channel_weights)
         if jitter is AUTO:
             top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-            all_over = snap == "on" or self.outlines is not None or (self.angle, self.zoom) != (0, 1)
+            all_over = snap == "on" or self.outlines is not None or not self.exact
             all_over = all_over or analysis.is_cloudy(exemplar)
             fine = top if all_over else max(len(FINE), analysis.levels_within(exemplar))
             shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
