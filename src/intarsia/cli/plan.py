@@ -168,7 +168,7 @@ def orders_of(
     times = exemplars[0].times
     size = (canvas.width * times, canvas.height * times)
     fields |= {"w": size[0], "h": size[1], "method": method.slug}
-    memory = memory_of(exemplars, canvas)
+    memory = memory_of(exemplars, canvas, method)
     orders = []
     for seed in seeds:
         fields["seed"] = seed
@@ -245,14 +245,15 @@ def check_distance_map(order: Order, targets: Targets) -> None:
         raise ParameterError(f"--distance-map: {order.method.slug} measures no distances; use patch-sampling.")
 
 
-def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas) -> int:
+def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas, method: Method) -> int:
     """Estimate the memory of the work in bytes: pictures, map, and what matching keeps of the exemplars."""
     area = canvas.height * canvas.width
     scale = area / (exemplars[0].height * exemplars[0].width)
     drawn = max(p.pixels.nbytes for p in exemplars[0].planes.values()) * scale
     kept = sum(p.pixels.nbytes for e in exemplars for p in e.planes.values())
     searched = sum(e.height * e.width for e in exemplars) * 100
-    return int(2 * drawn + kept + searched + area * 32) + (190 << 20)  # the last: Python and its libraries
+    mapped = area * (32 if getattr(method, "exact", True) else 170)  # frames and fractions, and what they are made of
+    return int(2 * drawn + kept + searched + mapped) + (190 << 20)  # the last: Python and its libraries
 
 
 def patches_of(order: Order, wrap: str, begun: bool = False) -> int | None:

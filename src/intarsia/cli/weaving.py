@@ -23,8 +23,9 @@ from .report import Report
 from .request import Inputs, Wish
 from .weave import ENDINGS, Loom
 
-BASE, PER_PX = 250 << 20, 60
-"""Memory of Python and its libraries in bytes, and of a px that is drawn: its map, its weights, its pixels."""
+BASE, PER_PX, BETWEEN = 250 << 20, 60, 140
+"""Memory of Python and its libraries in bytes; of a px that is drawn: its map, its weights, its pixels; and what a px
+takes besides that is read between pixels."""
 
 DRAWN = 1 << 22
 """Px of the map that a worker holds at most."""
@@ -84,6 +85,7 @@ class Weaving:
     def tell_plan(self, threads: int | None) -> None:
         """Say what would be made, how much memory it takes, and how long; one cell is drawn to know it."""
         workers, seconds, memory, raw = Run(threads).workers, 0.0, 0, 0
+        each = PER_PX + (0 if getattr(self.texture.method, "exact", True) else BETWEEN)
         for store in self.stores.values():
             task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
             task(cell)
@@ -93,7 +95,7 @@ class Weaving:
             seconds += (time.perf_counter() - began) / px * store.grid.height * store.grid.width / workers
             deep = store.texture.channels * store.texture.dtype.itemsize
             raw += store.grid.height * store.grid.width * deep
-            drawn = min(px * store.texture.scale[1] ** 2, DRAWN) * PER_PX + px * 2 * deep
+            drawn = min(px * store.texture.scale[1] ** 2, DRAWN) * each + px * 2 * deep
             memory = max(memory, BASE + workers * drawn + AHEAD * workers * packed)
         about = self._about() | {
             "cells": sum(len(s.grid) for s in self.stores.values()),
