@@ -16,6 +16,7 @@ from .neighbourhoods import CLOSED, SIZE, START, STRIDE
 
 LEAF = 12
 DEEP = 64
+NOWHERE: NDArray[np.int64] = np.zeros((0, 2), np.int64)
 
 
 class Tree(NamedTuple):
@@ -67,12 +68,31 @@ def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
 
 
 @kernel
+def apart(ay: Any, ax: Any, by: Any, bx: Any, size: Any) -> Any:
+    """Return how far two pixels lie apart, along rows or columns; `size`: height, width, 1 if toroidal."""
+    high, wide = abs(ay - by), abs(ax - bx)
+    if size[2]:
+        high, wide = min(high, size[0] - high), min(wide, size[1] - wide)
+    return max(high, wide)
+
+
+@kernel
 def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any) -> int:
     """Find the nearest points, looking into at most so many leaves; return how many of them were found.
 
     `near` (k,) int64 squared distances, rising; `number` (k,) the points' numbers. Equal ones: the lower number.
     """
-    dims, k = tree.points.shape[1], len(near)
+    return ask_apart(tree, point, NOWHERE, (0, 0), (0, 0, 0, 0, leaves), near, number)
+
+
+@kernel
+def ask_apart(tree: Any, point: Any, place: Any, own: Any, limits: Any, near: Any, number: Any) -> int:
+    """Find the nearest points of a tree, as :func:`ask`, that lie far enough from the pixel `own`; return how many.
+
+    ``place`` (N, 2): pixel of each point, or none: then all are far enough. ``limits``: height, width, 1 if toroidal,
+    px apart at least, leaves looked into at most.
+    """
+    dims, k, leaves, anywhere = tree.points.shape[1], len(near), limits[4], len(place) == 0
     stack = np.empty((DEEP, 4), np.int64)  # node, first point, one past the last, distance at least
     gaps = np.zeros((DEEP, dims), np.int64)  # how far the node lies from the point along each axis
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, len(tree.points), 0
@@ -87,8 +107,7 @@ def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any) -> int:
         while high - low > LEAF:
             axis, middle = tree.axis[node], (low + high) // 2
             gap = point[axis] - tree.cut[node]
-            far = least - here[axis] * here[axis] + gap * gap
-            stack[top, 3] = far
+            stack[top, 3] = least - here[axis] * here[axis] + gap * gap
             gaps[top] = here
             gaps[top, axis] = gap
             if gap < 0:
@@ -98,15 +117,22 @@ def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any) -> int:
                 stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node + 1, low, middle
                 node, low = 2 * node + 2, middle
             top += 1
-        leaves -= 1
+        refused, taken = False, False  # a leaf of nothing but neighbours does not count
         for i in range(low, high):
             total = np.int64(0)
             for d in range(dims):
-                difference = np.int64(tree.points[i, d]) - point[d]
-                total += difference * difference
+                gap = np.int64(tree.points[i, d]) - point[d]
+                total += gap * gap
             if count < k or total < near[k - 1] or (total == near[k - 1] and tree.order[i] < number[k - 1]):
+                if not anywhere:
+                    at = place[tree.order[i]]
+                    if apart(own[0], own[1], at[0], at[1], limits) < limits[3]:
+                        refused = True
+                        continue
+                taken = True
                 count = min(count + 1, k)
                 _insert(near, number, count, total, tree.order[i])
+        leaves -= 0 if refused and not taken else 1
     return count
 
 
