@@ -184,8 +184,8 @@ GOLDEN = {
         "135681368c43568063649dea3de532a5763d04fe7b6fc41cda666d0f2241ecc5",
     ),
     "tried": (
-        "3d6a791fe337b57e21f81f12b981c5b07dcfcb862f05a456f196fea0fddfab1a",
-        "a95e0da68aef004d1e78c3e71949fb78729ecfbc47253a02e8d0eb4481e05102",
+        "f1a08d49c8b3619d78377479e45e3730be8d5ffb29f67b0a87820143aab6f552",
+        "faee1edbd103207629c0695a32933d11ae2a89851d1a96e2781acb89696f05df",
     ),
     "regular": (
         "35c0f18fe6a89320610317793b9bcc8c96419356adca222354efb67b2b16ed4e",
@@ -208,8 +208,8 @@ GOLDEN = {
         "6432405147a1db7bf8486b3ba7e15bb8779a7d8b79d8235d50a072842a205be1",
     ),
     "corrected": (
-        "356e17b5316eab0426abe7c13e3b2372a27461b0af5ccf3bf05dedc073453287",
-        "fbe2fb5d3bb78846cffdbaf229265176492a0815fda7a2f3728d55b18c964b33",
+        "56f92aa03d6b6032c8a9436f0b7abc34a577e0ecc3890be056aba9e422006fd4",
+        "e8c20bb233ce95c0624d513f96e16c9ebbe55444c7519690a2ddf615febdf0e5",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
