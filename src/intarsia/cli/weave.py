@@ -11,6 +11,7 @@ from ..auto import AUTO_METHOD
 from ..errors import ParameterError
 from ..methods.base import METHODS, Ability, method_class
 from .choosing import chosen_of
+from .grow import OWN as GROWN
 from .grow import finish_of
 from .options import (
     FILE,
@@ -41,18 +42,7 @@ OWN = (
         "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *ABLE]), default=AUTO_METHOD, show_default=True,
         help="How to grow; auto chooses, by what the exemplar is like, among those that make windows alone.",
     ),
-    opt(
-        "feather", "--feather", type=click.IntRange(0, 1024), metavar="PX",
-        help="Soften the seams over so many px; 0 copies exactly. By default as the method means it.",
-    ),
-    opt(
-        "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
-        help="How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
-    ),
-    opt(
-        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
-        help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
-    ),
+    *(o for o in GROWN if o.field in ("feather", "mixing", "level")),
 )  # fmt: skip
 
 UNION = {

@@ -22,7 +22,7 @@ def array_of(texture: Weave, sides: tuple[int, int], chunks: Any, origin: Any) -
     wanted = chunks if isinstance(chunks, (tuple, list)) else (chunks, chunks)
     try:
         cut = arrays.core.normalize_chunks((*wanted[:2], *shape[2:]), shape, dtype=texture.dtype)
-    except (ValueError, TypeError, NotImplementedError) as e:
+    except (ValueError, TypeError, NotImplementedError) as e:  # the last: dask's own word for chunks it cannot size
         raise ParameterError(f"chunks={chunks!r} do not suit {shape} ({e}); give a number of px.") from None
     name = f"weave-{texture.digest[:32]}"
     return arrays.map_blocks(
