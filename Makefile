@@ -12,19 +12,23 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WORKERS ?= 2
+N ?= 1000
 
 INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo test lint format bench pictures tables clean clean-all
+.PHONY: help demo test test-long mutants lint format fuzz bench pictures tables clean clean-all
 
 help:
 	@echo "make demo      grow a built-in colour exemplar and sample:brick to 1024x1024 into demo/"
 	@echo "make test      check style and types, then run all tests"
+	@echo "make test-long run the tests that take many minutes and are not part of make test"
+	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows only)"
 	@echo "make lint      check style and types only"
 	@echo "make format    put imports in order and repair what ruff can repair"
+	@echo "make fuzz      try N=1000 mutated files of each format, hostile documents, kills and damaged caches (now N=$(N))"
 	@echo "make bench     measure speed and memory; writes bench/results.json"
 	@echo "make pictures  remake the pictures of the documentation"
-	@echo "make tables    rewrite the tables of the documentation that follow from the code"
+	@echo "make tables    rewrite the tables of the documentation that follow from the code, and the drawing of its rooms"
 	@echo "make clean     remove what the others made; clean-all removes .venv, too"
 	@echo "PYTHON=... chooses the Python for .venv (3.11 or newer), WORKERS=... the test processes (now $(WORKERS))"
 
@@ -63,6 +67,12 @@ test: lint
 	@$(INTARSIA) warm-up --quiet
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS)
 
+test-long: lint
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -m long
+
+mutants: lint
+	@WORKERS=$(WORKERS) $(BIN)/python tests/mutants.py $(RULES)
+
 lint: $(VENV)/.installed-dev
 	$(call check,-dev)
 	@$(BIN)/python -c 'import dask, distributed, hypothesis, mypy, pytest, pytest_timeout, ruff, tifffile, xdist, zarr' 2>/dev/null \
@@ -72,6 +82,10 @@ lint: $(VENV)/.installed-dev
 
 format: $(VENV)/.installed-dev
 	@$(BIN)/python -m ruff check --fix src tests examples benchmarks docs
+
+fuzz: $(VENV)/.installed-dev
+	$(call check,-dev)
+	@PYTHONPATH=tests $(BIN)/python -m hostile.fuzz --count $(N)
 
 bench: $(VENV)/.installed-dev
 	$(call check,-dev)
@@ -88,10 +102,10 @@ pictures: $(VENV)/.installed-dev
 
 tables: $(VENV)/.installed-dev
 	$(call check,-dev)
-	@$(BIN)/python docs/make_tables.py
+	@$(BIN)/python docs/make_tables.py && $(BIN)/python docs/make_architecture.py
 
 clean:
-	@rm -rf demo bench dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf demo bench fuzz dist .mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@find src tests examples benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 clean-all: clean

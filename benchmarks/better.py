@@ -34,9 +34,10 @@ from scipy.ndimage import binary_dilation, distance_transform_edt
 
 import intarsia as ia
 from intarsia import files
-from intarsia.analysis import features, growth, repetition
+from intarsia.analysis.features import features
 from intarsia.analysis.rarity import rarity
 from intarsia.geometry import ISOMETRIES
+from intarsia.patches import growth, repetition
 
 SIDE, SEEDS, STEP, BAND, NEAR = 384, (1, 2, 3), 4, 24, 3
 ELEMENT, SHARE = 32, 15  # px, within which a part is rare or not; % of the pixels that are called striking
@@ -80,22 +81,22 @@ SAMPLING = {
     "default": Switch(SOURCE),
     "all as in the source": Switch(replace(SOURCE, repetition="none", search="exact")),
     "repetition: none": Switch(replace(SOURCE, repetition="none")),
-    "repetition: counter (S0-41)": Switch(replace(SOURCE, repetition="counter")),
-    "repetition: marks (S0-43)": Switch(replace(SOURCE, repetition="marks")),
-    "prices without nearness (D0-2, S0-80)": Switch(SOURCE, FARAWAY),
+    "repetition: counter": Switch(replace(SOURCE, repetition="counter")),
+    "repetition: marks": Switch(replace(SOURCE, repetition="marks")),
+    "prices without nearness": Switch(SOURCE, FARAWAY),
     "the full price anywhere, near or far": Switch(SOURCE, EVENLY),
-    "prices alike for all patches (D0-4, S0-81)": Switch(SOURCE, PLAIN),
+    "prices alike for all patches": Switch(SOURCE, PLAIN),
     "prices without drift": Switch(SOURCE, DRIFTING),
-    "no return within 64 px (D0-2)": Switch(replace(SOURCE, min_repeat_distance=64)),
+    "no return within 64 px": Switch(replace(SOURCE, min_repeat_distance=64)),
     "bound: epsilon 0.1": Switch(replace(SOURCE, bound="epsilon")),
-    "bound: relative 0.1 (D0-9)": Switch(replace(SOURCE, bound="relative")),
-    "search: exact (D0-8)": Switch(replace(SOURCE, search="exact")),
+    "bound: relative 0.1": Switch(replace(SOURCE, bound="relative")),
+    "search: exact": Switch(replace(SOURCE, search="exact")),
     "search: pyramid, 1 kept": Switch(replace(SOURCE, search="pyramid", pyramid_kept=1)),
-    "search: pyramid, 8 kept (D0-7)": Switch(replace(SOURCE, search="pyramid")),
-    "search: pyramid, 8 kept, gaussian (S0-84)": Switch(replace(SOURCE, search="pyramid", pyramid_filter="gaussian")),
-    "join: cut (D0-5, S0-85)": Switch(replace(SOURCE, join="cut")),
+    "search: pyramid, 8 kept": Switch(replace(SOURCE, search="pyramid")),
+    "search: pyramid, 8 kept, gaussian": Switch(replace(SOURCE, search="pyramid", pyramid_filter="gaussian")),
+    "join: cut": Switch(replace(SOURCE, join="cut")),
     "join: middle": Switch(replace(SOURCE, join="middle")),
-    "isometries: auto (D0-10, S0-93)": Switch(replace(SOURCE, isometries="auto")),
+    "isometries: auto": Switch(replace(SOURCE, isometries="auto")),
     "isometries: both": Switch(replace(SOURCE, isometries="both")),
     "windows spread, not hanging over the border": Switch(Spread(patch=25, overlap=5)),
 }
@@ -103,23 +104,23 @@ QUILT = ia.ImageQuilting()
 QUILTING = {
     "default": Switch(QUILT),
     "usage: 0": Switch(replace(QUILT, usage=0.0)),
-    "prices without nearness (D0-2, S0-80)": Switch(QUILT, FARAWAY),
+    "prices without nearness": Switch(QUILT, FARAWAY),
     "the full price anywhere, near or far": Switch(QUILT, EVENLY),
-    "prices alike for all patches (D0-4, S0-81)": Switch(QUILT, PLAIN),
+    "prices alike for all patches": Switch(QUILT, PLAIN),
     "prices without drift": Switch(QUILT, DRIFTING),
-    "no return within 64 px (D0-2)": Switch(replace(QUILT, min_repeat_distance=64)),
+    "no return within 64 px": Switch(replace(QUILT, min_repeat_distance=64)),
     "tolerance: 0": Switch(replace(QUILT, tolerance=0.0)),
-    "search: exact (D0-8)": Switch(replace(QUILT, search="exact")),
+    "search: exact": Switch(replace(QUILT, search="exact")),
     "search: pyramid, 1 kept": Switch(replace(QUILT, search="pyramid", pyramid_kept=1)),
-    "search: pyramid, 8 kept (D0-7)": Switch(replace(QUILT, search="pyramid")),
+    "search: pyramid, 8 kept": Switch(replace(QUILT, search="pyramid")),
     "seam: gradient": Switch(replace(QUILT, seam="gradient")),
-    "isometries: auto (D0-10, S0-93)": Switch(replace(QUILT, isometries="auto")),
+    "isometries: auto": Switch(replace(QUILT, isometries="auto")),
     "isometries: both": Switch(replace(QUILT, isometries="both")),
 }
 STRIKING = {
     f"{who}, {name}": Switch(method, changed)
     for who, method in (("sampling", SOURCE), ("quilting", QUILT))
-    for name, changed in (("default", ()), ("prices alike for all patches (D0-4, S0-81)", PLAIN))
+    for name, changed in (("default", ()), ("prices alike for all patches", PLAIN))
 }
 PAINTED = ia.PatchSampling()
 PAINTING = {
@@ -127,18 +128,18 @@ PAINTING = {
     "weight: 0": Switch(QUILT, weight=0.0),
     "weight: 0.5": Switch(QUILT, weight=0.5),
     "weight: 5": Switch(QUILT, weight=5.0),
-    "boundary_patch: as large (S0-86)": Switch(replace(QUILT, boundary_patch=0)),
-    "boundary_isometries: none (D0-11)": Switch(replace(QUILT, boundary_isometries="none")),
-    "boundary_slack: any (D0-11)": Switch(replace(QUILT, boundary_slack=FAR)),
+    "boundary_patch: as large": Switch(replace(QUILT, boundary_patch=0)),
+    "boundary_isometries: none": Switch(replace(QUILT, boundary_isometries="none")),
+    "boundary_slack: any": Switch(replace(QUILT, boundary_slack=FAR)),
     "boundary: all three off": Switch(
         replace(QUILT, boundary_patch=0, boundary_isometries="none", boundary_slack=FAR)
     ),
     "reach: 12": Switch(QUILT, reach=12),
     "usage: 0": Switch(replace(QUILT, usage=0.0)),
-    "one count for all labels (S0-82)": Switch(QUILT, TOGETHER),
+    "one count for all labels": Switch(QUILT, TOGETHER),
     "prices without drift": Switch(QUILT, DRIFTING),
     "sampling, default": Switch(PAINTED),
-    "sampling, boundary_join: same (S0-85)": Switch(replace(PAINTED, boundary_join="same")),
+    "sampling, boundary_join: same": Switch(replace(PAINTED, boundary_join="same")),
     "sampling, repetition: none": Switch(replace(PAINTED, repetition="none")),
 }  # fmt: skip
 

@@ -13,7 +13,7 @@ from scipy.ndimage import map_coordinates
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.analysis.lattice import Lattice, find_lattice
+from intarsia.lattice.lattice import Lattice, find_lattice
 
 SIDE = 180
 Vectors = tuple[tuple[float, float], tuple[float, float]]  # rows (dy, dx)

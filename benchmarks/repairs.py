@@ -22,11 +22,11 @@ import numpy as np
 from better import TEXTURES, repeats
 
 import intarsia as ia
-from intarsia.analysis.repairs import Repairing
-from intarsia.analysis.sizes import elements
-from intarsia.measure import score
-from intarsia.repairing import repair_of
+from intarsia.choosing.score import score
+from intarsia.seams.repair import Repairing
+from intarsia.search.sizes import elements
 from intarsia.synthesis import Synthesis
+from intarsia.tasks.repair import repair_of
 
 SIDE, SEEDS, ONE = 512, (1, 2), ia.Run(1)
 METHODS = (ia.ImageQuilting(), ia.PatchSampling())

@@ -1,4 +1,4 @@
-"""The timings of Multrus 2003 (source 000), its sizes and parameters: what ``make bench`` measures of them.
+"""The timings of Multrus 2003, its sizes and parameters: what ``make bench`` measures of them.
 
     python benchmarks/bench.py --only source-000     measure these alone; all of ``make bench`` measures them, too
     python benchmarks/source_000.py                  the tables of docs/sources-000.md, from bench/results.json
@@ -21,7 +21,7 @@ import intarsia as ia
 from bench import ONE, RESULTS, Result, in_r
 
 SLOW = 0.2  # s; what takes longer is measured once
-TREE = "source 000, pixels, window 9x3: distance of neighbourhoods, tree over exact"
+TREE = "Multrus 2003, pixels, window 9x3: distance of neighbourhoods, tree over exact"
 AS_THERE = {"repetition": "none", "search": "exact"}
 PIXELS = {"window": (3, 9), "matching": "exact"}
 ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_slack": 10_000, "boundary_join": "same"}
@@ -47,7 +47,7 @@ class Task:
         return f"{self.side}x{self.side}", f"{wide}x{high}"
 
     @property
-    def told(self) -> str:
+    def reported(self) -> str:
         """What was set."""
         p = self.parameters
         shown = [
@@ -63,7 +63,7 @@ class Task:
     @property
     def name(self) -> str:
         """The name of its line in the results."""
-        return f"source 000, {self.sizes[1]} from {self.sizes[0]}: {self.told}"
+        return f"Multrus 2003, {self.sizes[1]} from {self.sizes[0]}: {self.reported}"
 
 
 SEAM5 = {"patch": 25, "overlap": 5}
@@ -80,7 +80,7 @@ TASKS = (
     Task(192, 200, True, "83", SEAM5),
     Task(192, 200, True, "88", {"patch": 20, "overlap": 5}),
     Task(200, 200, True, "93", SEAM5),
-    Task(300, 200, True, "128 (B-01)", SEAM5),
+    Task(300, 200, True, "128 (228?)", SEAM5),
     Task(400, 200, True, "440", SEAM5),
     Task(500, 200, True, "716", SEAM5),
     *(
@@ -234,7 +234,7 @@ def table(results: list[Result]) -> str:
     for task in TASKS:
         r = known.get(task.name)
         ours = "not measured | " if r is None or r.seconds is None else f"{r.seconds:.3f} | {r.value:.2f}"
-        lines.append(f"| {' | '.join(task.sizes)} | {task.told} | {task.seconds} | {ours} |")
+        lines.append(f"| {' | '.join(task.sizes)} | {task.reported} | {task.seconds} | {ours} |")
     tree = known.get(TREE)
     if tree is not None:
         lines += [

@@ -2,7 +2,8 @@
 
 Between ``<!-- parameters: SLUG -->`` and ``<!-- end -->`` stands the table of a method's parameters, after
 ``<!-- options: COMMAND -->`` that of a command's options, after ``<!-- methods -->`` that of all methods, after
-``<!-- rules -->`` those of the automatic choice. A test compares them with the code.
+``<!-- rules -->`` those of the automatic choice, after ``<!-- rooms -->`` what the rooms of the package hold. A test
+compares them with the code.
 """
 
 from __future__ import annotations
@@ -14,13 +15,17 @@ from pathlib import Path
 
 import click
 
+from intarsia.choosing.rules import RULES
 from intarsia.cli.app import COMMANDS, cli
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
-from intarsia.rules import RULES
 
 ROOT = Path(__file__).resolve().parent.parent
-BLOCK = re.compile(r"(<!-- (parameters|options|methods|rules)(?:: ([\w-]+))? -->\n).*?(<!-- end -->)", re.DOTALL)
+sys.path.insert(0, str(ROOT / "tests"))
+
+from house import FLOORS, is_package, links, told  # noqa: E402
+
+BLOCK = re.compile(r"(<!-- (parameters|options|methods|rules|rooms)(?:: ([\w-]+))? -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def documents() -> list[Path]:
@@ -85,6 +90,18 @@ def rule_table() -> str:
     return rows(("rule", "when", "method"), ((f"`{r.name}`", r.when, f"`{r.method}`") for r in RULES))
 
 
+def room_table() -> str:
+    """Return what every room holds, from the roof down, and on which rooms it stands."""
+    below = links()
+
+    def line(room: str) -> tuple[str, ...]:
+        place = room.replace(".", "/") + ("" if is_package(room) else ".py")
+        stands = ", ".join(f"`{other}`" for other in sorted(below[room]))
+        return f"[`{place}`](../src/intarsia/{place})", told(room).replace("``", "`"), stands
+
+    return rows(("room", "what it holds", "stands on"), (line(r) for rooms in FLOORS[::-1] for r in sorted(rooms)))
+
+
 def filled(path: Path, text: str) -> str:
     """Return the text of a document with its tables as the code has them."""
 
@@ -94,6 +111,8 @@ def filled(path: Path, text: str) -> str:
             return match[1] + parameter_table(name) + match[4]
         if kind == "rules":
             return match[1] + rule_table() + match[4]
+        if kind == "rooms":
+            return match[1] + room_table() + match[4]
         if kind == "options":
             assert name in COMMANDS
             return match[1] + option_table(name) + match[4]

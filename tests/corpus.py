@@ -1,4 +1,4 @@
-"""Files that break readers (ALGORITHMS R-40 to R-47), made by small code when a test asks for them.
+"""Files that break readers, made by small code when a test asks for them.
 
 ``CASES`` maps a name to how the file is made and what must become of it: it reads (``ok``), it is refused by an
 InputError (``refused``), or one of the two, but never anything else (``either``).

@@ -1,4 +1,4 @@
-"""With which exit code a command must end that is given a file in a role: what DESIGN says, not what happens to come.
+"""The exit code with which a command must end when it is given a file in a role: what is promised, not what it does.
 
 2: the options do not fit (the output's format cannot hold the picture, an exemplar without labels); 3: the file is
 missing, broken, or of the wrong size or kind; 0: it is fine. Other files of the line are those of `make_sound`, 24x20

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from intarsia.analysis import Features, features
+from intarsia.analysis.features import Features, features
 from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Wrap, spread
@@ -23,7 +23,7 @@ OLD, FREE, NEW = 0, 1, 2
 
 
 def lay_down(block: NDArray, isometry: int) -> NDArray:
-    """Lay a block (H, W, ...) down in an isometry, by the table of source 000, pixel by pixel."""
+    """Lay a block (H, W, ...) down in an isometry, by the table of Multrus 2003, 4.1.1, pixel by pixel."""
     height, width = block.shape[:2]
     swaps = isometry in (3, 4, 5, 7)
     out = np.empty((width, height, *block.shape[2:]) if swaps else block.shape, block.dtype)

@@ -136,7 +136,7 @@ def said(name: str, field: str, value: str) -> list[str]:
 def line(name: str, **given: str) -> list[str]:
     """A sound command line with all that a command needs; `given` replaces values, or adds parameters."""
     known = file_parameters(name)
-    needed = [f for f in known if parameter(name, f).required or f in ALSO.get(name, ())]
+    needed = [f for f in known if parameter(name, f).required or f == "out" or f in ALSO.get(name, ())]
     for field in tuple(given):
         given = BESIDE.get((name, field), {}) | given
     words = [name, *SMALL.get(name, ())]

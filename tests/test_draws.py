@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from intarsia.draws import MASK, below, check_seed, draw
+from intarsia.draws import MASK, below, check_seed, draw, draw_many
 from intarsia.errors import ParameterError
 
 WORD = st.integers(-(2**63), 2**63 - 1)
@@ -25,6 +25,11 @@ def test_draws_are_64_bits_and_depend_on_nothing_else(seed: int, stage: int, lev
     value = draw(seed, stage, level, y, x)
     assert 0 <= value <= MASK
     assert value == draw(seed, stage, level, y, x)
+
+
+@given(st.integers(0, MASK), WORD, WORD, st.lists(st.tuples(WORD, WORD), max_size=5))
+def test_many_draws_at_once_are_those_one_by_one(seed: int, stage: int, level: int, at: list[tuple[int, int]]) -> None:
+    assert draw_many(seed, stage, level, at) == [draw(seed, stage, level, y, x) for y, x in at]
 
 
 @given(st.integers(0, MASK), WORD, WORD)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.field import Field, check_sizes
-from intarsia.params import AUTO, check, param, parameters, parse
+from intarsia.field import Field
+from intarsia.params import AUTO, check, check_sizes, param, parameters, parse
 from intarsia.synthesis import recipe_settings
 
 
@@ -79,7 +79,7 @@ def test_fields_are_compared_by_what_they_hold() -> None:
     deep = GRAY.astype(np.uint16) * 257
     same = [Field(GRAY), Field(deep), Field(GRAY / 255.0), Field(GRAY.copy()[:, :, None])]
     assert len({*same}) == 1
-    assert all(f.told == same[0].told for f in same)
+    assert all(f.as_recipe == same[0].as_recipe for f in same)
     other = [Field(GRAY, 0, 2), Field(GRAY.T), Field(GRAY + 1), Field(0.5), Field(waves), Field(flat), Field(0.25)]
     assert len({*same, *other}) == 8
     assert Field(GRAY) != GRAY.tobytes()

@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive import lay_down, shown_pixel
 
-from intarsia.analysis import isometry_ids, pose_array
+from intarsia.analysis.features import pose_array
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, Box, Wrap, spread
+from intarsia.search.posed import isometry_ids
 
 
 @pytest.mark.parametrize("iso", ISOMETRIES, ids=lambda i: i.name)
 def test_matrices_say_the_same_as_the_table_of_the_source(iso) -> None:
-    """S0-30: start + J (i, j) is the pixel of the table, for squares and rectangles."""
+    """Multrus 2003, 4.1.1: start + J (i, j) is the pixel of the table, for squares and rectangles."""
     for height, width in ((5, 5), (4, 7)):
         block = np.arange(height * width).reshape(height, width)
         laid = lay_down(block, iso.id)
@@ -29,16 +30,17 @@ def test_matrices_say_the_same_as_the_table_of_the_source(iso) -> None:
 
 
 def test_isometry_5_is_rot90_and_7_is_its_inverse() -> None:
-    """S0-31, D0-1: the misprint of isometry 7 is put right."""
+    """Multrus 2003, 4.1.1: the misprint of isometry 7 is put right."""
     block = np.arange(25).reshape(5, 5)
     np.testing.assert_array_equal(pose_array(block, 5), np.rot90(block))
     np.testing.assert_array_equal(pose_array(pose_array(block, 5), 7), block)
     np.testing.assert_array_equal(pose_array(block, 7), np.rot90(block, 3))
     np.testing.assert_array_equal(pose_array(block, 6), np.rot90(block, 2))
+    np.testing.assert_array_equal(np.array(ISOMETRIES[5].j) @ np.array(ISOMETRIES[7].j), np.eye(2))
 
 
 def test_the_eight_are_a_group_and_all_differ() -> None:
-    """S0-31: closed under composition, all distinct on a generic block; matrices multiply along."""
+    """Multrus 2003, 4.1.1: closed under composition, all distinct on a generic block; matrices multiply along."""
     block = np.arange(16).reshape(4, 4)
     looks = [pose_array(block, k).tobytes() for k in range(8)]
     assert len(set(looks)) == 8
@@ -49,7 +51,7 @@ def test_the_eight_are_a_group_and_all_differ() -> None:
 
 
 def test_categories_are_those_of_the_source() -> None:
-    """S0-32: none, category 1, category 2, both."""
+    """Multrus 2003, 4.1.1: none, category 1, category 2, both."""
     assert isometry_ids("none") == (0,)
     assert set(isometry_ids("180")) == {0, 1, 2, 6}
     assert set(isometry_ids("90")) == {0, 3, 4, 5, 7}
@@ -61,7 +63,7 @@ def test_categories_are_those_of_the_source() -> None:
 
 @given(st.integers(1, 300), st.integers(1, 60), st.integers(0, 59), st.booleans())
 def test_patches_cover_the_line_and_overlap_enough(length: int, patch: int, overlap: int, wrap: bool) -> None:
-    """S2-01, S2-09: no gap, no pixel outside, overlaps at least as wide as asked and nearly even."""
+    """Robinson 2004: no gap, no pixel outside, overlaps at least as wide as asked and nearly even."""
     overlap %= patch
     starts, size = spread(length, patch, overlap, wrap)
     assert size == min(patch, length)
@@ -79,13 +81,14 @@ def test_patches_cover_the_line_and_overlap_enough(length: int, patch: int, over
 
 
 def test_a_multiple_of_the_pitch_is_the_plain_raster() -> None:
-    """S2-01: the origins of patches are multiples of the pitch wherever the size allows it."""
+    """Robinson 2004: the origins of patches are multiples of the pitch wherever the size allows it."""
     assert spread(4 + 5 * 8, 12, 4, False) == ([0, 8, 16, 24, 32], 12)
     assert spread(40, 12, 4, True) == ([0, 8, 16, 24, 32], 12)
     assert spread(30, 10, 0, False) == ([0, 10, 20], 10)
     assert spread(12, 12, 4, False) == ([0], 12)
     assert spread(12, 12, 4, True) == ([0, 6], 12)
     assert spread(1, 12, 4, True) == ([0], 1)
+    assert spread(8, 12, 4, True) == ([0, 4], 8)  # around a torus two at least: none is joined to itself
 
 
 def test_wraps_and_boxes() -> None:

@@ -1,4 +1,4 @@
-"""The laws of the package (DESIGN 4) for every method, with parameters that suit small exemplars."""
+"""The laws of the package for every method, with parameters that suit small exemplars."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.analysis import footing_of
+from intarsia.courses.rectified import rectified_for
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS
 from intarsia.testing import MethodContract
@@ -198,7 +198,7 @@ class TestStraightenedNearRegular(TestNearRegularOfOneVector):
 
     def test_the_exemplars_are_laid_straight(self) -> None:
         def law(case: Case) -> None:
-            straight = footing_of(self.method, case.exemplars[0]).straight
+            straight = rectified_for(self.method, case.exemplars[0]).straight
             assert straight is not None
             assert straight.off > 1
 
@@ -302,3 +302,12 @@ class TestAutomaticParallelControllable(TestParallelControllable):
 def test_every_method_is_under_contract() -> None:
     tested = {c.method.slug for c in MethodContract.__subclasses__()}
     assert tested == set(METHODS)
+
+
+def test_a_law_that_a_method_does_not_claim_has_no_test() -> None:
+    """It comes back where a class below tests a method that does."""
+    law = "test_a_computed_window_is_a_crop"
+    assert not callable(getattr(TestImageQuilting, law))
+    assert callable(getattr(TestRepeat, law))
+    below = type("TestBelow", (TestImageQuilting,), {"method": ia.Repeat()})
+    assert callable(getattr(below, law))

@@ -1,6 +1,7 @@
 """Patch sampling with every pair of options at once: a covering array of whole runs.
 
-Labels, pyramid and isometries meet in one run as well, as in figure 5.6 of source 000: tests/test_guided_growth.py.
+Labels, pyramid and isometries meet in one run as well, as in figure 5.6 of Multrus 2003:
+tests/patches/test_labelled.py.
 """
 
 from __future__ import annotations

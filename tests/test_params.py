@@ -124,7 +124,7 @@ def test_text_that_is_no_value_is_refused(name: str, text: str) -> None:
 
 @given(st.integers(1, 9), st.floats(0, 1), st.integers(1, 100), st.integers(1, 100))
 def test_what_is_written_is_read_again(count: int, share: float, rows: int, columns: int) -> None:
-    """R-33: every parameter survives being written as text."""
+    """Every parameter survives being written as text."""
     p = kinds()
     assert parse(p["count"], str(count)) == count
     assert parse(p["share"], repr(share)) == share

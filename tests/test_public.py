@@ -139,7 +139,7 @@ def test_every_parameter_says_what_it_is(slug: str) -> None:
 
 
 def test_one_name_has_one_meaning_in_all_methods() -> None:
-    """DESIGN 2: one parameter name has one kind, unit and range everywhere."""
+    """One parameter name has one kind, unit and range everywhere."""
     seen: dict[str, tuple[str, params.Parameter]] = {}
     for slug in METHODS:
         for p in params.parameters(method_class(slug)):
@@ -150,7 +150,7 @@ def test_one_name_has_one_meaning_in_all_methods() -> None:
 
 
 def test_patch_methods_tell_pitch_and_footprint() -> None:
-    """DESIGN 2: every patch method exposes .pitch and .footprint, (rows, columns) px."""
+    """Every patch method exposes .pitch and .footprint, (rows, columns) px."""
     for slug in METHODS:
         if "patch" in {p.name for p in params.parameters(method_class(slug))}:
             method = make(slug, {"patch": (20, 30)})
@@ -159,7 +159,7 @@ def test_patch_methods_tell_pitch_and_footprint() -> None:
 
 
 def test_errors_are_one_tree_with_fixed_exit_codes() -> None:
-    """R-12: one hierarchy, drawn at the top of its file; codes are those of the command line."""
+    """One hierarchy, drawn at the top of its file; codes are those of the command line."""
     from intarsia import errors
 
     tree = {c.__name__: c.exit_code for c in vars(errors).values() if inspect.isclass(c)}

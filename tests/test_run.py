@@ -61,7 +61,7 @@ def test_steps_are_told_before_cancelling_is_looked_at() -> None:
 
 
 def test_an_exception_in_the_step_ends_the_work() -> None:
-    """R-49: what a callback raises comes out as it is, and the exemplar can be used again."""
+    """What a callback raises comes out as it is, and the exemplar can be used again."""
 
     def step(done: int, total: int, draft: object) -> None:
         raise ZeroDivisionError
@@ -75,7 +75,7 @@ def test_an_exception_in_the_step_ends_the_work() -> None:
 
 
 def test_cancelling_from_another_thread_stops_soon() -> None:
-    """R-08: within a step; for a canvas of this size far below a second."""
+    """Within a step; for a canvas of this size far below a second."""
     event = threading.Event()
     started = threading.Event()
     run = ia.Run(1, lambda done, total, draft: started.set() if done == 2 else None, event)
@@ -96,7 +96,7 @@ def test_cancelling_from_another_thread_stops_soon() -> None:
 
 
 def test_calls_from_many_threads_at_once_agree() -> None:
-    """R-49: one exemplar, used by four threads at a time, nested pools and all."""
+    """One exemplar, used by four threads at a time, nested pools and all."""
     e = ia.Exemplar.of(texture(36, 36, 3))
     method = ia.ImageQuilting(patch=12, overlap=4)
     want = [ia.synthesize(ia.Exemplar.of(texture(36, 36, 3)), 60, method, seed=k).map.digest for k in range(4)]

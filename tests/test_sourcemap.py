@@ -35,7 +35,7 @@ def random_map(height: int, width: int, seed: int = 0, wrap: str = "none", pose:
 
 @given(st.integers(1, 20), st.integers(1, 20), st.integers(0, 99), st.booleans(), st.sampled_from(list(Wrap)))
 def test_saving_and_loading_gives_the_same_map(height: int, width: int, seed: int, pose: bool, wrap: Wrap) -> None:
-    """R-33: all arrays, sources, wrap and blend; equal maps give equal bytes."""
+    """All arrays, sources, wrap and blend; equal maps give equal bytes."""
     smap = random_map(height, width, seed, wrap.value, pose)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "map.npz"
@@ -48,7 +48,7 @@ def test_saving_and_loading_gives_the_same_map(height: int, width: int, seed: in
 
 
 def test_a_saved_map_is_a_plain_npz(tmp_path: Path) -> None:
-    """DESIGN 5: the arrays stand under their names; no pickle."""
+    """The arrays stand under their names; no pickle."""
     path = tmp_path / "map.npz"
     random_map(7, 5).save(path)
     with np.load(path, allow_pickle=False) as data:
@@ -59,7 +59,7 @@ def test_a_saved_map_is_a_plain_npz(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("damage", ["empty", "text", "cut", "no yx", "bad shape", "object array", "wrong words", "png"])
 def test_a_damaged_map_is_refused(damage: str, tmp_path: Path) -> None:
-    """R-45: anything else is an InputError of one line, never a traceback or a wrong map."""
+    """Anything else is an InputError of one line, never a traceback or a wrong map."""
     good = random_map(6, 6).to_bytes()
     buffer = io.BytesIO()
     words = {"sources": [], "wrap": "none", "feather": 0, "mixing": "mean"}
@@ -163,7 +163,7 @@ def test_the_identity_shows_the_exemplar() -> None:
 
 
 def test_usage_counts_every_shown_pixel() -> None:
-    """R-29: the counts of all exemplars add up to the pixels that are no holes."""
+    """The counts of all exemplars add up to the pixels that are no holes."""
     smap = random_map(30, 20)
     counts = smap.usage()
     assert [c.shape for c in counts] == [(9, 11), (5, 30)]

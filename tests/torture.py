@@ -2,7 +2,7 @@
 
 ``TORTURE[name]()`` returns a fresh array; every function also takes ``size`` and ``seed``. ``LATTICES[name]``
 are the true lattice vectors, rows of (dy, dx) in px; one row where only a pitch exists. The numbers beside
-the functions are those of the list that the set was made from; some entries need several exemplars.
+the functions are names of the cases; some need several exemplars.
 """
 
 from __future__ import annotations

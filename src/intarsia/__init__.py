@@ -12,11 +12,13 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from .version import VERSION
+
+__version__ = VERSION
 
 _HOMES = {
     "Ashikhmin": "methods.ashikhmin",
-    "Auto": "auto",
+    "Auto": "choosing.auto",
     "BestTile": "methods.best_tile",
     "Blend": "sourcemap",
     "Box": "geometry",
@@ -25,7 +27,7 @@ _HOMES = {
     "EfrosLeung": "methods.efros_leung",
     "Exemplar": "exemplar",
     "Field": "field",
-    "Findings": "inspection",
+    "Findings": "tasks.inspection",
     "Graphcut": "methods.graphcut",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
@@ -33,7 +35,7 @@ _HOMES = {
     "IntarsiaError": "errors",
     "Kind": "image",
     "Levelling": "levelling",
-    "Margins": "starts",
+    "Margins": "tasks.starts",
     "MethodError": "errors",
     "Mixing": "sourcemap",
     "NearRegular": "methods.near_regular",
@@ -50,14 +52,14 @@ _HOMES = {
     "Weave": "giant",
     "WeiLevoy": "methods.wei_levoy",
     "Wrap": "geometry",
-    "advect": "advection",
-    "analyze": "inspection",
-    "extend": "healing",
+    "advect": "tasks.advection",
+    "analyze": "tasks.inspection",
+    "extend": "tasks.completion",
     "flattened": "analysis.light",
-    "heal": "healing",
-    "magnified": "magnification",
+    "heal": "tasks.completion",
+    "magnified": "rendering.magnification",
     "read": "files",
-    "repair": "repairing",
+    "repair": "tasks.repair",
     "synthesize": "synthesis",
     "weave": "giant",
     "write": "files",
@@ -113,10 +115,9 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from .advection import advect
     from .analysis.light import flattened
-    from .auto import Auto
     from .canvas import Canvas
+    from .choosing.auto import Auto
     from .errors import CancelledError, InputError, IntarsiaError, MethodError, ParameterError
     from .exemplar import Exemplar
     from .field import Field
@@ -124,11 +125,8 @@ if TYPE_CHECKING:
     from .geometry import Box, Wrap
     from .giant import Weave, weave
     from .guide import Guide
-    from .healing import extend, heal
     from .image import Kind, Plane
-    from .inspection import Findings, analyze
     from .levelling import Levelling
-    from .magnification import magnified
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
     from .methods.efros_leung import EfrosLeung
@@ -141,11 +139,15 @@ if TYPE_CHECKING:
     from .methods.repeat import Repeat
     from .methods.segment_based import SegmentBased
     from .methods.wei_levoy import WeiLevoy
-    from .repairing import repair
+    from .rendering.magnification import magnified
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap
-    from .starts import Margins
     from .synthesis import Synthesis, synthesize
+    from .tasks.advection import advect
+    from .tasks.completion import extend, heal
+    from .tasks.inspection import Findings, analyze
+    from .tasks.repair import repair
+    from .tasks.starts import Margins
 
 
 def __getattr__(name: str) -> Any:

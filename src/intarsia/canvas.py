@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import NoneType
 
+from .arguments import called, chosen, expect, whole_within
 from .errors import InputError, ParameterError
 from .geometry import Wrap
 from .guide import Guide
@@ -41,18 +43,21 @@ class Canvas:
     endless: bool = False
 
     def __post_init__(self) -> None:
+        for side in ("height", "width"):
+            object.__setattr__(self, side, whole_within(side, getattr(self, side), -MAX_PIXELS))
         if min(self.height, self.width) < 1 or self.height * self.width > MAX_PIXELS:
-            raise ParameterError(
-                f"size={self.width}x{self.height} is not allowed; give sides of at least 1 px, at most 2**31 px in all."
-            )
-        object.__setattr__(self, "wrap", Wrap(self.wrap))
+            refused = f"size={called(self.width)}x{called(self.height)} is not allowed"
+            raise ParameterError(f"{refused}; give sides of at least 1 px, at most 2**31 px in all.")
+        object.__setattr__(self, "wrap", chosen(Wrap, "wrap", self.wrap))
+        expect(self.start, (SourceMap, NoneType), "start", "a SourceMap")
+        expect(self.guide, (Guide, NoneType), "guide", "a Guide")
         if self.start is not None and (self.start.height, self.start.width) != (self.height, self.width):
             raise InputError(self._unequal("start map", self.start.width, self.start.height))
         target = None if self.guide is None else self.guide.target
         if target is not None and (target.height, target.width) != (self.height, self.width):
             raise InputError(self._unequal("guide's target", target.width, target.height))
-        if self.rim is not None and self.rim < 0:
-            raise ParameterError(f"rim={self.rim} is not allowed; give at least 0 px.")
+        if self.rim is not None:
+            object.__setattr__(self, "rim", whole_within("rim", self.rim, 0))
 
     def _unequal(self, what: str, width: int, height: int) -> str:
         return f"the {what} is {width}x{height} px, the canvas {self.width}x{self.height}; make them equal."

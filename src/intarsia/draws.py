@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from .arguments import called, whole
 from .errors import ParameterError
 
 MASK = (1 << 64) - 1
@@ -51,6 +52,18 @@ def below(n: int, bits: int) -> int:
     return ((bits >> 32) * n) >> 32
 
 
+def deck(count: int, seed: int, stage: int, level: int, y: int, x: int) -> list[int]:
+    """Return the numbers below `count`, shuffled by the draws of a place (Fisher and Yates).
+
+    Card k changes with one that is drawn on level ``level + k``.
+    """
+    order = list(range(count))
+    for k in range(count - 1, 0, -1):
+        other = below(k + 1, draw(seed, stage, level + k, y, x))
+        order[k], order[other] = order[other], order[k]
+    return order
+
+
 def _mix(z: int) -> int:
     # The finaliser of splitmix64 (Steele, Lea and Flood 2014).
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
@@ -60,6 +73,10 @@ def _mix(z: int) -> int:
 
 def check_seed(seed: int) -> int:
     """Return the seed as an int, or refuse it."""
-    if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= int(seed) < SEED_LIMIT:
-        raise ParameterError(f"seed={seed!r} is no whole number from 0 to 2**64 - 1; choose one, such as 7.")
-    return int(seed)
+    try:
+        number = whole(seed)
+    except ValueError:
+        number = -1
+    if not 0 <= number < SEED_LIMIT:
+        raise ParameterError(f"seed={called(seed)} is no whole number from 0 to 2**64 - 1; choose one, such as 7.")
+    return number

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arguments import expect
+from .arrays import marks, masked_pixels, pixels_of
 from .errors import InputError
 from .image import Kind, Plane
 from .sourcemap import Source
@@ -34,6 +36,10 @@ KIND_OF_NAME = {
 
 REDUCED = "(reduced)"
 """The first plane of a magnified exemplar: its base at reduced size, which is compared and never written."""
+
+
+class NotFiniteError(InputError):
+    """Pixels that would be used are NaN or infinite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,16 +72,22 @@ class Exemplar:
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
 
     def __post_init__(self) -> None:
+        expect(self.planes, Mapping, "planes", "planes by name, or make an exemplar with Exemplar.of", InputError)
         if not self.planes:
             raise InputError("an exemplar needs at least one plane.")
+        for name, plane in self.planes.items():
+            expect(plane, Plane, f"the plane {name}", "a Plane, or make an exemplar with Exemplar.of", InputError)
+        expect(self.name, str, "name", "a word")
+        expect(self.toroidal, (bool, np.bool_), "toroidal", "True or False")
+        object.__setattr__(self, "toroidal", bool(self.toroidal))
         object.__setattr__(self, "planes", dict(self.planes))
         for name, plane in self.planes.items():
             self._check_size(name, plane)
         if self.usable is not None:
-            usable = np.array(self.usable, dtype=bool)
+            usable = marks(self.usable, "the mask")
             if usable.shape != (self.height, self.width):
                 raise InputError(
-                    f"the mask is {usable.shape[-1]}x{usable.shape[0]} px, the exemplar "
+                    f"the mask is {usable.shape[1]}x{usable.shape[0]} px, the exemplar "
                     f"{self.width}x{self.height}; make them equal."
                 )
             usable.flags.writeable = False
@@ -89,17 +101,28 @@ class Exemplar:
         pixels: ArrayLike | Plane | Mapping[str, ArrayLike | Plane] | Exemplar,
         *,
         usable: ArrayLike | None = None,
-        toroidal: bool = False,
-        name: str = "exemplar",
+        toroidal: bool | None = None,
+        name: str | None = None,
     ) -> Exemplar:
-        """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` tell the kind."""
+        """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` tell the kind.
+
+        Masked pixels of a masked array are not used, and those of a picture of Pillow are taken as it shows them. Of an
+        exemplar another is made where anything is named: pixels must then be usable by its own mask and by `usable`.
+        """
+        mask = None if usable is None else marks(usable, "the mask")
         if isinstance(pixels, Exemplar):
-            return pixels
-        planes = pixels if isinstance(pixels, Mapping) else {"albedo": pixels}
-        mask = None if usable is None else np.asarray(usable)
-        if mask is not None and mask.ndim != 2:
-            raise InputError(f"a mask of shape {mask.shape} does not fit; give (height, width).")
-        return cls({n: _plane(n, p) for n, p in planes.items()}, mask, toroidal, name)
+            mask = mask if pixels.usable is None or mask is None else _both(mask, pixels.usable)
+            about: dict[str, Any] = {"usable": mask, "toroidal": toroidal, "name": name}
+            about = {key: value for key, value in about.items() if value is not None}
+            return replace(pixels, **about) if about else pixels
+        given = pixels if isinstance(pixels, Mapping) else {"albedo": pixels}
+        planes = {n: _plane(n, p) for n, p in given.items()}
+        for p in given.values():
+            masked = masked_pixels(p)
+            if masked is not None:
+                left = ~_spread(masked, next(iter(planes.values())))
+                mask = left if mask is None else _both(mask, left)
+        return cls(planes, mask, toroidal is not None and toroidal, "exemplar" if name is None else name)
 
     @property
     def base(self) -> Plane:
@@ -107,7 +130,7 @@ class Exemplar:
         return next(iter(self.planes.values()))
 
     @property
-    def shown(self) -> tuple[str, ...]:
+    def drawn(self) -> tuple[str, ...]:
         """The names of the planes that are drawn: all, but for the reduced one of a magnified exemplar."""
         names = tuple(self.planes)
         return names[1:] if names[0] == REDUCED and len(names) > 1 else names
@@ -116,12 +139,12 @@ class Exemplar:
     def compared(self) -> tuple[str, ...]:
         """The names of the planes that say what fits: all, but for the one that a reduced plane stands for."""
         names = tuple(self.planes)
-        return names if self.shown == names else (names[0], *names[2:])
+        return names if self.drawn == names else (names[0], *names[2:])
 
     @property
     def times(self) -> int:
         """How many times larger than the map the pictures of a magnified exemplar are; 1 for all others."""
-        return 1 if REDUCED not in self.planes else max(self.planes[self.shown[0]].height // self.height, 1)
+        return 1 if REDUCED not in self.planes else max(self.planes[self.drawn[0]].height // self.height, 1)
 
     @property
     def height(self) -> int:
@@ -182,22 +205,52 @@ class Exemplar:
             )
 
     def _check_finite(self, name: str, plane: Plane) -> None:
-        if not plane.is_float:
+        if finite(plane):
             return
         bad = ~np.isfinite(plane.samples).all(axis=2)
-        if self.usable is not None and plane.height >= self.height:
-            s = plane.height // self.height
-            bad &= self.usable.repeat(s, axis=0).repeat(s, axis=1)
+        if self.usable is not None:
+            bad &= _seen(self.usable, plane)
         if bad.any():
-            raise InputError(
+            raise NotFiniteError(
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "
-                "repair them, or mask them out (--mask)."
+                "repair them, or leave them out (--mask; when healing, --usable; in Python, usable=)."
             )
+
+
+def finite(plane: Plane) -> bool:
+    """Whether no pixel of a plane is NaN or infinite."""
+    return not plane.is_float or bool(np.isfinite(plane.samples).all())
 
 
 def _plane(name: str, pixels: ArrayLike | Plane) -> Plane:
     if isinstance(pixels, Plane):
         return pixels
     kind = KIND_OF_NAME.get(name, Kind.COLOUR)
-    array = np.asarray(pixels)
+    array = np.ma.getdata(pixels) if isinstance(pixels, np.ma.MaskedArray) else pixels_of(pixels, kind is Kind.LABEL)
     return Plane(array.astype(np.uint8) * 255 if array.dtype == bool and kind is not Kind.LABEL else array, kind)
+
+
+def _both(mask: NDArray[np.bool_], other: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """What both masks leave; one of another size than the exemplar goes on alone, and is refused there."""
+    return mask & other if mask.shape == other.shape else mask
+
+
+def _spread(masked: NDArray[np.bool_], base: Plane) -> NDArray[np.bool_]:
+    """Which pixels of the base are masked, where those of a plane of its own size, larger or smaller are."""
+    size = (base.height, base.width)
+    if masked.shape[0] > size[0]:
+        times = masked.shape[0] // size[0]
+        if masked.shape != (size[0] * times, size[1] * times):
+            return np.zeros(size, bool)  # no plane of this exemplar, which says so
+        return np.asarray(masked.reshape(size[0], times, size[1], times).any(axis=(1, 3)))
+    times = size[0] // masked.shape[0]
+    return masked.repeat(times, axis=0).repeat(times, axis=1)
+
+
+def _seen(usable: NDArray[np.bool_], plane: Plane) -> NDArray[np.bool_]:
+    """Which pixels of a plane, larger or smaller than the base, some usable pixel of the base shows."""
+    height, width = usable.shape
+    if plane.height >= height:
+        times = plane.height // height
+        return usable.repeat(times, axis=0).repeat(times, axis=1)
+    return np.asarray(usable.reshape(plane.height, -1, plane.width, width // plane.width).any(axis=(1, 3)))

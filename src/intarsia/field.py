@@ -8,27 +8,31 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .errors import InputError
+from .errors import InputError, IntarsiaError, said
 from .lazy import lazy
-from .params import parameters
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from . import arrays
 else:  # the command line makes methods before any work
     np = lazy("numpy")
+    arrays = lazy("intarsia.arrays")
 
 FULL = {"bool": 1, "uint8": 255, "uint16": 65535}
 """Whole numbers that span a range, and which of them stands for its end."""
 
 ROWS = 256  # of a picture that are hashed at a time
-PROBE = 32  # rows and columns at which a function is asked who it is, 16 px apart
-GRAIN = float(1 << 20)  # its values count in parts of this
+TRIED = (3, 2)  # rows and columns at which a function is asked before any work, whether it gives numbers at all
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Field:
     """A number for every pixel, by its place.
+
+    Numbers and pictures are equal where they mean the same numbers. A function cannot be known by trying it: it equals
+    itself alone, and recipes hold what it said where it was asked.
 
     Parameters
     ----------
@@ -52,9 +56,9 @@ class Field:
 
     def __post_init__(self) -> None:
         if callable(self.value):
-            _ = self.digest  # asks it at once, before any work
+            self._asked(*(np.arange(n, dtype=np.int64) for n in TRIED))
             return
-        given = np.asarray(self.value)
+        given = arrays.pixels_of(self.value)
         if given.dtype.kind not in "buif" or (given.ndim == 0 and given.dtype.kind == "b"):
             raise InputError(f"{type(self.value).__name__} is no field; give a number, a gray picture or a function.")
         if given.ndim == 3 and given.shape[2] == 1:
@@ -74,13 +78,22 @@ class Field:
         return Field, (self.value, self.low, self.high)
 
     def __repr__(self) -> str:
-        return f"<field: {self.told}>"
+        return f"<field: {self.as_recipe}>"
 
     def __eq__(self, other: object) -> bool:
-        return self._key == other._key if isinstance(other, Field) else NotImplemented
+        if not isinstance(other, Field):
+            return NotImplemented
+        if self.is_function or other.is_function:
+            return self.value is other.value and (self.low, self.high) == (other.low, other.high)
+        return self._key == other._key
 
     def __hash__(self) -> int:
-        return hash(self._key)
+        return hash((id(self.value), self.low, self.high) if self.is_function else self._key)
+
+    @property
+    def is_function(self) -> bool:
+        """Whether the numbers come from a function."""
+        return callable(self.value)
 
     @property
     def number(self) -> float | None:
@@ -118,25 +131,22 @@ class Field:
         return self._stretched(self.value[np.clip(rows, 0, height - 1)][:, np.clip(columns, 0, width - 1)])
 
     @property
-    def told(self) -> float | dict[str, Any]:
-        """What recipes hold of it: a number, or what it is known by."""
+    def as_recipe(self) -> float | dict[str, Any]:
+        """What recipes hold of it: a number, or what it is known by; of a function its name, which proves nothing."""
         if isinstance(self.value, float):
             return self.value
         if callable(self.value):
-            return {"function": self._name, "sha256": self.digest}
+            return {"function": self._name, "replayable": False}
         height, width = self.value.shape
         return {"size": [width, height], "sha256": self.digest}
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of its numbers, as 64 hexadecimal digits; those of a function on a grid that is always the same.
+        """SHA-256 of the numbers of a number or a picture, as 64 hexadecimal digits.
 
         Pictures that mean the same numbers have the same, whatever their depth.
         """
-        if callable(self.value):
-            at = np.arange(PROBE, dtype=np.int64) * 16
-            found = np.clip(np.nan_to_num(self._asked(at, at)), -GRAIN, GRAIN)
-            return hashlib.sha256(b"function" + np.rint(GRAIN * found).astype("<i8").tobytes()).hexdigest()
+        assert not callable(self.value)
         if isinstance(self.value, float):
             return hashlib.sha256(repr(self.value).encode()).hexdigest()
         hashed = hashlib.sha256(f"{self.value.shape}".encode())
@@ -146,12 +156,11 @@ class Field:
 
     @property
     def _key(self) -> tuple[Any, ...]:
-        return (self.number, self.size, self._name if callable(self.value) else "", self.digest)
+        return (self.number, self.size, self.digest)
 
     @property
     def _name(self) -> str:
-        kind = self.value if hasattr(self.value, "__qualname__") else type(self.value)
-        return f"{kind.__module__}.{kind.__qualname__}"
+        return name_of(self.value)
 
     def _asked(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
         assert callable(self.value)
@@ -159,10 +168,12 @@ class Field:
         try:
             found = np.asarray(self.value(y, x), np.float64)
             return np.array(np.broadcast_to(found, (len(rows), len(columns))))
-        except (TypeError, ValueError, IndexError) as e:
-            told = str(e).splitlines()[0] if str(e) else type(e).__name__
-            name = self._name
-            raise InputError(f"the function {name} gives no numbers for rows (n, 1) and columns (1, m): {told}") from e
+        except IntarsiaError:
+            raise
+        except Exception as e:  # whatever it does is no fault of ours, and is reported as what it is
+            raise InputError(
+                f"the function {self._name} gives no numbers for rows (n, 1) and columns (1, m): {said(e)}"
+            ) from e
 
     def _stretched(self, numbers: NDArray[Any]) -> NDArray[np.float64]:
         full = FULL.get(numbers.dtype.name)
@@ -180,18 +191,7 @@ class Field:
             raise InputError(f"{who} holds numbers from {ends[0]:g} to {ends[1]:g}; give {low:g} to {high:g}.")
 
 
-def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] | None) -> None:
-    """Refuse pictures of a method's parameters that do not lie on what they are for.
-
-    ``exemplar`` and ``canvas`` are (height, width); a canvas without end (None) takes pictures of any size, which
-    begin at pixel (0, 0).
-    """
-    for p in parameters(method):
-        value = getattr(method, p.name)
-        size = value.size if isinstance(value, Field) else None
-        wanted = exemplar if p.over == "exemplar" else canvas
-        if size is not None and wanted is not None and size != wanted:
-            raise InputError(
-                f"the picture {p.name} is {size[1]}x{size[0]} px, the {p.over} {wanted[1]}x{wanted[0]}; "
-                "make them equal."
-            )
+def name_of(function: Any) -> str:
+    """Return what a function is called in messages and recipes: its module, and its name in there."""
+    kind = function if hasattr(function, "__qualname__") else type(function)
+    return f"{kind.__module__}.{kind.__qualname__}"

@@ -28,10 +28,13 @@ _POSES = np.array([isometry.j for isometry in ISOMETRIES], np.float64)
 
 def frozen(name: str, value: Any, dtype: Any, shape: tuple[int, ...] | None) -> Array | None:
     """Return an array of a map as one of this type that cannot be written to; a `shape` of None is that of ``yx``."""
-    if value is None:
+    if value is None and shape is not None:
         return None
     with np.errstate(over="ignore", invalid="ignore"):  # what becomes infinite is refused as such
-        array = np.ascontiguousarray(value, dtype=dtype)
+        try:
+            array = np.ascontiguousarray(value, dtype=dtype)
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(f"{name} of a map holds no numbers; give an array.") from None
     if shape is None and (array.ndim != 3 or array.shape[2] != 2):
         raise InputError(f"{name} of shape {array.shape} is no map; it needs (height, width, 2).")
     if shape is not None and array.shape != shape:
@@ -73,6 +76,6 @@ def matrices(frame: Array | None, pose: Array) -> NDArray[np.float64]:
     return frame.astype(np.float64) if frame is not None else _POSES[np.minimum(pose, 7)]
 
 
-def places(yx: Array, sub: Array | None) -> NDArray[np.float64]:
+def positions(yx: Array, sub: Array | None) -> NDArray[np.float64]:
     """Return where in the exemplar every pixel lies, (H, W, 2), with its fraction."""
     return yx + (np.zeros(2) if sub is None else sub.astype(np.float64))

@@ -42,10 +42,14 @@ class Box:
     def width(self) -> int:
         return self.x1 - self.x0
 
+    def moved(self, y: int, x: int) -> Box:
+        """Return the box moved by so many px."""
+        return Box(self.y0 + y, self.x0 + x, self.y1 + y, self.x1 + x)
+
 
 @dataclass(frozen=True)
 class Isometry:
-    """One of the eight ways to lay a square down (source 000, 3.3, with isometry 7 put right).
+    """One of the eight ways to lay a square down (Multrus 2003, 4.1.1, with the misprint of isometry 7 put right).
 
     ``j`` is the matrix from output steps to exemplar steps, rows (y, x): moving by d in the output moves by
     ``j d`` in the exemplar. For a square of side N, ``source(i, j)`` is the exemplar pixel shown at (i, j).
@@ -105,7 +109,7 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
 
 
 def hang(length: int, patch: int, overlap: int) -> tuple[list[int], int]:
-    """Place patches at a fixed pitch, the first and last hanging over the border (source 000, 3.1).
+    """Place patches at a fixed pitch, the first and last hanging over the border (Multrus 2003, 3.2.1).
 
     The first patch begins `overlap` px before the border, so that its seam is dropped there. Returns the first
     pixels of the patches and the patch length.

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
+from .arguments import called, expect, whole
 from .errors import InputError
 from .image import Kind, Plane
 
@@ -51,16 +53,26 @@ class Guide:
     reach: int = 0
 
     def __post_init__(self) -> None:
+        expect(self.source, (Plane, Sequence), "the guide's source", "a Plane, or one for each exemplar", InputError)
+        expect(self.target, Plane, "the guide's target", "a Plane", InputError)
         sources = (self.source,) if isinstance(self.source, Plane) else tuple(self.source)
+        for source in sources:
+            expect(source, Plane, "a source of the guide", "a Plane", InputError)
         object.__setattr__(self, "source", sources)
         if not sources:
             raise InputError("the guide has no source picture; give one for each exemplar.")
         if any((s.kind, s.channels) != (self.target.kind, self.target.channels) for s in sources):
             raise InputError("the guide's pictures differ in kind or channels; give all of one kind.")
-        if not 0 <= self.weight <= MAX_WEIGHT:
-            raise InputError(f"weight={self.weight} of the guide is not allowed; give 0 to {MAX_WEIGHT:g}.")
-        if isinstance(self.reach, bool) or not 0 <= self.reach <= MAX_REACH or int(self.reach) != self.reach:
-            raise InputError(f"reach={self.reach} of the guide is not allowed; give 0 to {MAX_REACH} px.")
+        number = isinstance(self.weight, Real) and not isinstance(self.weight, bool)
+        if not number or not 0 <= self.weight <= MAX_WEIGHT:
+            raise InputError(f"weight={called(self.weight)} of the guide is not allowed; give 0 to {MAX_WEIGHT:g}.")
+        try:
+            reach = whole(self.reach)
+        except ValueError:
+            reach = -1
+        if not 0 <= reach <= MAX_REACH:
+            raise InputError(f"reach={called(self.reach)} of the guide is not allowed; give 0 to {MAX_REACH} px.")
+        object.__setattr__(self, "reach", reach)
         if self.target.kind is Kind.NORMAL:
             raise InputError("a guide is made of labels, colours or data, not of normals; give another picture.")
         if self.is_labels:
@@ -81,7 +93,7 @@ class Guide:
         """The labels that the target asks for, in their order."""
         return tuple(np.unique(self.target.pixels).tolist()) if self.is_labels else ()
 
-    def told(self, label: int) -> str:
+    def name_of(self, label: int) -> str:
         """What a label is called: its colour, where it was one."""
         called = self.target.meta.get("labels", ())
         return str(called[label]) if label < len(called) else str(label)
@@ -105,7 +117,7 @@ class Guide:
         pixels, called = plane.pixels, ""
         if self.is_labels:
             found, pixels = np.unique(plane.samples, return_inverse=True)
-            called, pixels = ",".join(map(self.told, found.tolist())), pixels.astype(np.uint32)
+            called, pixels = ",".join(map(self.name_of, found.tolist())), pixels.astype(np.uint32)
         h = hashlib.sha256(f"{plane.width}x{plane.height}|{called}|{pixels.dtype.name}|".encode())
         h.update(np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<")).data)
         return h.hexdigest()
@@ -116,8 +128,8 @@ class Guide:
         there = set().union(*(np.unique(s.pixels).tolist() for s in self.sources))
         missing = sorted(set(self.names) - there)
         if missing:
-            told = ", ".join(map(str, missing[:8])) + ("" if len(missing) <= 8 else ", ...")
+            named = ", ".join(map(str, missing[:8])) + ("" if len(missing) <= 8 else ", ...")
             raise InputError(
-                f"the target's label{'s' * (len(missing) > 1)} {told} do{'es' * (len(missing) == 1)} not occur beside "
+                f"the target's label{'s' * (len(missing) > 1)} {named} do{'es' * (len(missing) == 1)} not occur beside "
                 "the exemplar; map to labels that do."
             )

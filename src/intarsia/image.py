@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .arguments import chosen, expect
+from .arrays import pixels_of
 from .errors import InputError
 
 Array = NDArray[Any]
@@ -40,7 +42,9 @@ class Plane:
     Parameters
     ----------
     pixels : array, shape (H, W) or (H, W, C), C in 1..64
-        bool, uint8, uint16, uint32 (labels only), float16, float32 or float64. Copied, then never written to.
+        bool, uint8, uint16, uint32 (labels only), float16, float32 or float64. Copied, unless it is read-only with
+        all that lies under it; then never written to.
+        A picture of Pillow is taken as Pillow shows it, at its depth; a palette of labels by its numbers.
         Integer colour and data span the range of their type; float colour is 1.0 at white.
     kind : Kind
         COLOUR with 2 or 4 channels has alpha last, not premultiplied.
@@ -61,7 +65,8 @@ class Plane:
     meta: dict[str, Any] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        pixels = np.asarray(self.pixels)
+        kind = chosen(Kind, "kind", self.kind)
+        pixels = pixels_of(self.pixels, kind is Kind.LABEL)
         if pixels.dtype.name not in DTYPES:
             raise InputError(f"pixels of type {pixels.dtype} are not supported; convert to one of {', '.join(DTYPES)}.")
         if pixels.ndim not in (2, 3) or 0 in pixels.shape:
@@ -70,16 +75,16 @@ class Plane:
             raise InputError(f"{pixels.shape[2]} channels are too many; at most 64.")
         if max(pixels.shape[:2]) > MAX_SIDE:
             raise InputError(f"a side of {max(pixels.shape[:2])} px is too long; at most {MAX_SIDE}.")
-        kind = Kind(self.kind)
         if kind is Kind.NORMAL and (pixels.ndim != 3 or pixels.shape[2] != 3):
             raise InputError("a normal map needs 3 channels; drop the others first.")
         if kind is not Kind.LABEL and pixels.dtype.name in ("uint32", "bool"):
             raise InputError(f"{pixels.dtype} pixels can only be labels; convert to uint8 or uint16.")
-        own = pixels.astype(pixels.dtype.newbyteorder("="), order="C", copy=True)
+        own = pixels.astype(pixels.dtype.newbyteorder("="), order="C", copy=not _frozen(pixels))
         own.flags.writeable = False
         object.__setattr__(self, "pixels", own)
         object.__setattr__(self, "kind", kind)
-        object.__setattr__(self, "transfer", Transfer(self.transfer))
+        object.__setattr__(self, "transfer", chosen(Transfer, "transfer", self.transfer))
+        expect(self.meta, dict, "meta", "a dict")
 
     @property
     def height(self) -> int:
@@ -121,6 +126,12 @@ class Plane:
         return np.array(self.pixels, dtype=dtype) if copy or dtype else self.pixels
 
     def _repr_png_(self) -> bytes:
-        from .files import preview_png
+        from .disk.preview import preview_png
 
-        return preview_png(self)
+        return preview_png(self.pixels, self.kind, self.transfer is Transfer.LINEAR)
+
+
+def _frozen(pixels: Array) -> bool:
+    """Whether nobody can write to an array any more, neither through it nor through the array that it is a view of."""
+    under = pixels if pixels.base is None else pixels.base
+    return type(under) is np.ndarray and under.base is None and not (pixels.flags.writeable or under.flags.writeable)

@@ -10,9 +10,11 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
-from .errors import InputError, ParameterError
+from .arguments import whole
+from .errors import InputError, ParameterError, said
 from .geometry import ISOMETRY_SETS
 from .lazy import lazy
 
@@ -39,8 +41,8 @@ class Parameter:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the entry that ``methods --json`` prints; ``over`` only for fields."""
-        told = {key: list(value) if isinstance(value, tuple) else value for key, value in vars(self).items()}
-        return told if self.over else {key: value for key, value in told.items() if key != "over"}
+        entry = {key: list(value) if isinstance(value, tuple) else value for key, value in vars(self).items()}
+        return entry if self.over else {key: value for key, value in entry.items() if key != "over"}
 
     def allowed(self) -> str:
         """Say in words what may be given."""
@@ -109,7 +111,7 @@ def check(method: Any) -> None:
         try:
             object.__setattr__(method, p.name, _normal(p, value))
         except (TypeError, ValueError, OverflowError):
-            shown = "x".join(map(str, reversed(value))) if _is_pair(p, value) else value
+            shown = said("x".join(map(str, reversed(value))) if _is_pair(p, value) else value)
             raise ParameterError(f"{p.name}={shown} is not allowed; give {p.allowed()}.") from None
 
 
@@ -162,11 +164,13 @@ def _field(p: Parameter, value: Any) -> Any:
         field = value if isinstance(value, fields.Field) else fields.Field(value)
         field = field.within(p.low, p.high)
     except InputError as e:
-        raise InputError(f"{p.name}: {e}") from None
+        raise InputError(f"{p.name}: {e}") from e.__cause__
     return field if field.number is None else field.number
 
 
 def _normal(p: Parameter, value: Any) -> Any:
+    if isinstance(value, bytes):  # which would be numbers of 0 to 255
+        raise ValueError
     if p.kind == "choice" or (p.kind in OVER and isinstance(value, str)):
         if value not in p.choices:
             raise ValueError
@@ -203,7 +207,7 @@ def _isometries(value: Any) -> str | tuple[int, ...]:
         if value not in ISOMETRY_SETS and value != "auto":
             raise ValueError
         return value
-    ids = tuple(sorted({int(v) for v in value}))
+    ids = tuple(sorted({whole(v) for v in value}))
     if not ids or ids[0] < 0 or ids[-1] > 7:
         raise ValueError
     return ids
@@ -238,13 +242,11 @@ def _levels(p: Parameter, value: Any) -> float | tuple[float, ...]:
 
 
 def _whole(p: Parameter, value: Any) -> int:
-    if isinstance(value, (bool, str)) or int(value) != value:
-        raise ValueError
-    return int(_number(p, int(value)))
+    return int(_number(p, whole(value)))
 
 
 def _number(p: Parameter, value: Any) -> float:
-    if isinstance(value, (bool, str)):
+    if not isinstance(value, Real) or isinstance(value, bool):
         raise ValueError
     number = float(value)
     if not math.isfinite(number):
@@ -252,3 +254,20 @@ def _number(p: Parameter, value: Any) -> float:
     if (p.low is not None and number < p.low) or (p.high is not None and number > p.high):
         raise ValueError
     return number
+
+
+def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] | None) -> None:
+    """Refuse pictures of a method's parameters that do not lie on what they are for.
+
+    ``exemplar`` and ``canvas`` are (height, width); a canvas without end (None) takes pictures of any size, which
+    begin at pixel (0, 0).
+    """
+    for p in parameters(method):
+        value = getattr(method, p.name)
+        size = value.size if isinstance(value, fields.Field) else None
+        wanted = exemplar if p.over == "exemplar" else canvas
+        if size is not None and wanted is not None and size != wanted:
+            raise InputError(
+                f"the picture {p.name} is {size[1]}x{size[0]} px, the {p.over} {wanted[1]}x{wanted[0]}; "
+                "make them equal."
+            )

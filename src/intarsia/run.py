@@ -8,15 +8,13 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Event
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+from .arguments import called, whole
 from .errors import CancelledError, ParameterError
 
-if TYPE_CHECKING:
-    from .sourcemap import SourceMap
-
 T = TypeVar("T")
-Step = Callable[[int, int, "Callable[[], SourceMap] | None"], object]
+Step = Callable[[int, int, Callable[[], Any] | None], object]
 
 
 def cores() -> int:
@@ -65,18 +63,31 @@ class Run:
     probe: Probe | None = None
 
     def __post_init__(self) -> None:
-        if self.threads is not None and not 1 <= self.threads <= 1024:
-            raise ParameterError(f"threads={self.threads}: give 1 to 1024, or leave it out for one a core.")
+        try:
+            threads = None if self.threads is None else whole(self.threads)
+        except ValueError:
+            threads = 0
+        if threads is not None and not 1 <= threads <= 1024:
+            raise ParameterError(f"threads={called(self.threads)}: give 1 to 1024, or leave it out for one a core.")
+        object.__setattr__(self, "threads", threads)
+        if self.step is not None and not callable(self.step):
+            raise ParameterError(f"step is {called(self.step)}; give a function of (done, total, draft).")
+        if self.cancel is not None and not hasattr(self.cancel, "is_set"):
+            raise ParameterError(f"cancel is {called(self.cancel)}; give a threading.Event.")
 
     @property
     def workers(self) -> int:
         """The number of threads to use."""
         return self.threads or cores()
 
-    def tick(self, done: int, total: int, draft: Callable[[], SourceMap] | None = None) -> None:
+    def tick(self, done: int, total: int, draft: Callable[[], Any] | None = None) -> None:
         """Report progress, and stop here if the caller asked for it."""
         if self.step is not None:
             self.step(done, total, draft)
+        self.check()
+
+    def check(self) -> None:
+        """Stop here if the caller asked for it: between parts of a unit, which are no progress to speak of."""
         if self.cancel is not None and self.cancel.is_set():
             raise CancelledError("cancelled; nothing was written.")
 
@@ -97,6 +108,13 @@ class Run:
                         pass
 
             yield each
+
+
+def run_of(run: Run | None) -> Run:
+    """Return the run that was given, or the usual one; ParameterError for anything else."""
+    if run is not None and not isinstance(run, Run):
+        raise ParameterError(f"run is {called(run)}; give a Run, such as Run(threads=2).")
+    return run or Run()
 
 
 def _in_turn(function: Callable[[T], object], items: Iterable[T]) -> None:

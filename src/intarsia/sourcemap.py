@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
@@ -15,17 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError, ParameterError
-from .frames import check_frames, frozen, matrices, places
+from .arguments import called, chosen, expect, expect_path, whole_within
+from .disk.npz import check_sides, unpacked
+from .errors import InputError, ParameterError, ResourceError
+from .frames import check_frames, frozen, matrices, positions
 from .geometry import Box, Wrap
 from .levelling import FINISHES, Finish, finish_of, words_of
 
 HOLE = 255
 """Value of ``which`` where no exemplar pixel has been chosen yet."""
-
-
-LARGEST, LONGEST = (16 << 31) + 4096, 1 << 24
-"""Most bytes that an array of a saved map may unpack to, and what it says of itself."""
 
 _TYPES = {"yx": np.int32, "which": np.uint8, "pose": np.uint8, "frame": np.float32, "sub": np.float32}
 
@@ -47,25 +44,24 @@ class Blend:
     finish: tuple[Finish, ...] = ()
 
     def __post_init__(self) -> None:
-        if isinstance(self.feather, bool) or not 0 <= self.feather <= 1024 or self.feather != int(self.feather):
-            raise ParameterError(f"feather={self.feather} is not allowed; give 0 to 1024 px.")
-        object.__setattr__(self, "feather", int(self.feather))
-        object.__setattr__(self, "mixing", Mixing(self.mixing))
+        object.__setattr__(self, "feather", whole_within("feather", self.feather, 0, 1024))
+        object.__setattr__(self, "mixing", chosen(Mixing, "mixing", self.mixing))
         known = tuple(FINISHES.values())
         if not isinstance(self.finish, (tuple, list)) or not all(isinstance(f, known) for f in self.finish):
-            raise ParameterError(f"finish={self.finish!r} is not allowed; give a tuple, such as (Levelling(32),).")
+            refused = f"finish={called(self.finish)} is not allowed"
+            raise ParameterError(f"{refused}; give a tuple, such as (Levelling(32),).")
         object.__setattr__(self, "finish", tuple(self.finish))
         if len({f.name for f in self.finish}) < len(self.finish):  # a second would take the first one's work back
             raise ParameterError("finish holds two of a kind; give each at most once.")
 
     @classmethod
-    def of(cls, told: dict[str, Any]) -> Blend:
+    def of(cls, recipe: dict[str, Any]) -> Blend:
         """Read a blend of a saved map or a recipe; a finish that is missing is none."""
-        finish = tuple(finish_of(entry) for entry in told.get("finish", ()))
-        return cls(told["feather"], Mixing(told["mixing"]), finish)
+        finish = tuple(finish_of(entry) for entry in recipe.get("finish", ()))
+        return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
 
     @property
-    def told(self) -> dict[str, Any]:
+    def as_recipe(self) -> dict[str, Any]:
         """What maps and recipes hold of it; without a finish, no word of one."""
         most = {"feather": self.feather, "mixing": self.mixing.value}
         return most | ({"finish": [words_of(f) for f in self.finish]} if self.finish else {})
@@ -123,7 +119,7 @@ class SourceMap:
         if not self.exact:
             check_frames(self.frame, self.sub, self.pose, self.holes)
         object.__setattr__(self, "sources", tuple(self.sources))
-        object.__setattr__(self, "wrap", Wrap(self.wrap))
+        object.__setattr__(self, "wrap", chosen(Wrap, "wrap", self.wrap))
 
     @property
     def height(self) -> int:
@@ -156,6 +152,7 @@ class SourceMap:
 
     def window(self, box: Box) -> SourceMap:
         """Cut out a box; along wrapped axes it may reach over the border, or lie anywhere."""
+        expect(box, Box, "the window", "a Box")
         rows = _positions(box.y0, box.y1, self.height, self.wrap.y, "rows")
         columns = _positions(box.x0, box.x1, self.width, self.wrap.x, "columns")
         index = np.ix_(rows, columns)
@@ -166,22 +163,30 @@ class SourceMap:
 
         With frames or fractions, it continues where neighbours lie within 1 px of where the mean of their frames leads.
         """
-        from .kernels.flow import label_flowing
-        from .kernels.votes import label_pieces
+        from .kernels.pieces_of_maps import label_flowing, label_pieces
 
         if not self.exact:
-            where = places(self.yx, self.sub), matrices(self.frame, self._pose())
+            where = positions(self.yx, self.sub), matrices(self.frame, self._pose())
             return label_flowing(*where, self._which(), self._pose())
         return label_pieces(self.yx, self._which(), self._pose())[0]
 
     def usage(self) -> list[NDArray[np.int64]]:
-        """Count for each exemplar, shape (height, width), how often every pixel is shown."""
+        """Count for each exemplar, shape (height, width), how often every pixel is shown.
+
+        Raises InputError where the map points outside its exemplars, ResourceError where memory is short.
+        """
+        if self.sources:
+            self.check_sources()
         which = self._which()
         counts = []
         for number, source in enumerate(self.sources):
             yx = self.yx[which == number]
             pixels = source.height * source.width
-            flat = np.bincount(yx[:, 0].astype(np.int64) * source.width + yx[:, 1], minlength=pixels)
+            try:
+                flat = np.bincount(yx[:, 0].astype(np.int64) * source.width + yx[:, 1], minlength=pixels)
+            except (MemoryError, OverflowError):
+                size = f"{source.width}x{source.height} px"
+                raise ResourceError(f"the exemplar {source.name} of {size} is too large to count its uses.") from None
             counts.append(flat.reshape(source.height, source.width))
         return counts
 
@@ -195,15 +200,16 @@ class SourceMap:
                 f"an ST map shows one exemplar, this map has {len(self.sources)}; save the map itself."
             )
         size = self.sources[0]
-        at = places(self.yx, self.sub)
+        at = positions(self.yx, self.sub)
         s = (at[:, :, 1] + 0.5) / size.width
         t = 1.0 - (at[:, :, 0] + 0.5) / size.height
         return np.stack([s, t], axis=2).astype(np.float32)
 
     def save(self, path: str | Path) -> None:
         """Write the map as .npz, arrays under their names; replaces the file whole or not at all."""
-        from .files import write_bytes
+        from .disk.writing import write_bytes
 
+        expect_path(path)
         write_bytes(path, self.to_bytes(), force=True)
 
     def to_bytes(self) -> bytes:
@@ -211,7 +217,7 @@ class SourceMap:
         about = {
             "sources": [asdict(s) for s in self.sources],
             "wrap": self.wrap.value,
-            **self.blend.told,
+            **self.blend.as_recipe,
         }
         arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
         arrays |= self._arrays()
@@ -221,24 +227,18 @@ class SourceMap:
 
     @classmethod
     def load(cls, path: str | Path) -> SourceMap:
-        """Read a map that :meth:`save` wrote; InputError for anything else."""
-        from .files.formats import shown
-        from .files.source import ordinary
+        """Read a map that :meth:`save` wrote; InputError for anything else, ResourceError where memory is short.
 
-        name = shown(path)
-        ordinary(Path(path), name, "a map saved with --save-map")
-        try:
-            arrays, about = _unpacked(path)
+        A map may cost what a picture may (``INTARSIA_MAX_PIXELS``): its arrays are measured before they are unpacked.
+        """
+        expect_path(path)
+        with unpacked(path, _TYPES) as (arrays, about):
             return cls(
                 **arrays,
                 sources=tuple(_source(**s) for s in about["sources"]),
                 wrap=Wrap(about["wrap"]),
                 blend=Blend.of(about),
             )
-        except Exception as e:  # a damaged archive can fail in any way
-            raise InputError(
-                f"{name} is no map of intarsia ({type(e).__name__}); give one saved with --save-map."
-            ) from None
 
     @property
     def digest(self) -> str:
@@ -282,27 +282,10 @@ def identity(sources: Sequence[Source], number: int) -> SourceMap:
     return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))
 
 
-def _unpacked(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Read the arrays of a map, and what it says of itself; ValueError where they cannot be those of a map."""
-    with open(path, "rb") as file:
-        with zipfile.ZipFile(file) as archive:
-            for info in archive.infolist():
-                if info.file_size > (LONGEST if info.filename == "about.npy" else LARGEST):
-                    raise ValueError
-        file.seek(0)
-        with np.load(file, allow_pickle=False) as data:
-            about = json.loads(bytes(data["about"]))
-            arrays = {k: data[k] for k in _TYPES if k in data}
-    if not arrays["yx"].size or any(array.dtype != _TYPES[k] for k, array in arrays.items()):
-        raise ValueError
-    return arrays, about
-
-
 def _source(name: str, height: int, width: int, digest: str) -> Source:
     if not (isinstance(name, str) and isinstance(digest, str)):
         raise TypeError
-    if not all(type(side) is int and side > 0 for side in (height, width)):
-        raise TypeError
+    check_sides(height, width)
     return Source(name, height, width, digest)
 
 

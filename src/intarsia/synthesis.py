@@ -6,14 +6,16 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import __version__, params
-from .auto import AUTO_METHOD, Auto, Choice
+from . import params
+from .arguments import called, chosen, expect, pair
 from .canvas import Canvas
+from .choosing.auto import AUTO_METHOD, Auto, Choice
 from .draws import check_seed
 from .errors import InputError, MethodError, ParameterError
 from .exemplar import Exemplar
@@ -22,14 +24,15 @@ from .geometry import Box, Wrap
 from .guide import Guide
 from .image import Plane
 from .levelling import Finish
-from .magnification import as_meant
-from .methods.base import Ability, Method, make
-from .render import render
-from .run import Run
+from .methods.base import Ability, Method, check_method, make
+from .rendering.magnification import as_meant
+from .rendering.render import render
+from .run import Run, run_of
 from .sourcemap import HOLE, Blend, SourceMap
+from .version import VERSION
 
 if TYPE_CHECKING:
-    from .measure import Score
+    from .choosing.score import Score
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -62,9 +65,10 @@ class Synthesis:
         run: Run | None = None,
     ) -> Plane:
         """Render a plane, the base plane if none is named, all of it or a window, harder or softer, levelled or not."""
+        expect(box, (Box, NoneType), "box", "a Box")
         blend = self.blend if feather is None else replace(self.blend, feather=feather)
         blend = blend if finish is None else replace(blend, finish=finish)
-        return render(self.exemplars, self.map, plane, blend, box, run or Run())
+        return render(self.exemplars, self.map, plane, blend, box, run_of(run))
 
     @property
     def recipe_text(self) -> str:
@@ -133,7 +137,7 @@ def named(method: Method | Auto | str) -> Method | Auto:
     """Return the method of a name; ``auto`` is the choice of one."""
     if isinstance(method, str):
         return Auto() if method == AUTO_METHOD else make(method, {})
-    return method
+    return method if isinstance(method, Auto) else check_method(method)
 
 
 def carry_out(
@@ -145,28 +149,29 @@ def carry_out(
     run: Run | None,
 ) -> Synthesis:
     """Fill a canvas with a method: what :func:`synthesize` does once all is understood."""
-    seed, run = check_seed(seed), run or Run()
+    seed, run = check_seed(seed), run_of(run)
+    expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
     if isinstance(method, Auto):
         method = method.choose(exemplars, canvas)
         run.notes.extend(method.warnings)
     if isinstance(method, Choice):
-        from .trials import carried_out  # it measures much, and is slow to import
+        from .choosing.trials import carried_out  # it measures much, and is slow to import
 
         kept = carried_out(method, exemplars, canvas, seed, run)
-        settled, smap, asked, seed = kept.best.method, kept.best.map, seed, kept.best.seed
+        resolved, smap, asked, seed = kept.best.method, kept.best.map, seed, kept.best.seed
     else:
         check_abilities(method, exemplars, canvas)
-        kept, settled = None, method.settled(exemplars, canvas)
-        check_between(settled, blend or settled.blend)
-        smap = settled.synthesize(exemplars, canvas, seed, run)
+        kept, resolved = None, method.resolved(exemplars, canvas)
+        check_between(resolved, blend or resolved.blend)
+        smap = resolved.synthesize(exemplars, canvas, seed, run)
     if bool(smap.holes.any()):
-        raise MethodError(f"{settled.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
-    joined = blend or as_meant(settled.blend, exemplars[0])
-    recipe = _recipe(settled, exemplars, canvas, seed, joined)
+        raise MethodError(f"{resolved.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
+    joined = blend or as_meant(resolved.blend, exemplars[0])
+    recipe = _recipe(resolved, exemplars, canvas, seed, joined)
     if kept is None:
-        return Synthesis(exemplars, smap, joined, settled, recipe, canvas=canvas)
+        return Synthesis(exemplars, smap, joined, resolved, recipe, canvas=canvas)
     recipe["auto"] = kept.choice.recipe | ({"trials": len(kept.scores), "seed": asked} if kept.scores else {})
-    return Synthesis(exemplars, smap, joined, settled, recipe, kept.choice, kept.scores, canvas)
+    return Synthesis(exemplars, smap, joined, resolved, recipe, kept.choice, kept.scores, canvas)
 
 
 def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
@@ -178,8 +183,8 @@ def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar
     if len(exemplars) >= HOLE:
         raise ParameterError(f"{len(exemplars)} exemplars are too many; give at most {HOLE - 1}.")
     if not any(e.usable is None or e.usable.any() for e in exemplars):
-        told = " and ".join(f"{e.name} ({e.width}x{e.height} px)" for e in exemplars[:4])
-        raise InputError(f"the mask leaves no pixel of {told} to use; mark fewer.")
+        described = " and ".join(f"{e.name} ({e.width}x{e.height} px)" for e in exemplars[:4])
+        raise InputError(f"the mask leaves no pixel of {described} to use; mark fewer.")
     return exemplars
 
 
@@ -188,7 +193,7 @@ def _as_exemplar(item: Any, number: int) -> Exemplar:
         from .files import read
 
         return read(item)
-    return Exemplar.of(item, name=f"exemplar {number + 1}")
+    return item if isinstance(item, Exemplar) else Exemplar.of(item, name=f"exemplar {number + 1}")
 
 
 def _canvas(
@@ -198,19 +203,20 @@ def _canvas(
     start: SourceMap | None,
     guide: Guide | None,
 ) -> Canvas:
+    expect(start, (SourceMap, NoneType), "start", "a SourceMap")
+    expect(guide, (Guide, NoneType), "guide", "a Guide")
     if size is None:
         like = start if start is not None else None if guide is None else guide.target
         size = (2 * exemplars[0].height, 2 * exemplars[0].width) if like is None else (like.height, like.width)
     try:
-        height, width = (size, size) if isinstance(size, int) else (int(n) for n in size)
-        wrap = Wrap(wrap)
-    except (TypeError, ValueError):
+        height, width = pair(size)
+    except ValueError:
         raise ParameterError(
-            f"size={size!r}, wrap={wrap!r}: give a size as (height, width) in px, and wrap as none, x, y or both."
+            f"size={called(size)} is not allowed; give (height, width) in whole px, or one number for a square."
         ) from None
     if start is not None:
         check_start(start, exemplars)
-    return Canvas(height, width, wrap, start, guide)
+    return Canvas(height, width, chosen(Wrap, "wrap", wrap), start, guide)
 
 
 def check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
@@ -251,7 +257,7 @@ def check_abilities(method: Method, exemplars: tuple[Exemplar, ...], canvas: Can
 def check_between(method: Method, blend: Blend) -> None:
     """Refuse joins that need whole pixels, before any work, where a method lays pieces turned or scaled."""
     if not getattr(method, "exact", True):
-        from .warped import check_blend
+        from .rendering.warped import check_blend
 
         check_blend(blend)
 
@@ -259,13 +265,13 @@ def check_between(method: Method, blend: Blend) -> None:
 def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, seed: int, blend: Blend) -> dict[str, Any]:
     """All that the map depends on, and nothing else: no path, date, timing or number of threads."""
     recipe: dict[str, Any] = {
-        "intarsia": __version__,
+        "intarsia": VERSION,
         "method": method.slug,
-        "parameters": recipe_settings(method),
+        "parameters": recipe_settings(method, exemplars, canvas),
         "seed": seed,
         "size": [canvas.width, canvas.height],
         "wrap": canvas.wrap.value,
-        "blend": blend.told,
+        "blend": blend.as_recipe,
         "exemplars": recipe_exemplars(exemplars),
     }
     if canvas.start is not None:
@@ -292,12 +298,20 @@ def recipe_exemplars(exemplars: tuple[Exemplar, ...]) -> list[dict[str, Any]]:
     return sources
 
 
-def recipe_settings(method: Method) -> dict[str, Any]:
-    """The parameters as recipes hold them: JSON, extents x before y, tuples as lists."""
+def recipe_settings(
+    method: Method, exemplars: tuple[Exemplar, ...] = (), where: Canvas | Box | None = None
+) -> dict[str, Any]:
+    """The parameters as recipes hold them: JSON, extents x before y, tuples as lists.
+
+    Functions are given by name, and for a picture (`where`) also by a hash of all that they say for it.
+    """
     out: dict[str, Any] = {}
     for p in params.parameters(method):
         value = getattr(method, p.name)
         if isinstance(value, tuple):
             value = list(reversed(value)) if p.kind == "extent" else list(value)
-        out[p.name] = value.told if isinstance(value, Field) else value
+        out[p.name] = value.as_recipe if isinstance(value, Field) else value
+    asked = getattr(method, "asked", None) if where is not None else None
+    for name, digest in ({} if asked is None else asked(exemplars, where)).items():
+        out[name] |= {"sha256": digest}
     return out

@@ -13,7 +13,8 @@ Array = NDArray[Any]
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:
     """Return the variance along the `count` strongest axes, and the axes (count, C), the same on every machine.
 
-    A ramp on the diagonal parts equal eigenvalues, and the largest entry of every axis is positive (DESIGN 4).
+    Libraries return the axes of equal variances in any order, and each axis in either direction. Therefore a small ramp
+    on the diagonal parts equal variances, and each axis is turned so that its largest entry is positive.
     """
     ramp = 1e-5 * max(float(np.trace(covariance)) / len(covariance), 1e-9)
     values, vectors = np.linalg.eigh(covariance + np.diag(ramp * np.arange(len(covariance))))

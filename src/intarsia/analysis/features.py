@@ -14,16 +14,18 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..colour import code_values
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
+from ..rendering.colour import code_values
+from .ranges import counted, ends
 
 RANGE = 1023
-LUMINANCE = (0.30, 0.59, 0.11)  # source 002: weights of red, green and blue
+LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
 OTHER_PLANES = 0.5  # variance of every further plane, relative to the base plane
 MAX_LABELS = 16
+FARTHEST = 256 * RANGE  # black lies at most so far from the exemplar's own range: sums of its squares stay whole
 MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
 
 T = TypeVar("T")
@@ -72,7 +74,7 @@ def posed(picture: NDArray[Any], pose: int, normals: tuple[int, ...] = ()) -> ND
 
 
 def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:
-    """Lay an array (H, W, ...) down in one of the eight isometries (source 000, 3.3)."""
+    """Lay an array (H, W, ...) down in one of the eight isometries (Multrus 2003, 4.1.1)."""
     swapped = np.swapaxes(array, 0, 1)
     return {
         0: array,
@@ -148,8 +150,11 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
     black: list[int] = []
     for number, name in enumerate(layout):
         labels = _labels([e.planes[name] for e in exemplars])
-        values = [_at_base_size(_values(e.planes[name], labels), e) for e in exemplars]
-        scaled, zero, signed = _stretched(values, exemplars, exemplars[0].planes[name])
+        codes, nothing = counted([e.planes[name] for e in exemplars], [e.usable for e in exemplars])
+        values = [
+            _at_base_size(_values(c, e.planes[name], labels), e) for c, e in zip(codes, exemplars, strict=True)
+        ]
+        scaled, zero, signed = _stretched(values, exemplars, exemplars[0].planes[name], nothing)
         if number == 0:
             *scaled, last = _weighted([*scaled, zero], exemplars[0].base, weights)
             base_variance = _variance(scaled, exemplars)
@@ -185,12 +190,8 @@ def _labels(planes: list[Plane]) -> Int32 | None:
     return names if len(names) <= MAX_LABELS else None
 
 
-def _values(plane: Plane, labels: Int32 | None = None) -> Int32:
+def _values(codes: Int32, plane: Plane, labels: Int32 | None = None) -> Int32:
     """Code values of a plane, colour under transparency taken away, few labels as one channel each."""
-    samples = plane.samples
-    if plane.is_float and not np.isfinite(samples).all():  # only ever under the mask
-        plane = Plane(np.nan_to_num(samples, posinf=0.0, neginf=0.0), plane.kind, plane.transfer)
-    codes = code_values(plane)
     if labels is not None:
         return np.asarray(codes == labels, dtype=np.int32) * 65535
     if plane.alpha:
@@ -210,11 +211,11 @@ def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
 
 
 def _stretched(
-    values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane
+    values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane, zero: int
 ) -> tuple[list[Int32], Int32, bool]:
     """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
 
-    Returns the pictures, what a pixel of value 0 becomes (1, 1, C), and True for a normal map.
+    Returns the pictures, what a pixel of value 0, counted as `zero`, becomes (1, 1, C), and True for a normal map.
     """
     black = np.zeros((1, 1, values[0].shape[2]), np.int32)
     usable = [v if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)]
@@ -225,10 +226,12 @@ def _stretched(
         span = 131070 if low < 0 else 65535
         signed = [np.asarray((2 * v.astype(np.int64) - middle) * RANGE // (2 * span), np.int32) for v in values]
         return signed, black, True
+    if plane.kind is not Kind.LABEL:
+        low, high = ends(usable)
     span = max(high - low, 1)
     shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
     if plane.kind is not Kind.LABEL:
-        black += (-low * 2 * RANGE + span) // (2 * span)
+        black += min(max(((zero - low) * 2 * RANGE + span) // (2 * span), -FARTHEST), FARTHEST)
     return [np.asarray((v * (2 * RANGE) + span) // (2 * span), np.int32) for v in shifted], black, False
 
 

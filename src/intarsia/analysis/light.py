@@ -1,6 +1,6 @@
 """The light on an exemplar: how strongly it slopes, and the exemplar without the slope.
 
-Source: no paper of its own; Lopez Recas 2011 names uneven light as future work (S1-57). Departures: none.
+Source: no paper of its own; Lopez Recas 2011 names uneven light as future work (chapter 6). Departures: none.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..colour import from_linear, to_linear
-from ..errors import ParameterError
+from ..arguments import expect
+from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
+from ..rendering.colour import from_linear, to_linear
 from .flatten import flatten
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
@@ -71,6 +72,7 @@ def flattened(exemplar: Exemplar) -> Exemplar:
     ParameterError
         where the base plane holds no colours, or the exemplar continues across its borders, which it then would not.
     """
+    expect(exemplar, Exemplar, "the exemplar to flatten", "one of read(path) or Exemplar.of(array)", InputError)
     name, base = next(iter(exemplar.planes.items()))
     if base.kind is not Kind.COLOUR:
         raise ParameterError(f"flatten: the plane {name} holds {base.kind.value}, not colours; only those have light.")

@@ -1,9 +1,11 @@
-"""Which mirrored and turned copies of a texture look like the texture itself (S0-93, A-09).
+"""Which mirrored and turned copies of a texture look like the texture itself.
 
 Light from one side, grass that grows upwards or wood grain forbid some or all of the isometries; gravel allows
 all. The exemplar is divided into two halves like the colours of a checkerboard. What a transformed half and the
 other half have in common is compared with what the two halves have in common as they are: an isometry is allowed
 if it makes the halves hardly less alike. All that decides is a whole number.
+
+Source: Multrus 2003 leaves the choice of isometries to the user (4.1); the measurement is this project's own.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ BLOCKS = (3, 4, 5)  # squares along an axis of the checkerboards
 SAMPLES = 3000  # patches of each half at most
 LEAST_SAMPLES = 50
 DIRECTIONS = 28  # random projections, beside four ramps
-SLACK = (4, 3)  # this much farther apart is still alike; A-09 proposes 1.2, which refuses some isotropic noise
+SLACK = (4, 3)  # so many times farther apart is still alike; with 1.2 some isotropic noise would be refused
 SUBGROUPS: tuple[tuple[int, ...], ...] = (
     (0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 6), (0, 3, 4, 6), (0, 5, 6, 7), (0, 1), (0, 2), (0, 3), (0, 4), (0, 6), (0,),
 )  # fmt: skip
@@ -169,7 +171,7 @@ def _histogram(down: Array, right: Array, steps: Array) -> Array:
     return np.bincount(cells, minlength=9 * 3 * 2 * 3).astype(np.int64)
 
 
-def settled_isometries(
+def resolved_isometries(
     choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: tuple[int, int]
 ) -> str | tuple[int, ...]:
     """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""

@@ -17,6 +17,7 @@ def main() -> None:
     import warnings
 
     from .app import cli
+    from .exits import STOPS
 
     gc.freeze()
     gc.enable()
@@ -25,7 +26,7 @@ def main() -> None:
     try:
         cli.main(prog_name="intarsia")
     except SystemExit as e:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in STOPS:
             signal.signal(number, signal.SIG_IGN)  # all is done: nothing is left to be stopped
         # All is cleaned up, too; taking the libraries down in good order would only take time.
         if e.code == 130 or (e.code in (None, 0) and "numpy" not in sys.modules and _flushed()):

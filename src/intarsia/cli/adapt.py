@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..lazy import lazy
-from ..magnification import cut_out, magnified, reduced, trimmed
+from ..rendering.magnification import cut_out, magnified, reduced, trimmed
 from .request import Inputs
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
     x, y, width, height = crop
     if min(x, y) < 0 or x + width > exemplar.width or y + height > exemplar.height:
         raise ParameterError(
-            f"--crop {','.join(map(str, crop))} does not lie in {_told(exemplar)}; give X,Y,WIDTH,HEIGHT inside it."
+            f"--crop {','.join(map(str, crop))} does not lie in {_named(exemplar)}; give X,Y,WIDTH,HEIGHT inside it."
         )
     for name, plane in exemplar.planes.items():
         if any(v * plane.width % exemplar.width for v in crop):
@@ -76,12 +76,12 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
 def scaled(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
     """Average blocks of n x n px by the kind of each plane; a block is usable if all of it is."""
     small = max(exemplar.width // p.width for p in exemplar.planes.values()) or 1
-    told, unit = _told(exemplar), n * small
+    exemplar_size, unit = _named(exemplar), n * small
     if min(exemplar.width, exemplar.height) < unit:
-        raise ParameterError(f"--scale 1/{n} leaves nothing of {told}; scale less.")
+        raise ParameterError(f"--scale 1/{n} leaves nothing of {exemplar_size}; scale less.")
     if toroidal and (exemplar.width % unit or exemplar.height % unit):
         raise ParameterError(
-            f"--scale 1/{n} does not divide {told}, which would no longer continue in itself; "
+            f"--scale 1/{n} does not divide {exemplar_size}, which would no longer continue in itself; "
             "drop --toroidal, or scale otherwise."
         )
     return reduced(trimmed(exemplar, unit, f"--scale 1/{n}"), n)
@@ -92,7 +92,7 @@ def enlarging(exemplar: Exemplar, n: int, warn: Warn) -> Exemplar:
     made = magnified(exemplar, n)
     width, height = made.width * n, made.height * n
     if (width, height) != (exemplar.width, exemplar.height):
-        warn(f"--magnify {n}: {_told(exemplar)} was cut to {width}x{height} px, which {n} divides.")
+        warn(f"--magnify {n}: {_named(exemplar)} was cut to {width}x{height} px, which {n} divides.")
     return made
 
 
@@ -108,5 +108,5 @@ def even(exemplar: Exemplar, warn: Warn) -> Exemplar:
     return made
 
 
-def _told(exemplar: Exemplar) -> str:
+def _named(exemplar: Exemplar) -> str:
     return f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"

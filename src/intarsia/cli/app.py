@@ -10,8 +10,9 @@ from typing import Any, NoReturn
 
 import click
 
-from .. import __version__
+from ..version import VERSION
 from .exits import guarded
+from .memory import make_room
 
 COMMANDS = {
     "grow": "Grow a larger or tileable texture from an example.",
@@ -27,6 +28,9 @@ COMMANDS = {
 }
 """Name -> what it does, in the order of the help. The module is named alike and holds `command`."""
 
+LIGHT = {"-h", "--help", "--version", "methods"}
+"""What needs next to no memory."""
+
 
 class LazyGroup(click.Group):
     """A group that imports a command when it is called, and says every error in one line."""
@@ -37,7 +41,7 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        module = importlib.import_module(f".{name.replace('-', '_')}", __package__)
+        module = importlib.import_module(f".commands.{name.replace('-', '_')}", __package__)
         command: click.Command = module.command
         return command
 
@@ -55,6 +59,8 @@ class LazyGroup(click.Group):
             super().main(given, name)
 
         def work() -> None:
+            if given and not LIGHT & set(given):
+                make_room()
             with self.make_context(name, given) as ctx:
                 self.invoke(ctx)
 
@@ -69,7 +75,7 @@ class LazyGroup(click.Group):
     "(zsh_source, fish_source for other shells).",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
-@click.version_option(__version__, "--version", message="%(prog)s %(version)s")
+@click.version_option(VERSION, "--version", message="%(prog)s %(version)s")
 @click.option("--debug", is_flag=True, expose_value=False, help="Show where an error came from.")
 @click.pass_context
 def cli(ctx: click.Context) -> None:

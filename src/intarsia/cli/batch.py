@@ -9,28 +9,31 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..disk.depth import dtype_of
 from ..files import write, write_bytes
-from ..healing import fill_holes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
 from ..run import Probe, Run
 from ..sourcemap import Blend, SourceMap
-from ..starts import Scene
-from ..synthesis import Synthesis, carry_out, recipe_settings
-from .choosing import command_of, explained, told
+from ..synthesis import Synthesis, carry_out, recipe_exemplars, recipe_settings
+from ..tasks.completion import fill_holes
+from ..tasks.contact_sheet import contact_sheet, thumbnail
+from ..tasks.starts import Scene
+from .again import command_of
+from .choosing import as_json, explained
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
+from .memory import check_fits
 from .outputs import Staging, check_all
 from .plan import Order, blend_of, check_begin, orders_of, patches_of, scene_of
 from .report import Meter, Report
 from .request import Inputs, Targets, Wish
-from .sheet import contact_sheet, thumbnail
 
 if TYPE_CHECKING:
-    from .. import repairing
-    from ..analysis import distance_map
+    from ..search import distance_map
+    from ..tasks import repair
 else:  # only --distance-map and --repair need them
-    distance_map, repairing = lazy("intarsia.analysis.distance_map"), lazy("intarsia.repairing")
+    distance_map, repair = lazy("intarsia.search.distance_map"), lazy("intarsia.tasks.repair")
 
 
 @dataclass
@@ -54,10 +57,11 @@ class Batch:
         """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
-        lots = [[found] for found in sets] if "{stem}" in targets.out else [sets]
+        each = "{stem}" in targets.out or (not targets.out and wish.begin is not None)
+        lots = [[found] for found in sets] if each else [sets]
         check_begin(wish, lots, sets)
         donors = donors_of(inputs)
-        shelf = Shelf([lot + donors for lot in lots], inputs, report)
+        shelf = Shelf([lot + donors for lot in lots], inputs, report, wish)
         batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
@@ -72,22 +76,26 @@ class Batch:
 
     def tell_plan(self) -> None:
         """Say what would be made."""
-        told = []
+        as_json = []
         for order in self.orders:
             self._warn(order)
             about = self._about(order, None) | {
+                "exemplars": recipe_exemplars(scene_of(self.shelf, order.lot, self.wish, order.guide).exemplars),
                 "patches": patches_of(order, self.wish.wrap, self.wish.begin is not None),
+                "pixels_bytes": self._bytes(order),
                 "memory_mib": order.memory >> 20,
             }
-            told.append(about)
+            as_json.append(about)
             patches = "" if about["patches"] is None else f"{about['patches']} patches, "
             self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
             if self.wish.explain:
                 self._explain(order, about)
-        self.report.result({"dry_run": True, **(told[0] if len(told) == 1 else {"results": told})})
+        self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
 
     def carry_out(self, threads: int | None) -> None:
-        """Make everything, and report it."""
+        """Make everything, and report it; what cannot fit into memory is refused before anything is made."""
+        for order in self.orders:
+            check_fits(order.memory, order.line)
         results = []
         with self.report.watching(len(self.orders)) as meter:
             for order in self.orders:
@@ -143,13 +151,21 @@ class Batch:
         if order.choice is None:
             return about
         choice = order.choice if grown is None or grown.choice is None else grown.choice
-        auto = told(choice, self.wish.explain)
+        auto = as_json(choice, self.wish.explain)
         if grown is not None and grown.trials:
             auto["scores"] = [score.as_dict() for score in grown.trials]
-        if self.wish.begin is None and self.wish.labels is None:
-            method, seed = (order.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
-            auto["command"] = command_of(order, method, seed, self.shelf.inputs, self.wish, self.targets)
+        method, seed = (order.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
+        auto["command"] = command_of(order, method, seed, self.shelf.inputs, self.wish, self.targets)
         return about | {"auto": auto}
+
+    def _bytes(self, order: Order) -> int:
+        """How many bytes the pixels of an order take, as they are written."""
+        exemplar = self.shelf.get(order.lot)[0]
+        area, total = exemplar.height * exemplar.width * order.times**2, 0
+        for plane in (exemplar.planes[name] for name in order.pictures):
+            deep = plane.pixels.dtype if self.targets.depth is None else np.dtype(dtype_of(self.targets.depth))
+            total += plane.height * plane.width * order.size[0] * order.size[1] // area * plane.channels * deep.itemsize
+        return total
 
     def _warn(self, order: Order) -> None:
         """Tell what speaks against the exemplar, once."""
@@ -158,7 +174,8 @@ class Batch:
 
     def _explain(self, order: Order, about: dict[str, Any]) -> None:
         if order.choice is not None and not self.report.quiet:
-            self.report.say("\n".join(explained(about, order.choice.warnings)))
+            for line in explained(about, order.choice.warnings):
+                self.report.say(line)
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
         begin, blend = self.wish.begin, blend_of(self.wish, order.method, scene.exemplars[0])
@@ -175,10 +192,10 @@ class Batch:
 
     def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:
         """Cover the worst seams; what JSON says of it."""
-        if repairing.keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
+        if repair.keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
             run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
             return grown, {}
-        grown, done = repairing.mended(grown, self.wish.repair, run)
+        grown, done = repair.mended(grown, self.wish.repair, run)
         share = done.after / done.before if done.before else 1.0
         said = {"passes": self.wish.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
@@ -215,7 +232,7 @@ def _about(order: Order, blend: Blend, wrap: str, grown: Synthesis | None) -> di
     held += [{"path": p, "holds": w} for p, w in more if p is not None]
     method = order.method if grown is None else grown.method
     spans = {k: getattr(method, k, None) for k in ("pitch", "footprint")}
-    told: dict[str, Any] = {
+    as_json: dict[str, Any] = {
         "files": held,
         "size": list(order.size),
         "seed": order.seed,
@@ -223,8 +240,8 @@ def _about(order: Order, blend: Blend, wrap: str, grown: Synthesis | None) -> di
         "method": method.slug,
         "parameters": recipe_settings(method),
         **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
-        "blend": blend.told,
+        "blend": blend.as_recipe,
     }
     if order.times > 1:
-        told["magnify"] = order.times
-    return told if grown is None else told | {"exemplars": grown.recipe["exemplars"]}
+        as_json["magnify"] = order.times
+    return as_json if grown is None else as_json | {"exemplars": grown.recipe["exemplars"]}

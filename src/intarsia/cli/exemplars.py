@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .. import files
-from ..errors import ParameterError
+from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..image import Plane
+from ..tasks.starts import grown_hole
 from .adapt import adapted
 from .report import Report
-from .request import Inputs
+from .request import Inputs, Wish
 
 Set = dict[str, str]
 """The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
@@ -64,23 +71,51 @@ def stem_of(found: Set) -> str:
 class Shelf:
     """Reads exemplars when they are asked for and keeps the last, so that a long batch does not fill memory."""
 
-    def __init__(self, lots: list[list[Set]], inputs: Inputs, report: Report) -> None:
-        self.lots, self.inputs, self._report = lots, inputs, report
+    def __init__(self, lots: list[list[Set]], inputs: Inputs, report: Report, wish: Wish | None = None) -> None:
+        self.lots, self.inputs, self._report, self._wish = lots, inputs, report, wish
         self._held: tuple[int, tuple[Exemplar, ...]] | None = None
 
     def get(self, number: int) -> tuple[Exemplar, ...]:
         """Return the exemplars of a lot, cropped and reduced as asked."""
         if self._held is None or self._held[0] != number:
             self._held = None
-            self._held = (number, tuple(self._read(found) for found in self.lots[number]))
+            self._held = (number, tuple(self._read(found, number, n) for n, found in enumerate(self.lots[number])))
         return self._held[1]
+
+    def hole(self, number: int, base: Plane, name: str) -> NDArray[np.bool_]:
+        """Read the hole of the picture of a lot, whose base plane is `base`."""
+        assert self._wish is not None
+        assert self._wish.begin is not None
+        holes = self._wish.begin.holes
+        return hole_of(holes[number if len(holes) > 1 else 0], self.lots[number][0], base, name)
 
     def warn(self, line: str) -> None:
         """Tell of something that may be wrong, once."""
         if line not in self._report.warnings:
             self._report.warn(line)
 
-    def _read(self, found: Set) -> Exemplar:
-        exemplar = files.read_set(found, alpha=self.inputs.alpha)
+    def _read(self, found: Set, number: int, n: int) -> Exemplar:
+        begin = None if self._wish is None or n else self._wish.begin
+        unused = partial(self._unused, number) if begin is not None and begin.holes else None
+        exemplar = files.read_set(found, alpha=self.inputs.alpha, unused=unused)
         before = list(self._report.warnings)
         return adapted(exemplar, self.inputs, lambda line: None if line in before else self._report.warn(line))
+
+    def _unused(self, number: int, base: Plane, name: str) -> NDArray[np.bool_]:
+        """What of a picture is filled anew, so that it does not matter what is there."""
+        assert self._wish is not None
+        assert self._wish.begin is not None
+        return grown_hole(self.hole(number, base, name), self._wish.begin.grow or 0, Wrap(self._wish.wrap))
+
+
+def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray[np.bool_]:
+    """Read which pixels (H, W) of the set `found` are to be healed; `mask` is a file, or ``alpha``."""
+    if mask != "alpha":
+        hole = files.read_mask(mask, base, name)
+        if not hole.any() or hole.all():
+            what, remedy = ("covers all", "leave some of it") if hole.all() else ("marks nothing", "mark what is to go")
+            size = f"{base.width}x{base.height} px"
+            raise InputError(f"the hole {mask} {what} of {name} ({size}); {remedy}: white is healed.")
+        return hole
+    opaque = files.read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
+    return np.zeros((base.height, base.width), bool) if opaque is None else ~opaque

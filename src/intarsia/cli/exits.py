@@ -1,11 +1,12 @@
-"""How a command ends: one line and an exit code for every error, and a quick stop on Ctrl-C."""
+"""How a command speaks and ends: legible lines, one for every error, an exit code, and a quick stop on Ctrl-C."""
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from threading import Event
 from types import FrameType
@@ -13,18 +14,22 @@ from typing import Any
 
 import click
 
-from ..errors import IntarsiaError
+from ..errors import IntarsiaError, ResourceError, legible
 
 LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
+MOST = 2000  # characters of a line
 
 CANCEL = Event()
-"""Set by Ctrl-C and SIGTERM; every Run of the command line watches it."""
+"""Set by Ctrl-C, SIGTERM and SIGHUP; every Run of the command line watches it."""
+
+STOPS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""What stops a command: Ctrl-C, a polite kill, and a terminal that is closed."""
 
 _shields = 0
 
 
 class Interrupted(BaseException):
-    """Ctrl-C or SIGTERM, raised wherever the main thread is; no handler of ordinary errors swallows it."""
+    """Ctrl-C, SIGTERM or SIGHUP, raised wherever the main thread is; no handler of ordinary errors swallows it."""
 
 
 def guarded(work: Callable[[], None], debug: bool = False) -> int:
@@ -46,7 +51,8 @@ def guarded(work: Callable[[], None], debug: bool = False) -> int:
         if debug or os.environ.get("INTARSIA_DEBUG") == "1":
             import traceback
 
-            traceback.print_exc()
+            for line in traceback.format_exc().splitlines():
+                tell(line)
         code, message = judge(e)
         tell(f"intarsia: {message}")
         return code
@@ -73,22 +79,41 @@ def judge(e: BaseException) -> tuple[int, str]:
 
 
 def one_line(message: object) -> str:
-    """Return a message without line breaks, and without words that nobody would read to their end."""
-    return " ".join(w if len(w) <= LONGEST else w[:100] + "..." + w[-80:] for w in str(message).split())
+    """Return a message as a legible line, without what nobody would read to its end."""
+    words = legible(str(message)[: 100 * MOST]).split()
+    line = " ".join(w if len(w) <= LONGEST else w[:100] + "..." + w[-80:] for w in words)
+    return line if len(line) <= MOST else line[: MOST - 500] + " ... " + line[-400:]
 
 
 def tell(line: str) -> None:
     """Write a line to stderr, wherever that leads."""
     with suppress(OSError, ValueError):
-        click.echo(line, err=True)
+        click.echo(legible(line), err=True)
+
+
+def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
+    """Write lines to stdout. ResourceError where that fails, with what is `done` all the same."""
+    try:
+        click.echo("\n".join(map(legible, lines)))
+    except BrokenPipeError:
+        raise
+    except OSError as e:
+        _drop_stdout()
+        reason = (e.strerror or str(e)).lower()
+        raise ResourceError(f"the standard output: {reason}; the result was not printed, but {done}.") from None
+
+
+def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
+    """Write an object to stdout as JSON, in plain ASCII without control characters."""
+    say(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines(), done)
 
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM stop the work at once."""
+    """Let Ctrl-C, SIGTERM and SIGHUP stop the work at once."""
     before: dict[int, Any] = {}
     try:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in STOPS:
             if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
                 before[number] = signal.signal(number, _stop)
     except ValueError:  # not the main thread: somebody else minds the signals

@@ -46,8 +46,8 @@ def guide_of(labels: Labels, shelf: Shelf, lot: int, exemplars: Sequence[Exempla
     names = _names(pictures)
     numbered = [_numbered(picture, names, shelf) for picture in pictures]
     _check_target(pictures, numbered, names)
-    told = {"labels": tuple(map(_shown, names.tolist()))}
-    made = [Plane(n, Kind.LABEL, meta=told) for n in numbered]
+    names_given = {"labels": tuple(map(_shown, names.tolist()))}
+    made = [Plane(n, Kind.LABEL, meta=names_given) for n in numbered]
     inputs = replace(shelf.inputs, avoid=None, toroidal=False)
     beside = [
         adapted(Exemplar.of({"labels": plane}, name=path), inputs, lambda line: None).base
@@ -116,10 +116,11 @@ def _check_target(pictures: list[_Picture], numbered: list[Array], names: Array)
     there = set().union(*(np.unique(n).tolist() for n in numbered[:-1]))
     missing = sorted(set(np.unique(numbered[-1]).tolist()) - there)
     if missing:
-        told = ", ".join(_shown(int(names[k])) for k in missing[:8])
+        names_given = ", ".join(_shown(int(names[k])) for k in missing[:8])
         known = ", ".join(_shown(int(names[k])) for k in sorted(there)[:8])
         raise InputError(
-            f"{pictures[-1].path} asks for {told}, which is in no label picture; paint with {known}, or label it."
+            f"{pictures[-1].path} asks for {names_given}, which is in no label picture; "
+            f"paint with {known}, or label it."
         )
 
 

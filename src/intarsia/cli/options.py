@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import click
 
+from ..disk.limits import allowing
 from ..errors import ParameterError
 from ..params import Parameter, parameters
 from .report import Report
-from .request import Inputs, Targets
-from .values import Colour, FileName, NamedFile, Place, Rectangle, Scale
+from .request import Inputs, Targets, Work
+from .values import Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, Seeds
 
 Command = Callable[..., Any]
 
@@ -100,11 +101,13 @@ DONORS = opt(
     help="Take new pixels from this picture (or these), in place of the picture itself.",
 )  # fmt: skip
 
+OUT = opt(
+    "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
+    help="The picture to write; further planes lie beside it as OUT_NAME. - is the standard output (PNG).",
+)  # fmt: skip
+USUAL = " Default: NAME_{done} in the working folder, in the exemplar's format if that is lossless, else PNG or EXR."
 TARGET_OPTIONS = (
-    opt(
-        "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
-        help="The picture to write; further planes lie beside it as OUT_NAME. - is the standard output (PNG).",
-    ),
+    OUT,
     opt(
         "depth", "--depth", type=click.Choice(DEPTHS),
         help="Bits of the output; by default those of the exemplar, exactly.",
@@ -121,6 +124,19 @@ MAP_OPTIONS = (
         "holds distances (-1: no patch there), .png stretches them, dark is near.",
     ),
 )
+
+SEED = opt(
+    "seed", "--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0."
+)
+WORK_OPTIONS = (
+    SEED,
+    opt(
+        "many", "--seeds", type=Seeds(), metavar="1..9|1,4,7",
+        help="A batch, one output for each seed; {seed} in -o tells them apart.",
+    ),
+    opt("sheet", "--sheet", type=FILE, metavar="FILE.png", help="A contact sheet of all that is made."),
+    opt("dry_run", "--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing."),
+)  # fmt: skip
 
 REPORT_OPTIONS = (
     opt("as_json", "--json", is_flag=True, help="Print the result as a JSON object on stdout."),
@@ -149,11 +165,36 @@ def _inputs(as_set: bool = False, several: bool = False, **given: Any) -> Inputs
 def input_options(*files: Opt, without: tuple[str, ...] = ()) -> Callable[[Command], Command]:
     """Add the options on exemplars; `files` declares how the pictures themselves are given."""
     kept = [o for o in INPUT_OPTIONS if o.field not in without]
-    return gathered(*files, *kept, into="inputs", make=_inputs)
+    add = gathered(*files, *kept, into="inputs", make=_inputs)
+    return lambda command: add(_max_pixels(command))
+
+
+def _max_pixels(command: Command) -> Command:
+    """Add --max-pixels, which holds while the command runs."""
+    return click.option(
+        "--max-pixels", type=click.IntRange(1), metavar="N", expose_value=False, callback=_allow,
+        help="Most pixels of a picture that is read. Default: 67108864 (8192x8192), or what INTARSIA_MAX_PIXELS says.",
+    )(command)  # fmt: skip
+
+
+def _allow(ctx: click.Context, param: click.Parameter, value: int | None) -> None:
+    if not ctx.resilient_parsing:
+        ctx.with_resource(allowing(value))
+
+
+def named_target_options(done: str) -> Callable[[Command], Command]:
+    """Add the options on files to write, of which -o can be left out: NAME_grown.png where `done` is grown."""
+    out = replace(OUT, facts=OUT.facts | {"required": False, "help": OUT.facts["help"] + USUAL.format(done=done)})
+
+    def make(out: str | None, **given: Any) -> Targets:
+        return Targets(out="", done=done, **given) if out is None else Targets(out, **given)
+
+    return gathered(out, *(o for o in TARGET_OPTIONS if o is not OUT), *MAP_OPTIONS, into="targets", make=make)
 
 
 target_options = gathered(*TARGET_OPTIONS, into="targets", make=Targets)
 grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, into="targets", make=Targets)
+work_options = gathered(*WORK_OPTIONS, into="work", make=Work)
 report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
 from .. import files
+from ..disk import whole
 from ..errors import ParameterError, ResourceError
+from ..exemplar import Exemplar
+from ..image import Plane
+from .exemplars import Set, stem_of
 from .exits import unbroken
 
 FIELDS = ("stem", "seed", "method", "w", "h")
@@ -49,6 +52,38 @@ def _ending(path: str, otherwise: str) -> str:
     return ending
 
 
+def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
+    """Name what is made of exemplars and stands in the working folder, without an ending: stones_grown.
+
+    Of several exemplars each gives its name, of more than three the first; the standard input has none. `seed` is said
+    where there are several.
+    """
+    stems = [stem_of(found) for found in sets if next(iter(found.values())) != "-"]
+    if len(stems) > 3:
+        stems[1:] = [f"{len(stems) - 1}_more"]
+    return "_".join([*stems, done, *([] if seed is None else [str(seed)])])
+
+
+def usual_files(
+    name: str, found: Mapping[str, str], exemplar: Exemplar, times: float, depth: str | None
+) -> dict[str, str]:
+    """Name the file of each plane of the set `found` where no name was given; they are drawn so many times longer."""
+    endings = {n: usual_ending(p, exemplar.planes[n], times, depth) for n, p in found.items() if n != "mask"}
+    return {n: f"{name}{f'_{n}' if number else ''}{ending}" for number, (n, ending) in enumerate(endings.items())}
+
+
+def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
+    """The ending of the exemplar, if its format loses nothing and holds the result; else one of which that is true."""
+    own = "" if path.startswith("sample:") else os.path.splitext(path)[1].lower()
+    for ending in (own, ".png", ".exr"):
+        kept = files.formats.SUFFIXES.get(ending)
+        if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
+            with suppress(ParameterError):
+                files.check_depth("x" + ending, plane, depth)
+                return ending
+    return ".tif"
+
+
 def check_all(paths: Iterable[str], force: bool, seen: set[str]) -> None:
     """Refuse files that cannot be written, and any that would be written twice; `seen` remembers the places."""
     for path in paths:
@@ -75,21 +110,26 @@ class Staging:
     def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, trace: TracebackType | None) -> None:
         with unbroken():
             for folder in self._folders.values():
-                shutil.rmtree(folder, ignore_errors=True)
+                whole.take_away(folder)
+            for staged, _ in self._moves:
+                whole.forget(staged)
 
     def place(self, path: str) -> str:
         """Return where to write the file that will be `path`."""
         target = os.path.realpath(path)
         folder = os.path.dirname(target)
         if folder not in self._folders:
+            whole.sweep(folder)
+            name = self._folders[folder] = whole.name_in(folder)
             try:
-                with unbroken():
-                    self._folders[folder] = tempfile.mkdtemp(prefix=".intarsia-", dir=folder)
+                os.mkdir(name, 0o700)
             except OSError as e:
+                del self._folders[folder]
                 reason = (e.strerror or str(e)).lower()
                 raise ResourceError(f"{folder} cannot be written ({reason}); name another folder.") from None
         staged = os.path.join(self._folders[folder], os.path.basename(target))
         self._moves.append((staged, target))
+        whole.asked_for(staged, path)
         return staged
 
     def commit(self) -> None:

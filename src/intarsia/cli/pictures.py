@@ -67,8 +67,8 @@ def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str
     slug = recipe.get("method")
     known = {p.name: p for p in parameters(method_class(slug))} if isinstance(slug, str) and slug in METHODS else {}
     values = recipe.get("parameters")
-    told = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
-    asked = {k: v for k, v in told.items() if k in known and known[k].kind in OVER}
+    recorded = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
+    asked = {k: v for k, v in recorded.items() if k in known and known[k].kind in OVER}
     for given in pictures:
         if given not in asked:
             raise ParameterError(f"{name} was made without a picture as {given}; drop --picture {given}=FILE.")
@@ -80,6 +80,6 @@ def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str
         if key not in pictures:
             raise ParameterError(f"{name} was made with a picture as {key}; name it with --picture {key}=FILE.")
         found[key] = picture_of(known[key], pictures[key])
-        if found[key].told != was:
+        if found[key].as_recipe != was:
             raise InputError(f"{pictures[key]} is another picture than the recipe has as {key}; give the same file.")
     return recipe | {"parameters": values | found} if found and isinstance(values, dict) else recipe

@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..auto import Auto, Choice
 from ..canvas import Canvas
-from ..errors import InputError, ParameterError
+from ..choosing.auto import Auto, Choice
+from ..errors import ParameterError
 from ..exemplar import Exemplar
-from ..files import check_depth, check_writable, format_of, read_mask, read_set, recipe_path
+from ..files import check_depth, check_writable, format_of, recipe_path
 from ..geometry import Wrap, spread
 from ..guide import Guide
-from ..healing import check_edge, for_holes, repaired
-from ..magnification import as_meant
 from ..methods.base import Method
-from ..render import check_alike
-from ..repairing import check_repair
+from ..rendering.magnification import as_meant
+from ..rendering.render import check_alike
 from ..sourcemap import Blend, Mixing, SourceMap
-from ..starts import Margins, Scene, extension
 from ..synthesis import as_exemplars, check_abilities, check_between, check_start
+from ..tasks.completion import check_edge, choice_for_holes, healed_scene
+from ..tasks.repair import check_repair
+from ..tasks.starts import Margins, Scene, extension
+from .estimate import memory_of
 from .exemplars import Set, Shelf, stem_of
 from .labels import guide_of
-from .outputs import filled, plane_files
+from .outputs import filled, plane_files, usual_files, usual_name
 from .request import Targets, Wish
 
 
@@ -95,24 +93,10 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
     picture, donors = exemplars[0], exemplars[1:]
     if begin.margins is not None:
         return extension(picture, Margins(*begin.margins), donors, wrap)
-    hole = hole_of(begin.holes[lot if len(begin.holes) > 1 else 0], shelf.lots[lot][0], picture)
-    scene = repaired(picture, hole, donors, wrap, begin.grow)
+    scene = healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, begin.grow)
     if "alpha" not in begin.holes:
         return scene
     return replace(scene, recipe={"heal": scene.recipe["heal"] | {"mask": "alpha"}})
-
-
-def hole_of(mask: str, found: Set, picture: Exemplar) -> NDArray[np.bool_]:
-    """Read which pixels are to be healed: white in a mask, or at most half opaque in the picture itself."""
-    if mask != "alpha":
-        hole = read_mask(mask, picture.base, picture.name)
-        if not hole.any() or hole.all():
-            what, remedy = ("covers all", "leave some of it") if hole.all() else ("marks nothing", "mark what is to go")
-            size = f"{picture.width}x{picture.height} px"
-            raise InputError(f"the hole {mask} {what} of {picture.name} ({size}); {remedy}: white is healed.")
-        return hole
-    opaque = read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
-    return np.zeros((picture.height, picture.width), bool) if opaque is None else ~opaque
 
 
 def check_begin(wish: Wish, lots: list[list[Set]], sets: list[Set]) -> None:
@@ -154,7 +138,8 @@ def orders_of(
         Canvas(height, width)
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
-    plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
+    if targets.out:
+        plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
     scene = scene_of(shelf, lot, wish)
     if check is not None:
         check(scene)
@@ -164,16 +149,16 @@ def orders_of(
     method, choice = chosen_for(wish, scene, targets)
     if choice is None:
         check_repair(method, wish.repair)
-    check_between(method, blend_of(wish, method, exemplars[0]))
+    blend = blend_of(wish, method, exemplars[0])
+    check_between(method, blend)
     times = exemplars[0].times
     size = (canvas.width * times, canvas.height * times)
     fields |= {"w": size[0], "h": size[1], "method": method.slug}
-    memory = memory_of(exemplars, canvas, method)
+    memory = memory_of(exemplars, canvas, method, blend, targets.depth)
     orders = []
     for seed in seeds:
         fields["seed"] = seed
-        out = filled(targets.out, fields)
-        pictures = plane_files(out, _endings(sets[0]))
+        pictures = named(sets[:1] if wish.begin else sets, exemplars[0], targets, fields, len(seeds) > 1)
         asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
         maps = [None if t is None else filled(t, fields) for t in asked]
         orders.append(
@@ -189,18 +174,29 @@ def orders_of(
     return orders
 
 
+def named(
+    sets: Sequence[Set], exemplar: Exemplar, targets: Targets, fields: dict[str, Any], many: bool
+) -> dict[str, str]:
+    """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
+    if targets.out:
+        return plane_files(filled(targets.out, fields), _endings(sets[0]))
+    longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
+    name = usual_name(sets, targets.done, fields["seed"] if many else None)
+    return usual_files(name, sets[0], exemplar, longer, targets.depth)
+
+
 def chosen_for(wish: Wish, scene: Scene, targets: Targets) -> tuple[Method, Choice | None]:
-    """Return the method for a scene, settled but for holes, and why it was chosen where it was not named."""
-    exemplars, canvas, method = scene.exemplars, scene.canvas, wish.method
-    if wish.begin is not None and wish.begin.holes:
-        method = for_holes(scene, method)
-        check_abilities(method, exemplars, canvas)
-        return method, None
+    """Return the method for a scene, resolved but for holes, and why it was chosen where it was not named."""
+    exemplars, canvas, method, choice = scene.exemplars, scene.canvas, wish.method, None
+    holes = wish.begin is not None and bool(wish.begin.holes)
     if isinstance(method, Auto):
-        choice = replace(method, laying=targets.distance_map is not None).choose(exemplars, canvas)
-        return choice.method, choice
+        laying = replace(method, laying=targets.distance_map is not None)
+        choice = choice_for_holes(scene, method) if holes else laying.choose(exemplars, canvas)
+        method = choice.method
+        if not holes:
+            return method, choice
     check_abilities(method, exemplars, canvas)
-    return method.settled(exemplars, canvas), None
+    return method if holes else method.resolved(exemplars, canvas), choice
 
 
 def _endings(found: Set) -> dict[str, str]:
@@ -211,16 +207,11 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     for name, path in order.pictures.items():
         plane = exemplars[0].planes[name]
-        check_depth(path, plane, targets.depth)
+        width, height = (side * plane.width // (exemplars[0].width * order.times) for side in order.size)
+        check_depth(path, plane, targets.depth, (width, height))
         if path == "-":
             continue
-        kept = format_of(path)
-        longest = max(order.size) * plane.width // (exemplars[0].width * order.times)
-        if longest > kept.side:
-            raise ParameterError(
-                f"{path}: {kept.name} holds at most {kept.side} px a side, not {longest}; write .tif or .exr."
-            )
-        if not kept.text:
+        if not format_of(path).text:
             check_writable(recipe_path(path), targets.force)
     if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
         raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")
@@ -243,17 +234,6 @@ def check_distance_map(order: Order, targets: Targets) -> None:
         raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
     if not hasattr(order.method, "laying"):
         raise ParameterError(f"--distance-map: {order.method.slug} measures no distances; use patch-sampling.")
-
-
-def memory_of(exemplars: tuple[Exemplar, ...], canvas: Canvas, method: Method) -> int:
-    """Estimate the memory of the work in bytes: pictures, map, and what matching keeps of the exemplars."""
-    area = canvas.height * canvas.width
-    scale = area / (exemplars[0].height * exemplars[0].width)
-    drawn = max(p.pixels.nbytes for p in exemplars[0].planes.values()) * scale
-    kept = sum(p.pixels.nbytes for e in exemplars for p in e.planes.values())
-    searched = sum(e.height * e.width for e in exemplars) * 100
-    mapped = area * (32 if getattr(method, "exact", True) else 170)  # frames and fractions, and what they are made of
-    return int(2 * drawn + kept + searched + mapped) + (190 << 20)  # the last: Python and its libraries
 
 
 def patches_of(order: Order, wrap: str, begun: bool = False) -> int | None:

@@ -10,9 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-import click
-
-from .exits import one_line, tell
+from .exits import one_line, say_json, tell
 
 Step = Callable[[int, int, Any], None]
 
@@ -43,7 +41,9 @@ class Report:
     def result(self, result: dict[str, Any]) -> None:
         """Print the result, if JSON is wanted."""
         if self.as_json:
-            click.echo(json.dumps({**result, "warnings": self.warnings}, indent=2))
+            written = "files" in result or "results" in result
+            done = "the files are written" if written and "dry_run" not in result else "nothing else was to be done"
+            say_json({**result, "warnings": self.warnings}, done)
 
     @contextmanager
     def watching(self, parts: int) -> Iterator[Meter]:
@@ -121,12 +121,19 @@ def _announce_compilation(report: Report) -> None:
     global _registered
     _listening.append(report)
     if not _registered:
+        from ..kernels.cache import on_trouble
         from ..kernels.jit import on_first_compilation
 
         _registered = True
+        on_trouble(_troubled)
         on_first_compilation(_compiling)
 
 
 def _compiling() -> None:
     for report in _listening:
         report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")
+
+
+def _troubled(line: str) -> None:
+    for report in _listening:
+        report.warn(line)

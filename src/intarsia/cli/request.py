@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..auto import Auto
+from ..choosing.auto import Auto
 from ..errors import ParameterError
 from ..levelling import Finish
 from ..methods.base import Method
@@ -125,8 +125,32 @@ class Wish:
 
 
 @dataclass(frozen=True)
+class Work:
+    """How often the work is done, and whether: one seed or several, a contact sheet of all, or a plan alone."""
+
+    seed: int | None = None
+    many: tuple[int, ...] | None = None
+    sheet: str | None = None
+    dry_run: bool = False
+
+    def __post_init__(self) -> None:
+        if self.seed is not None and self.many is not None:
+            raise ParameterError("--seed and --seeds exclude each other; drop one.")
+        if self.sheet is not None and not self.sheet.lower().endswith(".png"):
+            raise ParameterError(f"--sheet {self.sheet}: a contact sheet is a PNG; end its name in .png.")
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds of all that is made."""
+        return (self.seed or 0,) if self.many is None else self.many
+
+
+@dataclass(frozen=True)
 class Targets:
-    """The files to write: the picture, planes beside it, and what else was asked for."""
+    """The files to write: the picture, planes beside it, and what else was asked for.
+
+    Without `out` the pictures are named after the exemplars and what is `done` with them, such as grown.
+    """
 
     out: str
     depth: str | None = None
@@ -134,9 +158,10 @@ class Targets:
     save_map: str | None = None
     st_map: str | None = None
     distance_map: tuple[tuple[int, int], str] | None = None
+    done: str = ""
 
     def __post_init__(self) -> None:
-        if not self.out:
+        if not self.out and not self.done:
             raise ParameterError("-o: an empty name was given; name a file, or - for the standard output.")
         distances = None if self.distance_map is None else self.distance_map[1]
         named = (("--save-map", self.save_map), ("--st-map", self.st_map), ("--distance-map", distances))
@@ -148,3 +173,27 @@ class Targets:
     def to_stdout(self) -> bool:
         """True where the picture goes to the standard output."""
         return self.out == "-"
+
+
+@dataclass(frozen=True)
+class Loom:
+    """Where and how a giant picture is made."""
+
+    out: str = ""  # named after the exemplars, if not given
+    origin: tuple[int, int] = (0, 0)  # x, y
+    chunk: int | None = None
+    executor: str | None = None
+    dask: str | None = None
+    force: bool = False
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.executor is not None and self.dask is not None:
+            raise ParameterError("--executor and --dask exclude each other; drop one.")
+        if self.out == "-":
+            raise ParameterError("-o -: a giant picture does not fit into a pipe; name a .zarr, a .tif or a folder.")
+
+    @property
+    def who(self) -> str | None:
+        """The executor in the words of the library."""
+        return self.dask if self.dask is not None else self.executor

@@ -142,7 +142,7 @@ class Seed(ParamType):
         return int(value)
 
 
-class Growth(ParamType):
+class EnlargedSize(ParamType):
     """A whole number of px, or `auto`, which is -1: None would be no value at all."""
 
     name = "N|auto"

@@ -4,28 +4,36 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..choosing.auto import Auto
 from ..errors import CancelledError, ParameterError
 from ..giant.cells import gigabytes
 from ..giant.executors import AHEAD, check_executor
+from ..giant.picture import Store
 from ..giant.stores import store_of
-from ..giant.stream import DrawnAndPacked, Store, stream
-from ..giant.texture import Weave, weave
+from ..giant.stream import DrawnAndPacked, stream
+from ..giant.texture import Weave, choice_for_windows, weave
 from ..run import Run
-from ..synthesis import check_between, recipe_settings
+from ..synthesis import as_exemplars, check_between, recipe_exemplars, recipe_settings
+from .again import weave_command_of
+from .choosing import as_json, explained
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted
-from .outputs import filled
+from .memory import check_fits, taken
+from .outputs import filled, usual_name
 from .plan import blend_of
 from .report import Report
-from .request import Inputs, Wish
-from .weave import ENDINGS, Loom
+from .request import Inputs, Loom, Wish
 
-BASE, PER_PX, BETWEEN = 250 << 20, 60, 140
-"""Memory of Python and its libraries in bytes; of a px that is drawn: its map, its weights, its pixels; and what a px
-takes besides that is read between pixels."""
+ENDINGS = {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
+USUAL = ".tif"
+"""How the name ends that is given where none is: a TIFF needs no further package."""
+
+PER_PX, BETWEEN = 16, 140
+"""Memory in bytes of a px that is drawn, its map and weights, and what it takes besides where it is read between
+pixels."""
 
 DRAWN = 1 << 22
 """Px of the map that a worker holds at most."""
@@ -41,14 +49,18 @@ class Weaving:
     loom: Loom
     report: Report
     stores: dict[str, Store]
+    auto: dict[str, Any] = field(default_factory=dict)  # how the method was chosen, where it was not named
+    warnings: tuple[str, ...] = ()
+    read: float = 0.0  # seconds
 
     @classmethod
-    def plan(cls, inputs: Inputs, wish: Wish, loom: Loom, seed: int, report: Report) -> Weaving:
+    def plan(cls, inputs: Inputs, wish: Wish, loom: Loom, report: Report) -> Weaving:
         """Read and check everything; nothing is written yet."""
         assert wish.size is not None
+        began = time.perf_counter()
         check_executor(loom.who)
-        ending = os.path.splitext(loom.out)[1].lower()
-        if not loom.out or ending not in ENDINGS:
+        ending = os.path.splitext(loom.out)[1].lower() if loom.out else USUAL
+        if ending not in ENDINGS:
             raise ParameterError(f"-o {loom.out}: name a .zarr, a .tif, or a folder (without an ending) for tiles.")
         width, height = wish.size
         if any(side % inputs.magnify for side in (*wish.size, *loom.origin)):
@@ -56,15 +68,17 @@ class Weaving:
                 f"--size {width}x{height} and --origin {loom.origin[0]},{loom.origin[1]} do not suit --magnify "
                 f"{inputs.magnify}; give multiples of {inputs.magnify}."
             )
-        fields = {"seed": seed, "method": wish.method.slug, "w": width, "h": height, "stem": ""}
+        fields = {"seed": loom.seed, "method": wish.method.slug, "w": width, "h": height, "stem": ""}
         filled(loom.out, fields)  # refuses unknown fields before anything is read
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
-        shelf = Shelf([sets], inputs, report)
-        texture = weave(list(shelf.get(0)), wish.method, seed)
+        exemplars = as_exemplars(list(Shelf([sets], inputs, report).get(0)))
+        choice = choice_for_windows(exemplars, wish.method) if isinstance(wish.method, Auto) else None
+        texture = weave(exemplars, wish.method if choice is None else choice.method, loom.seed)
         texture = replace(texture, blend=blend_of(wish, texture.method, texture.exemplars[0]))
         check_between(texture.method, texture.blend)
-        out = filled(loom.out, fields | {"stem": stem_of(sets[0]), "method": texture.method.slug})
+        fields |= {"stem": stem_of(sets[0]), "method": texture.method.slug}
+        out = filled(loom.out, fields) if loom.out else usual_name(sets, "woven") + USUAL
         stem, own = os.path.splitext(out)
         names = {name: f"{stem}_{name}{own}" if n else out for n, name in enumerate(texture.planes)}
         grown_height, grown_width = height // inputs.magnify, width // inputs.magnify
@@ -80,12 +94,15 @@ class Weaving:
             store = store_of(ENDINGS[ending], shown, path, sides, first, loom.chunk, loom.force)
             store.look()
             stores[name] = store
-        return cls(names, texture, (width, height), loom, report, stores)
+        auto = {} if choice is None else as_json(choice, wish.explain)
+        if choice is not None:
+            auto["command"] = weave_command_of(texture.method, out, sets, inputs, wish, loom)
+        warnings, spent = () if choice is None else choice.warnings, time.perf_counter() - began
+        return cls(names, texture, (width, height), loom, report, stores, auto, warnings, spent)
 
     def tell_plan(self, threads: int | None) -> None:
         """Say what would be made, how much memory it takes, and how long; one cell is drawn to know it."""
         workers, seconds, memory, raw = Run(threads).workers, 0.0, 0, 0
-        each = PER_PX + (0 if getattr(self.texture.method, "exact", True) else BETWEEN)
         for store in self.stores.values():
             task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
             task(cell)
@@ -95,20 +112,25 @@ class Weaving:
             seconds += (time.perf_counter() - began) / px * store.grid.height * store.grid.width / workers
             deep = store.texture.channels * store.texture.dtype.itemsize
             raw += store.grid.height * store.grid.width * deep
-            drawn = min(px * store.texture.scale[1] ** 2, DRAWN) * each + px * 2 * deep
-            memory = max(memory, BASE + workers * drawn + AHEAD * workers * packed)
+            others = min(workers, len(store.grid)) - 1  # the first was measured just now
+            memory = max(memory, taken() + others * self._drawn(store) + AHEAD * (others + 1) * packed)
         about = self._about() | {
-            "cells": sum(len(s.grid) for s in self.stores.values()),
+            "patches": None, "cells": sum(len(s.grid) for s in self.stores.values()),
             "pixels_bytes": raw, "memory_mib": memory >> 20, "seconds": round(seconds, 1),
         }  # fmt: skip
+        self._warn()
         self.report.note(
             f"{', '.join(self.names.values())}: {self._line()}, {gigabytes(raw)} of pixels, about {memory >> 20} MiB "
             f"of memory, {_span(seconds)} with {workers} workers like this one; not written (--dry-run)"
         )
+        self._explain()
         self.report.result({"dry_run": True, **about})
 
     def carry_out(self, threads: int | None) -> None:
-        """Stream every plane, and report it."""
+        """Stream every plane, and report it; what cannot fit into memory is refused before anything is made."""
+        workers = Run(threads).workers
+        for path, store in self.stores.items():
+            check_fits(taken() + min(workers, len(store.grid)) * self._drawn(store), f"{path}: {self._line()}")
         began = time.perf_counter()
         try:
             with self.report.watching(len(self.stores)) as meter:
@@ -118,23 +140,48 @@ class Weaving:
         except (Interrupted, CancelledError):
             raise CancelledError("stopped; the same command goes on where it was.") from None
         spent = time.perf_counter() - began
+        self._warn()
         self.report.note(f"{', '.join(self.names.values())}: {self._line()}, {spent:.1f} s")
-        self.report.result(self._about() | {"seconds": round(spent, 3)})
+        self._explain()
+        timings = {"read": self.read, "weave": spent, "total": self.read + spent}
+        self.report.result(self._about() | {"timings": {k: round(v, 3) for k, v in timings.items()}})
+
+    def _warn(self) -> None:
+        for line in self.warnings:
+            self.report.warn(line)
+
+    def _explain(self) -> None:
+        if "measurements" in self.auto and not self.report.quiet:
+            for line in explained(self._about(), self.warnings):
+                self.report.say(line)
+
+    def _drawn(self, store: Store) -> int:
+        """What a worker holds while it draws a cell, in bytes."""
+        box = store.grid.cell(0).box
+        px, deep = box.height * box.width, store.texture.channels * store.texture.dtype.itemsize
+        each = PER_PX + (0 if getattr(self.texture.method, "exact", True) else BETWEEN)
+        return int(min(px * store.texture.scale[1] ** 2, DRAWN) * each + px * 2 * deep)
 
     def _line(self) -> str:
         return f"{self.size[0]}x{self.size[1]} px, {self.texture.method.slug}, seed {self.texture.seed}"
 
     def _about(self) -> dict[str, Any]:
         """What JSON says of it, x before y."""
+        method = self.texture.method
+        spans = {k: getattr(method, k, None) for k in ("pitch", "footprint")}
         return {
             "files": [{"path": path, "holds": name} for name, path in self.names.items()],
             "size": list(self.size),
             **({"magnify": times} if (times := self.texture.exemplars[0].times) > 1 else {}),
             "origin": list(self.loom.origin),
             "seed": self.texture.seed,
-            "method": self.texture.method.slug,
-            "parameters": recipe_settings(self.texture.method),
-            "blend": self.texture.blend.told,
+            "wrap": "none",
+            "method": method.slug,
+            "parameters": recipe_settings(method),
+            **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
+            "blend": self.texture.blend.as_recipe,
+            "exemplars": recipe_exemplars(self.texture.exemplars),
+            **({"auto": self.auto} if self.auto else {}),
         }
 
 

@@ -1,26 +1,30 @@
-"""Pictures in and out: the only place that knows file formats, OpenImageIO and Pillow."""
+"""Pictures in and out: the only place that knows file formats, OpenImageIO and what Pillow reads."""
 
 from __future__ import annotations
 
+from ..disk.limits import DEFAULT_PIXELS, MAX_PIXELS, allowing
+from ..disk.writing import check_writable, write_bytes
+from .depth import preview
 from .encode import encode
-from .formats import MAX_PIXELS, Format, format_of
-from .preview import preview_png
+from .formats import Format, format_of
 from .read import read, read_mask, read_plane, read_set
 from .recipe import read_recipe, recipe_path
 from .samples import sample, sample_names
 from .sets import describe, group
-from .write import check_depth, check_writable, write, write_bytes
+from .write import check_depth, write
 
 __all__ = [
+    "DEFAULT_PIXELS",
     "MAX_PIXELS",
     "Format",
+    "allowing",
     "check_depth",
     "check_writable",
     "describe",
     "encode",
     "format_of",
     "group",
-    "preview_png",
+    "preview",
     "read",
     "read_mask",
     "read_plane",

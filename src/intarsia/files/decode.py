@@ -4,16 +4,28 @@ from __future__ import annotations
 
 import io
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, ResourceError
+from ..disk.limits import check_cost, check_size, no_room
+from ..errors import InputError, IntarsiaError
 from ..image import Array
-from . import headers, netpbm
-from .formats import check_size
+from . import headers, netpbm, png
 from .source import Picture
+from .straight import pixels_of
+
+READ = 1 << 24
+"""Bytes that are read of a file at a time, at least."""
+
+COSTS = {"exr": 1.5, "tiff": 1.5, "png": 2.0, "hdr": 1.5, "tga": 2.0}
+"""What unpacking takes of time and memory, in times the memory of the pixels, where that is more than 1."""
+
+DTYPES = {"uint8": 1, "uint16": 2, "uint": 4, "uint32": 4, "half": 2, "float": 4, "double": 8}
+"""What OpenImageIO calls the types of pixels that are read -> bytes."""
 
 
 @dataclass
@@ -25,15 +37,18 @@ class Decoded:
 
 
 def decode(picture: Picture) -> Decoded:
-    """Read the pixels of a file exactly as stored, turned upright; everything that fails is an InputError."""
+    """Read the pixels of a file exactly as stored, turned upright; everything that fails is an InputError.
+
+    Nobody else can write to the pixels.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             decoded = _by_format(picture)
-    except (InputError, ResourceError):
+    except IntarsiaError:
         raise
     except MemoryError:
-        raise ResourceError(f"{picture.name} does not fit into memory; crop it first.") from None
+        raise no_room(picture.name) from None
     except Exception as e:  # a damaged file can fail in any way
         raise headers.damaged(picture.name, str(e) or type(e).__name__) from None
     pixels = decoded.pixels
@@ -41,7 +56,11 @@ def decode(picture: Picture) -> Decoded:
         pixels = pixels[:, :, 0]
     if pixels.dtype == bool:
         pixels = pixels.astype(np.uint8) * np.uint8(255)
-    return Decoded(np.ascontiguousarray(pixels), _profile(decoded.icc, pixels))
+    pixels = np.ascontiguousarray(pixels)
+    for array in (pixels, pixels.base):
+        if isinstance(array, np.ndarray):
+            array.flags.writeable = False
+    return Decoded(pixels, _profile(decoded.icc, pixels))
 
 
 def _by_format(picture: Picture) -> Decoded:
@@ -49,27 +68,41 @@ def _by_format(picture: Picture) -> Decoded:
         return Decoded(netpbm.decode(picture.data(), picture.name))
     if picture.format == "png":
         return _png(picture)
-    if picture.format in ("jpeg", "gif", "webp"):
+    if picture.format in ("jpeg", "gif"):
         return _pillow(picture, picture.data())
     if picture.format == "exr":
         headers.exr(picture.head(), picture.name)
+    if picture.format == "webp":
+        headers.webp(picture.head(), picture.name, picture.size)
     return _oiio(picture)
 
 
 def _png(picture: Picture) -> Decoded:
     data = picture.data()
-    facts = headers.png(data, picture.name)
-    # Texts and profiles are taken out first: libpng would complain of broken ones on the terminal.
-    found = _pillow(picture, facts.clean or data) if facts.palette else _oiio(picture, facts.clean)
+    facts = png.png(data, picture.name)
+    # libpng tells the terminal what it does not like. Pillow has its own decoder, which knows no 16 bit but gray.
+    if facts.colour == png.PALETTE or not (facts.key or (facts.depth == 16 and facts.colour != png.GRAY)):
+        stored = 1 if facts.colour in (png.GRAY, png.PALETTE) else 4
+        own = facts.channels if facts.colour == png.PALETTE or facts.depth == 1 else facts.depth == 16
+        check_cost(picture.name, (stored + own) * facts.width * facts.height, len(data))
+        if facts.interlaced:  # of these, Pillow takes some that are cut off
+            png.check_rows(facts, picture.name)
+        check = partial(png.check_rows, facts, picture.name)
+        found = _pillow(picture, facts.clean() if facts.dirty else data, check)
+    else:
+        cost = COSTS["png"] * facts.width * facts.height * facts.channels * -(-facts.depth // 8)
+        check_cost(picture.name, cost, len(data))
+        png.check_rows(facts, picture.name)
+        found = _oiio(picture, facts.clean() if facts.dirty else None)
     found.icc = facts.icc
     if facts.exif:
         found.pixels = upright(found.pixels, _exif_orientation(facts.exif))
     return found
 
 
-def _pillow(picture: Picture, data: bytes) -> Decoded:
+def _pillow(picture: Picture, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
     # The classes of the formats, not Image.open: nothing else is ever tried.
-    from PIL import GifImagePlugin, JpegImagePlugin, PngImagePlugin, WebPImagePlugin
+    from PIL import GifImagePlugin, Image, JpegImagePlugin, PngImagePlugin
 
     if picture.format == "jpeg":
         headers.jpeg(data, picture.name)
@@ -77,20 +110,19 @@ def _pillow(picture: Picture, data: bytes) -> Decoded:
         "png": PngImagePlugin.PngImageFile,
         "jpeg": JpegImagePlugin.JpegImageFile,
         "gif": GifImagePlugin.GifImageFile,
-        "webp": WebPImagePlugin.WebPImageFile,
     }
-    with kinds[picture.format](io.BytesIO(data)) as image:
-        check_size(picture.name, *image.size)
-        image.load()
-        icc = image.info.get("icc_profile")
-        exif = image.info.get("exif") if picture.format != "gif" else None
-        if image.mode == "CMYK":
-            icc = None  # it describes the inks, which are gone
-        if image.mode not in ("L", "LA", "RGB", "RGBA"):
-            image = image.convert("RGBA" if "transparency" in image.info else "RGB")
-        elif "transparency" in image.info and image.mode in ("L", "RGB"):
-            image = image.convert(image.mode + "A")
-        pixels = np.array(image)
+    try:
+        with kinds[picture.format](io.BytesIO(data)) as image:
+            check_size(picture.name, *image.size)
+            if picture.format == "gif":
+                check_cost(picture.name, 5.0 * image.size[0] * image.size[1], len(data))
+            inks = image.mode == "CMYK"
+            pixels = pixels_of(image, doubt)
+            icc = None if inks else image.info.get("icc_profile")  # it describes the inks, which are gone
+            exif = image.info.get("exif") if picture.format != "gif" else None
+    except Image.DecompressionBombError:
+        most = 2 * (Image.MAX_IMAGE_PIXELS or 0)
+        raise InputError(f"{picture.name} has more pixels than Pillow reads ({most}); save it as TIFF.") from None
     return Decoded(upright(pixels, _exif_orientation(exif) if exif else 1), icc)
 
 
@@ -106,18 +138,35 @@ def _oiio(picture: Picture, data: bytes | None = None) -> Decoded:
         try:
             spec = file.spec()
             first, stop, chosen, dtype = _layout(picture, spec)
-            pixels = file.read_image(0, 0, first, stop, dtype)
+            pixels = _bands(file, spec, first, stop, dtype)
             error = file.geterror()
         finally:
             file.close()
     if pixels is None or error:
         raise headers.damaged(picture.name, error.replace(path, "file") or "no pixels came")
-    pixels = np.asarray(pixels)
     if chosen != list(range(pixels.shape[2])):
         pixels = pixels[:, :, chosen]
     profile = spec.getattribute("ICCProfile")
     icc = None if profile is None else np.asarray(profile, np.uint8).tobytes()
     return Decoded(upright(pixels, spec.get_int_attribute("Orientation", 1)), icc)
+
+
+def _bands(file: Any, spec: Any, first: int, stop: int, dtype: str) -> Array | None:
+    """Read band by band: a whole picture at once would take its memory twice. None where pixels are missing."""
+    width, height, channels = spec.width, spec.height, stop - first
+    if spec.tile_width or width * height * channels * 8 <= READ:
+        found = file.read_image(0, 0, first, stop, dtype)
+        return None if found is None else np.asarray(found).reshape(height, width, channels)
+    out: Array | None = None
+    rows = -(-READ // (width * channels)) + 255 & ~255
+    for y in range(spec.y, spec.y + height, rows):
+        band = file.read_scanlines(y, min(y + rows, spec.y + height), 0, first, stop, dtype)
+        if band is None:
+            return None
+        if out is None:
+            out = np.empty((height, width, channels), band.dtype)
+        out[y - spec.y : y - spec.y + rows] = band.reshape(-1, width, channels)
+    return out
 
 
 def _layout(picture: Picture, spec: Any) -> tuple[int, int, list[int], str]:
@@ -134,9 +183,11 @@ def _layout(picture: Picture, spec: Any) -> tuple[int, int, list[int], str]:
         if "uint" in formats:
             raise InputError(f"{name} mixes whole numbers and floats in one layer; save them as separate files.")
     dtype = formats.pop()
-    if dtype not in ("uint8", "uint16", "uint", "uint32", "half", "float", "double"):
+    if dtype not in DTYPES:
         raise InputError(f"{name} holds {dtype} pixels; save it with 8 or 16 bit, half or float.")
     first = min(chosen)
+    unpacked = spec.width * spec.height * (max(chosen) + 1 - first) * DTYPES[dtype]
+    check_cost(name, unpacked * COSTS.get(picture.format, 1.0), picture.size)
     return first, max(chosen) + 1, [c - first for c in chosen], dtype
 
 

@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from ..disk.limits import MAX_CHANNELS
+from ..disk.whole import working_folder
 from ..errors import ParameterError, ResourceError
 from ..image import Array, Kind, Plane
-from . import headers, netpbm
-from .formats import FORMATS, MAX_CHANNELS, Format
+from . import netpbm
+from .formats import FORMATS, Format
+from .png import PNG_END
 
 MARK = "intarsia recipe: "
 """What an embedded recipe starts with."""
@@ -58,8 +61,10 @@ def holds_recipe(target: Format, recipe: str) -> bool:
     return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
-def check_holds(target: Format, plane: Plane, dtype: str | None = None) -> None:
-    """Refuse a plane that a format cannot hold, and say what to do."""
+def check_holds(
+    target: Format, plane: Plane, dtype: str | None = None, size: tuple[int, int] | None = None
+) -> None:  # fmt: skip
+    """Refuse a plane that a format cannot hold, and say what to do; `size` (width, height) is that of the output."""
     name, dtype = target.name, dtype or plane.pixels.dtype.name
     dtype = "uint8" if dtype == "bool" else dtype
     if dtype not in target.dtypes:
@@ -72,9 +77,10 @@ def check_holds(target: Format, plane: Plane, dtype: str | None = None) -> None:
         alpha = " (alpha among them)" if plane.alpha else ""
         many = f"1 to {MAX_CHANNELS}" if len(target.channels) > 4 else _any_of([str(c) for c in target.channels])
         raise ParameterError(f"{name} holds {many} channels, not {plane.channels}{alpha}; write {_any_of(choices)}.")
-    if max(plane.width, plane.height) > target.side:
+    width, height = size or (plane.width, plane.height)
+    if max(width, height) > target.side:
         raise ParameterError(
-            f"{name} holds at most {target.side} px a side, not {plane.width}x{plane.height}; write .png, .tif or .exr."
+            f"{name} holds at most {target.side} px a side, not {width}x{height}; write .tif, .exr or .pfm."
         )
     if dtype == "uint32" and name == "exr" and plane.kind is not Kind.LABEL:
         raise ParameterError("exr holds 32-bit whole numbers as labels only; ask for --depth float.")
@@ -134,7 +140,7 @@ def _oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> byte
         spec.attribute("ImageDescription", text)
     if icc:
         spec.attribute("ICCProfile", oiio.TypeDesc(f"uint8[{len(icc)}]"), np.frombuffer(icc, np.uint8))
-    with tempfile.TemporaryDirectory(prefix="intarsia-") as folder:
+    with working_folder() as folder:
         path = os.path.join(folder, "picture." + {"tiff": "tif"}.get(name, name))
         file = oiio.ImageOutput.create(path)
         done = file is not None and file.open(path, spec) and file.write_image(pixels)
@@ -142,10 +148,11 @@ def _oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> byte
         done = file is not None and file.close() and done
         if not done:
             reason = " ".join(error.replace(path, "file").split())[:160]
-            raise ResourceError(f"the {name} could not be made in {tempfile.gettempdir()} ({reason}); make room there.")
+            room = f"make room in {tempfile.gettempdir()}, or write another format"
+            raise ResourceError(f"the {name} could not be made ({reason}); {room}.")
         with open(path, "rb") as made:
             data = made.read()
-    if name == "png" and not data.endswith(headers.PNG_END):  # libpng tells nobody that the disk is full
+    if name == "png" and not data.endswith(PNG_END):  # libpng tells nobody that the disk is full
         raise ResourceError(f"{tempfile.gettempdir()} is full; make room there, or set TMPDIR.")
     return data
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
-from ..errors import InputError, ParameterError
+from ..disk.limits import MAX_CHANNELS
+from ..errors import ParameterError, printable
 
-MAX_PIXELS = 1 << 28
-"""Pictures of more pixels are refused by their header, before anything is decoded."""
+PNG_SIDE = 1_000_000
+"""libpng reads and writes no longer sides."""
 
-MAX_CHANNELS = 64
 READABLE = "PNG, JPEG, TIFF, EXR, Radiance HDR, WebP, TGA, BMP, GIF, PPM, PGM, PBM or PFM"
 
 
@@ -25,6 +25,7 @@ class Format:
     side: int = 1 << 20
     text: bool = False  # holds a recipe inside
     icc: bool = False
+    lossless: bool = True
 
     @property
     def depths(self) -> str:
@@ -37,8 +38,8 @@ class Format:
 
 ANY = tuple(range(1, MAX_CHANNELS + 1))
 FORMATS = (
-    Format("png", (".png",), ("uint8", "uint16"), (1, 2, 3, 4), text=True, icc=True),
-    Format("jpeg", (".jpg", ".jpeg"), ("uint8",), (1, 3), 65500, text=True, icc=True),
+    Format("png", (".png",), ("uint8", "uint16"), (1, 2, 3, 4), PNG_SIDE, text=True, icc=True),
+    Format("jpeg", (".jpg", ".jpeg"), ("uint8",), (1, 3), 65500, text=True, icc=True, lossless=False),
     Format("tiff", (".tif", ".tiff"), ("uint8", "uint16", "uint32", "float32", "float64"), ANY, text=True, icc=True),
     Format("tga", (".tga",), ("uint8",), (1, 2, 3, 4), 65535),
     Format("bmp", (".bmp",), ("uint8",), (1, 3, 4), 1 << 15),
@@ -47,7 +48,7 @@ FORMATS = (
     Format("pfm", (".pfm",), ("float32",), (1, 3)),
     Format("webp", (".webp",), ("uint8",), (3, 4), 16383, text=True, icc=True),
     Format("exr", (".exr",), ("float16", "float32", "uint32"), ANY, text=True),
-    Format("hdr", (".hdr",), ("float32",), (3,)),
+    Format("hdr", (".hdr",), ("float32",), (3,), lossless=False),  # 8 bits and an exponent of three floats
 )
 SUFFIXES = {suffix: f for f in FORMATS for suffix in f.suffixes}
 
@@ -58,7 +59,7 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     suffix = os.path.splitext(text)[1].lower()
     if suffix not in SUFFIXES:
         was = f"the ending {suffix}" if suffix else "a name without ending"
-        raise ParameterError(f"{shown(text)}: {shown(was)} names no format; end it in {', '.join(SUFFIXES)}.")
+        raise ParameterError(f"{printable(text)}: {printable(was)} names no format; end it in {', '.join(SUFFIXES)}.")
     return SUFFIXES[suffix]
 
 
@@ -152,23 +153,3 @@ def _is_tga(head: bytes, size: int) -> bool:
         and head[12:14] != b"\0\0"
         and head[14:16] != b"\0\0"
     )
-
-
-def check_size(name: str, width: int, height: int, channels: int = 1) -> None:
-    """Refuse a picture by the size that its header states."""
-    if width < 1 or height < 1:
-        raise InputError(f"{name} has no pixels ({width}x{height}); save it again.")
-    if width * height > MAX_PIXELS or max(width, height) > 1 << 20:
-        raise InputError(
-            f"{name} claims {width}x{height} px; at most {MAX_PIXELS >> 20} Mi pixels and {1 << 20} px a side "
-            "are allowed, so crop it first."
-        )
-    if channels > MAX_CHANNELS:
-        raise InputError(f"{name} has {channels} channels; at most {MAX_CHANNELS}, so save fewer.")
-
-
-def shown(path: object) -> str:
-    """Return a file name fit for a one-line message."""
-    text = os.fsdecode(path) if isinstance(path, bytes | os.PathLike) else str(path)
-    text = "".join(c if c.isprintable() else "?" for c in text)
-    return text if len(text) <= 200 else text[:100] + "..." + text[-80:]

@@ -1,30 +1,20 @@
-"""What can be learnt of a file without decoding it: its size, and whether it is whole."""
+"""What can be learnt of a file without decoding it: its size, what it will cost, and whether it is whole."""
 
 from __future__ import annotations
 
 import struct
-import zlib
-from dataclasses import dataclass, field
 
+from ..disk.limits import check_cost, check_size, most_pixels
 from ..errors import InputError
-from .formats import check_size
 
-PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
+MOST_SCANS = 500
+"""A progressive JPEG may have as many scans; each of them goes over the whole picture again."""
 
-MAX_UNPACKED = 1 << 26
-"""Compressed texts and profiles inside a PNG may unpack to this many bytes together."""
+WEBP = 10
+"""Bytes that libwebp takes for a pixel."""
 
-
-@dataclass
-class PngFacts:
-    """What a PNG states, and the same file without texts and profiles."""
-
-    palette: bool = False
-    icc: bytes | None = None
-    exif: bytes | None = None
-    clean: bytes | None = None  # None: the file is clean as it is
-    texts: dict[str, str] = field(default_factory=dict)
-
+SCANS = 16
+"""As many may go over the largest picture that is allowed, and more over smaller ones."""
 
 def damaged(name: str, why: str) -> InputError:
     """Say in one line that a file cannot be decoded."""
@@ -32,78 +22,9 @@ def damaged(name: str, why: str) -> InputError:
     return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
 
 
-def png(data: bytes, name: str) -> PngFacts:
-    """Check every chunk of a PNG by its checksum, and that the file has an end."""
-    facts, kept, pos, budget = PngFacts(), [data[:8]], 8, MAX_UNPACKED
-    seen_pixels = dirty = False
-    while True:
-        head = data[pos : pos + 8]
-        if len(head) < 8:
-            raise damaged(name, "it has no end")
-        length, kind = int.from_bytes(head[:4], "big"), head[4:]
-        end = pos + 12 + length
-        if end > len(data):
-            raise damaged(name, "it has no end")
-        if zlib.crc32(memoryview(data)[pos + 4 : end - 4]) != int.from_bytes(data[end - 4 : end], "big"):
-            raise damaged(name, f"the checksum of its part {kind.decode('latin-1')!r} is wrong")
-        body = memoryview(data)[pos + 8 : end - 4]
-        if pos == 8:
-            facts.palette = _ihdr(kind, bytes(body), name)
-        if kind in (b"iCCP", b"zTXt", b"iTXt", b"tEXt"):
-            budget -= _text(facts, kind, bytes(body), name, budget)
-        if kind == b"eXIf":
-            facts.exif = bytes(body)
-        if kind in (b"IHDR", b"PLTE", b"IDAT", b"IEND", b"tRNS"):
-            kept.append(data[pos:end])
-        else:
-            dirty = True
-        seen_pixels |= kind == b"IDAT"
-        pos = end
-        if kind == b"IEND":
-            break
-    if not seen_pixels:
-        raise damaged(name, "it holds no pixels")
-    facts.clean = b"".join(kept) if dirty else None
-    return facts
-
-
-def _ihdr(kind: bytes, body: bytes, name: str) -> bool:
-    if kind != b"IHDR" or len(body) != 13:
-        raise damaged(name, "it has no header")
-    width, height, _, colour = struct.unpack(">IIBB", body[:10])
-    check_size(name, width, height)
-    return bool(colour == 3)
-
-
-def _text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int) -> int:
-    """Keep a text or a profile; return how many bytes it unpacked to."""
-    key, _, rest = body.partition(b"\0")
-    word = key.decode("latin-1")
-    if kind == b"tEXt":
-        facts.texts.setdefault(word, rest.decode("latin-1"))
-        return len(rest)
-    if kind == b"iTXt":
-        packed, rest = rest[:1] == b"\1", rest[2:].partition(b"\0")[2].partition(b"\0")[2]
-    else:
-        packed, rest = True, rest[1:]
-    if packed:
-        unpacker = zlib.decompressobj()
-        try:
-            rest = unpacker.decompress(rest, budget)
-        except zlib.error:
-            return 0
-        if unpacker.unconsumed_tail:
-            raise InputError(f"{name} unpacks to over {MAX_UNPACKED >> 20} MiB of text; save it without metadata.")
-    if kind == b"iCCP":
-        facts.icc = rest
-    else:
-        facts.texts.setdefault(word, rest.decode("utf-8", "replace"))
-    return len(rest)
-
-
 def jpeg(data: bytes, name: str) -> None:
-    """Check the size that a JPEG states, and that its picture has an end."""
-    pos, sized = 2, False
+    """Check the size that a JPEG states, what it will cost, and that its picture has an end."""
+    pos, frame, progressive, samples = 2, None, False, 0.0
     while True:
         while data[pos : pos + 2] == b"\xff\xff":
             pos += 1
@@ -117,14 +38,50 @@ def jpeg(data: bytes, name: str) -> None:
             check_size(name, width, height, channels)
             if bits != 8:
                 raise InputError(f"{name} is a JPEG of {bits} bit; only 8 bit is read, so save it as PNG or TIFF.")
-            sized = True
+            frame, progressive = (width, height), marker in (0xC2, 0xC6, 0xCA, 0xCE)
+            samples = _samples(data[pos + 11 : pos + 2 + length : 3])
         pos += 2 + length
         if marker == 0xDA:
             break
-    if not sized:
+    if frame is None:
         raise damaged(name, "it states no size")
     if data.rfind(b"\xff\xd9") < pos:
         raise damaged(name, "it has no end")
+    pixels, scans = frame[0] * frame[1], 1 + data.count(b"\xff\xda", pos)
+    # With several scans all coefficients are kept, 16 bit each.
+    check_cost(name, pixels * (4 + 2 * samples * (progressive or scans > 1)), len(data))
+    _check_scans(name, scans, pixels)
+
+
+def _samples(factors: bytes) -> float:
+    """How many samples a pixel has, of the sampling factors of the channels: 3 for full colour, 1.5 for 4:2:0."""
+    sizes = [max(f >> 4, 1) * max(f & 15, 1) for f in factors] or [1]
+    return sum(sizes) / max(sizes)
+
+
+def _check_scans(name: str, scans: int, pixels: int) -> None:
+    """Refuse more passes over a picture than any encoder makes: each takes time however little it holds."""
+    most = min(MOST_SCANS, max(SCANS, SCANS * most_pixels() // max(pixels, 1)))
+    if scans > most:
+        raise InputError(
+            f"{name} is a JPEG of {scans} scans; at most {most} are read at its size; save it anew, not progressive."
+        )
+
+
+def webp(data: bytes, name: str, held: int) -> None:
+    """Check the size that a WebP states, and what it will cost; `data` is the start of a file of `held` bytes."""
+    kind, body = data[12:16], data[20:30]
+    if len(body) < 10 or kind not in (b"VP8X", b"VP8L", b"VP8 "):
+        raise damaged(name, "it has no header")
+    if kind == b"VP8X":
+        width, height = (1 + int.from_bytes(body[k : k + 3], "little") for k in (4, 7))
+    elif kind == b"VP8L":
+        bits = int.from_bytes(body[1:5], "little")
+        width, height = (1 + (bits >> k & 0x3FFF) for k in (0, 14))
+    else:
+        width, height = (int.from_bytes(body[k : k + 2], "little") & 0x3FFF for k in (6, 8))
+    check_size(name, width, height)
+    check_cost(name, WEBP * width * height, held)
 
 
 def exr(data: bytes, name: str) -> None:

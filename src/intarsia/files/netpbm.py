@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from ..disk.limits import check_size
 from ..errors import InputError
 from ..image import Array
-from .formats import check_size
 
 _TOKEN = re.compile(rb"(?:[ \t\r\n\v\f]|#[^\r\n]*(?:[\r\n]|\Z))*([^ \t\r\n\v\f#]+)")
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _LAST_COMMENT = re.compile(rb"[ \t]*#[^\r\n]*(?=[\r\n])")
+_BLANK = re.compile(rb"[ \t\r\n\v\f]")
+BLANKS, PART = b" \t\r\n\v\f", 1 << 20
+_IS_BLANK = np.isin(np.arange(256), np.frombuffer(BLANKS, np.uint8))
+_IS_FINE = _IS_BLANK | np.isin(np.arange(256), np.arange(48, 58))
 HEADER = 1 << 20
 """A header, comments included, is at most this long."""
 
@@ -86,20 +91,63 @@ def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> 
 
 
 def _plain(text: bytes, count: int, name: str, bits: bool) -> Array:
-    text = _COMMENT.sub(b" ", text)
-    if bits:
-        digits = b"".join(text.split())[:count]
-        if digits.strip(b"01"):
-            raise InputError(f"{name} holds something else than 0 and 1; it is damaged, save it again.")
-        values = np.frombuffer(digits, np.uint8) - np.uint8(48)
-    else:
-        words = text.split(None, count)[:count]
-        if not all(w.isdigit() and len(w) <= 5 for w in words):
-            raise InputError(f"{name} holds something that is no number from 0 to 65535; it is damaged, save it again.")
-        values = np.array(words, dtype="S5").astype(np.int64) if words else np.zeros(0, np.int64)
-    if values.size < count:
-        raise InputError(f"{name} ends too early ({values.size} of {count} values); it is damaged, save it again.")
+    """Read numbers written out, one part of the text after the other, so that memory stays that of the pixels."""
+    text = _COMMENT.sub(b" ", text) if b"#" in text else text
+    if len(text) < (count if bits else 2 * count - 1):  # before any room is made for them
+        raise InputError(f"{name} ends too early for {count} values; it is damaged, copy or save it again.")
+    values, have = np.zeros(count, np.uint8 if bits else np.uint16), 0
+    for part in _parts(text):
+        if have == count:
+            break
+        found = _bits(part, name) if bits else _numbers(part, count - have, name)
+        found = found[: count - have]
+        values[have : have + len(found)] = found
+        have += len(found)
+    if have < count:
+        raise InputError(f"{name} ends too early ({have} of {count} values); it is damaged, copy or save it again.")
     return values
+
+
+def _parts(text: bytes) -> Iterator[bytes]:
+    """Cut a text where it is blank."""
+    start = 0
+    while start < len(text):
+        stop = start + PART
+        found = _BLANK.search(text, stop) if stop < len(text) else None
+        stop = len(text) if found is None else found.start()
+        yield text[start:stop]
+        start = stop
+
+
+def _bits(part: bytes, name: str) -> Array:
+    digits = part.translate(None, BLANKS)
+    if digits.translate(None, b"01"):
+        raise InputError(f"{name} holds something else than 0 and 1; it is damaged, save it again.")
+    return np.frombuffer(digits, np.uint8) - np.uint8(48)
+
+
+def _numbers(part: bytes, most: int, name: str) -> Array:
+    """Read at most so many numbers of up to five digits."""
+    codes = np.frombuffer(part + b"     ", np.uint8)
+    inside = ~_IS_BLANK[codes]
+    edges = np.flatnonzero(inside[1:] != inside[:-1]) + 1
+    edges = np.concatenate(([0], edges)) if inside[0] else edges
+    starts, lengths = edges[: 2 * most : 2], (edges[1::2] - edges[::2])[:most]
+    if not len(starts):
+        return np.zeros(0, np.uint16)
+    digits = codes[starts[0] : starts[-1] + lengths[-1]]
+    if lengths.max() > 5 or not _IS_FINE[digits].all():
+        raise _no_numbers(name)
+    total = np.zeros(len(starts), np.int32)
+    for k in range(int(lengths.max())):
+        total = np.where(lengths > k, total * 10 + (codes[starts + k].astype(np.int32) - 48), total)
+    if total.max() >= 1 << 16:
+        raise _no_numbers(name)
+    return total.astype(np.uint16)
+
+
+def _no_numbers(name: str) -> InputError:
+    return InputError(f"{name} holds something that is no number from 0 to 65535; it is damaged, save it again.")
 
 
 def _full_range(values: Array, maxval: int) -> Array:

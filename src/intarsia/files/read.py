@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, ParameterError
-from ..exemplar import KIND_OF_NAME, Exemplar
+from ..arguments import chosen, expect_path
+from ..errors import InputError, ParameterError, printable, said
+from ..exemplar import KIND_OF_NAME, Exemplar, finite
 from ..image import Kind, Plane, Transfer
 from .decode import decode
-from .formats import shown
 from .samples import PREFIX, sample
 from .sets import name_of, uses_directx
 from .source import look
 
 PathLike = str | os.PathLike[str]
+Mask = NDArray[np.bool_]
 ALPHA = ("auto", "channel", "mask")
 
 
@@ -49,19 +50,29 @@ def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", *
     return read_set({"albedo": path, **planes} | ({} if mask is None else {"mask": mask}), alpha=alpha)
 
 
-def read_set(files: Mapping[str, PathLike], *, alpha: str = "auto") -> Exemplar:
-    """Read an exemplar from a dict of files, as :func:`group` returns them; ``mask`` says which pixels are usable."""
-    if alpha not in ALPHA:
-        raise ParameterError(f"alpha={alpha} is not allowed; choose one of {', '.join(ALPHA)}.")
+def read_set(
+    files: Mapping[str, PathLike], *, alpha: str = "auto", unused: Callable[[Plane, str], Mask] | None = None
+) -> Exemplar:
+    """Read an exemplar from a dict of files, as :func:`group` returns them; ``mask`` says which pixels are usable.
+
+    `unused` gives the pixels (H, W) of a base plane and its name that are replaced anyway; they may be NaN.
+    """
+    if not isinstance(alpha, str) or alpha not in ALPHA:
+        raise ParameterError(f"alpha={said(alpha)} is not allowed; choose one of {', '.join(ALPHA)}.")
+    for path in files.values():
+        expect_path(path)
     paths = {name: p for name, p in files.items() if name != "mask"}
     if not paths:
         raise InputError("a mask alone is no exemplar; give a picture as well.")
     planes = {name: _named_plane(name, p) for name, p in paths.items()}
     first, path = next(iter(paths.items()))
-    planes[first], usable = _split_alpha(planes[first], alpha, shown(path))
+    planes[first], usable = _split_alpha(planes[first], alpha, printable(path))
     if "mask" in files:
-        marked = read_mask(files["mask"], planes[first], shown(path))
+        marked = read_mask(files["mask"], planes[first], printable(path))
         usable = marked if usable is None else usable & marked
+    if unused is not None and not all(map(finite, planes.values())):
+        kept = ~unused(planes[first], printable(path))
+        usable = kept if usable is None else usable & kept
     return Exemplar(planes, usable, name=_short(path))
 
 
@@ -70,12 +81,14 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
 
     EXR, HDR, PFM and float TIFF are linear, all else is sRGB. An EXR gives its RGB(A) or Y(A), else its first layer.
     """
+    if not isinstance(path, bytes):
+        expect_path(path)
     if isinstance(path, str) and path.startswith(PREFIX):
         made = sample(path)
-        return made if kind is None else Plane(made.pixels, Kind(kind), made.transfer, made.meta)
+        return made if kind is None else Plane(made.pixels, chosen(Kind, "kind", kind), made.transfer, made.meta)
     picture = look(path)
     found = decode(picture)
-    pixels, kind = found.pixels, Kind.COLOUR if kind is None else Kind(kind)
+    pixels, kind = found.pixels, Kind.COLOUR if kind is None else chosen(Kind, "kind", kind)
     if kind is Kind.NORMAL:
         pixels = _three(pixels, picture.name)
     if pixels.dtype == np.uint32 and kind is not Kind.LABEL:
@@ -139,7 +152,7 @@ def read_mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
     plane = read_plane(path, Kind.LABEL)
     if (plane.height, plane.width) != (base.height, base.width):
         size = f"{plane.width}x{plane.height} px, {name} {base.width}x{base.height}"
-        raise InputError(f"the mask {shown(path)} is {size}; make them equal.")
+        raise InputError(f"the mask {printable(path)} is {size}; make them equal.")
     values = plane.samples
     full = 1.0 if plane.is_float else float(np.iinfo(values.dtype).max)
     if not plane.is_float and int(values.max()) <= 1:

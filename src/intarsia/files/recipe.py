@@ -7,10 +7,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
-from . import headers
+from ..errors import InputError, printable
+from . import headers, png
 from .encode import MARK
-from .formats import shown
 from .source import Picture, look
 
 LONGEST = 1 << 24
@@ -31,13 +30,13 @@ def read_recipe(path: str | os.PathLike[str]) -> dict[str, Any] | None:
     text = _description(look(path))
     start = text.find(MARK)
     if start >= 0:
-        return _parse(text[start + len(MARK) :], shown(path))
+        return _parse(text[start + len(MARK) :], printable(path))
     beside = recipe_path(path)
     return _from_file(beside) if os.path.isfile(beside) else None
 
 
 def _from_file(path: Path) -> dict[str, Any]:
-    name = shown(path)
+    name = printable(path)
     if not os.path.isfile(path):
         raise InputError(f"{name} does not exist, or is no ordinary file; name a recipe.")
     try:
@@ -61,7 +60,7 @@ def _description(picture: Picture) -> str:
     """Return the texts that a file holds, joined."""
     try:
         if picture.format == "png":
-            return "\n".join(headers.png(picture.data(), picture.name).texts.values())
+            return "\n".join(png.png(picture.data(), picture.name).texts.values())
         if picture.format in ("jpeg", "webp"):
             return _pillow(picture)
         if picture.format in ("tiff", "exr"):

@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..errors import InputError, ParameterError
-from .formats import SUFFIXES, shown
+from ..errors import InputError, ParameterError, printable
+from .formats import SUFFIXES
 
 PathLike = str | os.PathLike[str]
 
@@ -52,7 +52,7 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
     loose: list[PathLike] = []
     for path in paths:
         if _is_folder(path) and how == "auto":
-            found.append(_one_set(_inside(path), shown(path)))
+            found.append(_one_set(_inside(path), printable(path)))
         else:
             loose.extend(_inside(path) if _is_folder(path) else [path])
     if how == "set":
@@ -70,7 +70,7 @@ def describe(sets: Iterable[dict[str, PathLike]]) -> str:
     """Say in words how the files were read, one line for each exemplar."""
     lines = []
     for number, files in enumerate(sets, 1):
-        parts = [f"{name} {shown(Path(os.fspath(p)).name)}" for name, p in files.items()]
+        parts = [f"{name} {printable(Path(os.fspath(p)).name)}" for name, p in files.items()]
         dx = any(name == "normal" and uses_directx(p) for name, p in files.items())
         what = f"one set of {len(parts)} maps" if len(parts) > 1 else "one picture"
         lines.append(f"exemplar {number}: {what}: {', '.join(parts)}{' (DirectX normals)' if dx else ''}")
@@ -115,9 +115,9 @@ def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
         elif name == "normal" and uses_directx(path) != uses_directx(named[name]):
             named[name] = named[name] if uses_directx(path) else path  # both are there: take OpenGL
         else:
-            first, second = shown(Path(os.fspath(named[name])).name), shown(Path(os.fspath(path)).name)
+            first, second = printable(Path(os.fspath(named[name])).name), printable(Path(os.fspath(path)).name)
             raise ParameterError(
-                f"{first} and {second} both are the {name} of {shown(owner)}; give one, or ask for --several."
+                f"{first} and {second} both are the {name} of {printable(owner)}; give one, or ask for --several."
             )
     return {name: named[name] for name in WORDS if name in named}
 
@@ -137,12 +137,12 @@ def _inside(folder: PathLike) -> list[PathLike]:
         names = sorted(os.listdir(folder))
     except OSError as e:
         reason = (e.strerror or str(e)).lower()
-        raise InputError(f"{shown(folder)} cannot be listed ({reason}); check the permissions.") from None
+        raise InputError(f"{printable(folder)} cannot be listed ({reason}); check the permissions.") from None
     paths: list[PathLike] = [
         Path(folder) / n for n in names if not n.startswith(".") and os.path.splitext(n)[1].lower() in _READABLE
     ]
     if not paths:
-        raise InputError(f"{shown(folder)} holds no picture; name another folder, or a file.")
+        raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
     maps = [p for p in paths if name_of(p)[1] is not None]
     if not maps:
         return paths

@@ -6,15 +6,17 @@ import os
 import shutil
 import stat
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, ResourceError
-from .formats import READABLE, shown, sniff
+from ..disk.limits import no_room
+from ..disk.paths import ordinary
+from ..disk.whole import working_folder
+from ..errors import InputError, ResourceError, printable
+from .formats import READABLE, sniff
 
 HEAD = 1 << 16
 MAX_WHOLE = 1 << 32
@@ -27,12 +29,13 @@ _SUFFIX = {"jpeg": ".jpg", "tiff": ".tif"}
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture file that may be opened: what to call it, its format, and where its bytes are."""
+    """A picture file that may be opened: what to call it, its format, where its bytes are, and how many."""
 
     name: str
     format: str
     path: Path | None
     held: bytes | None
+    size: int
 
     def head(self) -> bytes:
         """The first 64 KiB."""
@@ -55,7 +58,7 @@ class Picture:
     def plain_path(self, data: bytes | None = None) -> Iterator[str]:
         """Lend a path with the true ending and no surprising characters, for libraries that judge by name."""
         held = self.held if data is None else data
-        with tempfile.TemporaryDirectory(prefix="intarsia-") as folder:
+        with working_folder() as folder:
             target = os.path.join(folder, "picture" + _SUFFIX.get(self.format, "." + self.format))
             if held is not None:
                 try:
@@ -79,7 +82,7 @@ def look(source: str | os.PathLike[str] | bytes) -> Picture:
     if text == "-":
         data = _standard_input()
         return _picture("the standard input", None, data, len(data))
-    path, name = Path(text), shown(text)
+    path, name = Path(text), printable(text)
     if not text:
         raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
     size = ordinary(path, name)
@@ -98,24 +101,6 @@ def _standard_input() -> bytes:
     return data
 
 
-def ordinary(path: Path, name: str, instead: str = "a sample such as sample:brick") -> int:
-    """Return the size of an ordinary file, and refuse all else without opening it; `instead` is what may be given."""
-    try:
-        state = os.stat(path)
-    except FileNotFoundError:
-        if os.path.islink(path):
-            raise InputError(f"{name} is a link to a file that does not exist; mend the link.") from None
-        raise InputError(f"{name} does not exist; check the name, or give {instead}.") from None
-    except (OSError, ValueError) as e:
-        reason = getattr(e, "strerror", None) or str(e)
-        raise InputError(f"{name} cannot be opened ({reason.lower()}); check the name and the permissions.") from None
-    if stat.S_ISDIR(state.st_mode):
-        raise InputError(f"{name} is a folder; name a file in it.")
-    if not stat.S_ISREG(state.st_mode):
-        raise InputError(f"{name} is a pipe or a device; name an ordinary file.")
-    return state.st_size
-
-
 def _picture(name: str, path: Path | None, held: bytes | None, size: int) -> Picture:
     if size == 0:
         raise InputError(f"{name} is empty (0 bytes); copy or save it again.")
@@ -123,7 +108,7 @@ def _picture(name: str, path: Path | None, held: bytes | None, size: int) -> Pic
     kind, seems = sniff(head[:4096], size)
     if kind is None:
         raise InputError(f"{name} seems to be {seems}; only {READABLE} are read, so convert it first.")
-    return Picture(name, kind, path, held)
+    return Picture(name, kind, path, held, size)
 
 
 def _read(path: Path, name: str, limit: int) -> bytes:
@@ -135,7 +120,7 @@ def _read(path: Path, name: str, limit: int) -> bytes:
                 raise InputError(f"{name} is no ordinary file; name a picture file.")
             return file.read(min(limit, os.fstat(file.fileno()).st_size))
     except MemoryError:
-        raise ResourceError(f"{name} does not fit into memory; crop it first.") from None
+        raise no_room(name) from None
     except OSError as e:
         raise InputError(f"{name} cannot be read ({(e.strerror or str(e)).lower()}); check the permissions.") from None
 

@@ -10,24 +10,24 @@ import os
 import struct
 import zlib
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
-from ..errors import IntarsiaError, ParameterError, ResourceError
-from ..files.encode import MARK
-from ..image import Array, Kind
+from ..arguments import expect_path
+from ..disk import whole
+from ..errors import InputError, IntarsiaError, ParameterError, ResourceError
+from ..image import Array
 from ..run import Run
 from .cells import Cell, Grid
 from .folder import check_folder
-from .ledger import Ledger, checksum
-from .stream import check_side, checked, header_of
-from .texture import Weave
+from .ledger import Ledger, as_line, checksum, read_header
+from .picture import Picture, check_side, checked, header_of
+from .tiffhead import START, directory, head, sizes_in
 
-START = 16  # bytes before the first tile
 AREA = 1 << 20  # px drawn together, about
 LONGEST = (1 << 32) - 1
 LEVEL = 6  # of zlib
@@ -57,11 +57,14 @@ class TiffPacker:
 
 @dataclass
 class TiffStore:
-    """A BigTIFF of a texture: ``PATH.part`` until it is whole, and ``PATH.ledger`` beside it."""
+    """A BigTIFF of a texture: ``PATH.part`` until it is whole, and ``PATH.ledger`` beside it.
+
+    ``PATH.header`` holds the first line of the ledger once more, until the file is whole and tells its recipe itself.
+    """
 
     path: Path
-    shown: str
-    texture: Weave
+    printable: str
+    texture: Picture
     origin: tuple[int, int]
     grid: Grid
     header: dict[str, Any]
@@ -73,14 +76,15 @@ class TiffStore:
 
     @classmethod
     def of(
-        cls, texture: Weave, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
     ) -> TiffStore:
         """Plan a file; ParameterError for sides that TIFF does not hold."""
+        expect_path(path)
         origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096, 16)
         if max(sides) > LONGEST:
             raise ParameterError(f"a TIFF holds at most {LONGEST} px a side; write a zarr array.")
-        header = header_of(texture, sides, origin, {"format": "tiff", "tile": tile, "zlib": zlib.ZLIB_RUNTIME_VERSION})
         grid = Grid(*sides, tile, tile * max(AREA // tile**2, 1))
+        header = header_of(texture, sides, origin, {"format": "tiff", "tile": tile, "zlib": zlib.ZLIB_RUNTIME_VERSION})
         return cls(Path(path), str(path), texture, origin, grid, header, force, TiffPacker(tile))
 
     @property
@@ -91,43 +95,54 @@ class TiffStore:
     @property
     def part(self) -> Path:
         """Where the file grows."""
-        return self.path.with_name(self.path.name + ".part")
+        return self._beside("part")
 
     def look(self) -> None:
         """Refuse, before any work, a place where this store cannot be; writes nothing."""
-        check_folder(self.path, self.shown)
+        check_folder(self.path, self.printable)
         self._found()
 
     def open(self) -> Iterable[int]:
         """Begin or go on; the tiles that are there are checked, and what follows the last whole one is cut off."""
-        check_folder(self.path, self.shown)
+        check_folder(self.path, self.printable)
+        whole.sweep(os.path.dirname(os.path.abspath(self.path)))
         self.ledger = self._begun()
-        place = self.path if self.path.exists() else self.part
-        self.file = place.open("r+b" if place.exists() else "w+b")
-        bad, count = set[int](), len(self.tiles)
-        length = self.file.seek(0, os.SEEK_END)
-        self.file.seek(START)
-        kept = 0
-        for number in range(count):
-            entry = self.ledger.entries.get(str(number))
-            if entry is None or self.ends[-1] + entry.size > length:
-                break
-            if checksum(self.file.read(entry.size)) != entry.digest:
-                bad.add(number)
-            self.ends.append(self.ends[-1] + entry.size)
-            kept += 1
-        across, together = self.tiles.across, self.grid.columns // self.packer.tile
-        while kept and self._cell_of(kept, across, together) == self._cell_of(kept - 1, across, together):
-            kept -= 1  # a cell is written anew as a whole
-        if kept < count:
-            del self.ends[kept + 1 :]
+        done, count = self.path.exists(), len(self.tiles)
+        self.file = whole.open_again(self.path if done else self.part, new=not done)
+        bad, kept = self._checked(self.ledger), len(self.ends) - 1
+        if done and (kept < count or bad):  # what is not whole does not bear the name
+            self._tell_twice()
+            os.replace(self.path, self.part)
+        if kept < count or self.ledger.damaged:
             self.ledger.settle([str(n) for n in range(kept)])
+        if kept < count:
             self.file.truncate(max(self.ends[-1], START))
         return [
             cell.number
             for cell in self.grid
             if any(n >= kept or n in bad for n in self._numbers(cell))
         ]  # fmt: skip
+
+    def _checked(self, ledger: Ledger) -> set[int]:
+        """Find where each tile ends that is there, up to the last good one; return the numbers of damaged ones."""
+        assert self.file is not None
+        bad, length = set[int](), self.file.seek(0, os.SEEK_END)
+        self.file.seek(START)
+        for number in range(len(self.tiles)):
+            entry = ledger.entries.get(str(number))
+            if entry is None or self.ends[-1] + entry.size > length:
+                break
+            if checksum(self.file.read(entry.size)) != entry.digest:
+                bad.add(number)
+            self.ends.append(self.ends[-1] + entry.size)
+        kept, count = len(self.ends) - 1, len(self.tiles)
+        while kept and kept - 1 in bad:  # no good one follows that says where they end
+            kept -= 1
+        across, together = self.tiles.across, self.grid.columns // self.packer.tile
+        while 0 < kept < count and self._cell_of(kept, across, together) == self._cell_of(kept - 1, across, together):
+            kept -= 1  # a cell is written anew as a whole
+        del self.ends[kept + 1 :]
+        return {number for number in bad if number < kept}
 
     def put(self, cell: Cell, pieces: list[bytes]) -> None:
         """Append the tiles of a cell, or write them where they were damaged."""
@@ -136,9 +151,8 @@ class TiffStore:
         for number, data in zip(self._numbers(cell), pieces, strict=True):
             begin, new = self.ends[number], number + 1 == len(self.ends)
             if not new and self.ends[number + 1] - begin != len(data):
-                raise ResourceError(
-                    f"{self.shown} is damaged in its ledger, too; begin it anew: remove {self.path.name}.ledger."
-                )
+                self.ledger.settle([str(n) for n in range(number)])
+                raise ResourceError(f"the ledger of {self.printable} was damaged; the same command goes on from there.")
             self.file.seek(begin)
             self.file.write(data)
             if new:
@@ -151,17 +165,19 @@ class TiffStore:
         assert self.file is not None
         assert self.ledger is not None
         where = self.ends[-1] + self.ends[-1] % 2
-        tail = b"\0" * (where - self.ends[-1]) + self._directory(where)
-        for at, data in ((0, _head(where)), (self.ends[-1], tail)):
+        tail = b"\0" * (where - self.ends[-1]) + self._directory(self.ends, where)
+        for at, data in ((0, head(where)), (self.ends[-1], tail)):
             self.file.seek(at)
             if self.file.read(len(data)) != data:
                 self.file.seek(at)
                 self.file.write(data)
         self.file.truncate(self.ends[-1] + len(tail))
-        self.file.flush()
+        whole.sync(self.file)
         self.ledger.settle([str(n) for n in range(len(self.tiles))])
-        if self.part.exists():
+        if whole.is_file(self.part):
             os.replace(self.part, self.path)
+            whole.settle(self.path.absolute().parent)
+        self._beside("header").unlink(missing_ok=True)
 
     def close(self) -> None:
         """Let go of the files."""
@@ -174,26 +190,38 @@ class TiffStore:
         found = self._found()
         if found is not None:
             return found
-        place = self.path.with_name(self.path.name + ".ledger")
+        place = self._beside("ledger")
         for old in (place, self.path, self.part):
-            with suppress(FileNotFoundError):
-                old.unlink()
-        return Ledger.begin(place, self.header)
+            old.unlink(missing_ok=True)
+        try:
+            self._tell_twice()
+            return Ledger.begin(place, self.header)
+        except BaseException:
+            whole.take_away(self._beside("header"))
+            raise
+
+    def _tell_twice(self) -> None:
+        """Write what the store holds beside the ledger, too, as long as the file does not tell it."""
+        whole.put(self._beside("header"), (as_line(self.header) + "\n").encode(), durable=True)
 
     def _found(self) -> Ledger | None:
         """The ledger of what is there; None where nothing is, or where it may be replaced."""
+        ledger, header = self._beside("ledger"), self._beside("header")
+        there = {place: whole.is_file(place) for place in (ledger, header, self.path, self.part)}
+        known = read_header(header) if there[ledger] or there[self.part] else None
+        if there[ledger] and known is None and self._described():
+            known = self.header
         try:
-            found = Ledger.load(self.path.with_name(self.path.name + ".ledger"), self.header, self.shown)
-        except IntarsiaError:
-            if not self.force:
+            found = Ledger.load(ledger, self.header, self.printable, known)
+        except IntarsiaError as e:
+            if not self.force and not (there[self.path] and isinstance(e, InputError)):
                 raise
             found = None
-        if found is not None and (not self.path.exists() or self._ours(found)):
+        alone = not (there[self.path] and there[self.part])
+        if found is not None and alone and (not there[self.path] or self._ours(found) or self._described()):
             return found
-        if self.path.is_dir() or (os.path.lexists(self.path) and not self.path.is_file()):
-            raise ParameterError(f"{self.shown} is no ordinary file; name another.")
         for old in (self.path, self.part):
-            if os.path.lexists(old) and not self.force:
+            if there[old] and not self.force:
                 raise ParameterError(f"{old} exists; name another file, or replace it with --force (force=True).")
         return None
 
@@ -201,8 +229,31 @@ class TiffStore:
         """Say whether a whole file begins as the ledger has it; who put another in its place wants to keep that."""
         known = [ledger.entries[n] for n in map(str, range(len(self.tiles))) if n in ledger.entries]
         end = START + sum(e.size for e in known)
-        with self.path.open("rb") as file:
-            return len(known) == len(self.tiles) and file.read(START) == _head(end + end % 2)
+        with whole.open_again(self.path, "rb") as file:
+            return len(known) == len(self.tiles) and file.read(START) == head(end + end % 2)
+
+    def _described(self) -> bool:
+        """Say whether a file is whole and describes itself, byte for byte, as this texture."""
+        if not whole.is_file(self.path):
+            return False
+        with whole.open_again(self.path, "rb") as file:
+            first, count = file.read(START), len(self.tiles)
+            where = struct.unpack("<8xQ", first)[0] if len(first) == START else 0
+            if first != head(where) or where >= 1 << 62:
+                return False
+            length = len(self._directory([0] * (count + 1), where))
+            file.seek(where)
+            found = file.read(length + 1)
+        sizes = sizes_in(found, where, count)
+        if sizes is None:
+            return False
+        return found == self._directory(list(accumulate(sizes, initial=START)), where)
+
+    def _directory(self, ends: list[int], where: int) -> bytes:
+        return directory(self.texture.like, self.tiles, self.header["recipe"], ends, where)
+
+    def _beside(self, ending: str) -> Path:
+        return self.path.with_name(f"{self.path.name}.{ending}")
 
     def _numbers(self, cell: Cell) -> list[int]:
         """The numbers of the tiles of a cell."""
@@ -212,59 +263,3 @@ class TiffStore:
     @staticmethod
     def _cell_of(number: int, across: int, together: int) -> tuple[int, int]:
         return number // across, number % across // together
-
-    def _directory(self, where: int) -> bytes:
-        """The image file directory, and what does not fit into it, as it lies at `where`."""
-        like, tile = self.texture.like, self.packer.tile
-        count, bits = like.channels, 8 if like.pixels.dtype == bool else 8 * like.pixels.dtype.itemsize
-        colours = 3 if count >= 3 and like.kind is not Kind.DATA else 1
-        whole = like.pixels.dtype.kind in "bu"
-        text = (MARK + _json(self.header["recipe"])).encode() + b"\0"
-        sizes = np.diff(self.ends)
-        fields: list[tuple[int, str, Any]] = [
-            (256, "I", [self.grid.width]),
-            (257, "I", [self.grid.height]),
-            (258, "H", [bits] * count),
-            (259, "H", [8]),
-            (262, "H", [2 if colours == 3 else 1]),
-            (270, "s", text),
-            (277, "H", [count]),
-            (284, "H", [1]),
-            (317, "H", [2 if whole else 1]),
-            (322, "I", [tile]),
-            (323, "I", [tile]),
-            (324, "Q", self.ends[:-1]),
-            (325, "Q", sizes.tolist()),
-            *([(338, "H", [2 if like.alpha else 0] * (count - colours))] if count > colours else []),
-            (339, "H", [1 if whole else 3] * count),
-            *([(34675, "B", list(like.meta["icc"]))] if like.meta.get("icc") else []),
-        ]
-        return _packed(fields, where)
-
-
-def _head(where: int) -> bytes:
-    """The first bytes of a file whose directory lies at `where`."""
-    return struct.pack("<2sHHHQ", b"II", 43, 8, 0, where)
-
-
-def _packed(fields: list[tuple[int, str, Any]], where: int) -> bytes:
-    """A directory of tags: entries of 20 bytes, then the values that are longer than 8."""
-    types = {"s": 2, "B": 1, "H": 3, "I": 4, "Q": 16}
-    entries, more = b"", b""
-    after = where + 8 + 20 * len(fields) + 8
-    for tag, kind, values in fields:
-        data = values if kind == "s" else struct.pack(f"<{len(values)}{kind}", *values)
-        if len(data) > 8:
-            more += b"\0" * (-len(more) % 8)
-            place = struct.pack("<Q", after + len(more))
-            more += data
-        else:
-            place = data.ljust(8, b"\0")
-        entries += struct.pack("<HHQ", tag, types[kind], len(values)) + place
-    return struct.pack("<Q", len(fields)) + entries + struct.pack("<Q", 0) + more
-
-
-def _json(recipe: dict[str, Any]) -> str:
-    import json
-
-    return json.dumps(recipe, sort_keys=True, separators=(",", ":"))

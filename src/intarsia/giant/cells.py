@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+from ..arguments import called, pair
 from ..errors import ParameterError, ResourceError
 from ..geometry import Box
 from ..methods.base import FARTHEST
@@ -101,12 +102,11 @@ def check_near(box: Box) -> None:
 def sides_of(shape: Any) -> tuple[int, int]:
     """Understand a size: one number is a square."""
     try:
-        height, width = (shape, shape) if hasattr(shape, "__index__") else (operator.index(n) for n in shape)
-        height, width = operator.index(height), operator.index(width)
-    except (TypeError, ValueError):
-        raise ParameterError(f"shape={shape!r} is no size; give (height, width) in px.") from None
+        height, width = pair(shape)
+    except ValueError:
+        raise ParameterError(f"shape={called(shape)} is no size; give (height, width) in px.") from None
     if min(height, width) < 1 or max(height, width) > FARTHEST:
-        raise ParameterError(f"shape={height, width} is not allowed; give sides of 1 to 2**40 px.")
+        raise ParameterError(f"shape=({called(height)}, {called(width)}) is not allowed; give sides of 1 to 2**40 px.")
     return height, width
 
 
@@ -145,8 +145,8 @@ def _said(key: Any) -> str:
     words = []
     for k in parts:
         if isinstance(k, slice):
-            ends = ["" if v is None else str(v) for v in (k.start, k.stop)]
-            words.append(":".join(ends if k.step is None else [*ends, str(k.step)]))
+            ends = ["" if v is None else called(v) for v in (k.start, k.stop)]
+            words.append(":".join(ends if k.step is None else [*ends, called(k.step)]))
         else:
-            words.append(repr(k) if not hasattr(k, "__index__") else str(k))
+            words.append(called(k))
     return ", ".join(words)[:100]

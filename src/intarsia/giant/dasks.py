@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import uuid
 from typing import Any
 
 import numpy as np
 
+from ..corrections.asked import functions_of
 from ..errors import ParameterError
 from ..geometry import Box
 from ..image import Array
 from .extras import extra
-from .stream import checked
-from .texture import Weave, shifted
+from .picture import Picture, checked
 
 
-def array_of(texture: Weave, sides: tuple[int, int], chunks: Any, origin: Any) -> Any:
+def array_of(texture: Picture, sides: tuple[int, int], chunks: Any, origin: Any) -> Any:
     """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
     dask, arrays = extra("dask"), extra("dask.array")
     y, x = checked(texture, sides, origin)
@@ -25,6 +26,8 @@ def array_of(texture: Weave, sides: tuple[int, int], chunks: Any, origin: Any) -
     except (ValueError, TypeError, NotImplementedError) as e:  # the last: dask's own word for chunks it cannot size
         raise ParameterError(f"chunks={chunks!r} do not suit {shape} ({e}); give a number of px.") from None
     name = f"weave-{texture.digest[:32]}"
+    if functions_of(texture.method):  # a recipe without a box does not tell them apart: no block is another's
+        name += f"-{uuid.uuid4().hex}"
     return arrays.map_blocks(
         block,
         dask.delayed(texture, name=name, traverse=False),
@@ -37,7 +40,7 @@ def array_of(texture: Weave, sides: tuple[int, int], chunks: Any, origin: Any) -
     )
 
 
-def block(texture: Weave, y: int, x: int, block_info: Any = None) -> Array:
+def block(texture: Picture, y: int, x: int, block_info: Any = None) -> Array:
     """Draw the block of a dask array that begins at (y, x) of the endless plane."""
     rows, columns = block_info[None]["array-location"][:2]
-    return texture.draw(shifted(Box(rows[0], columns[0], rows[1], columns[1]), y, x))
+    return texture.draw(Box(rows[0], columns[0], rows[1], columns[1]).moved(y, x))

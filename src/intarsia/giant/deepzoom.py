@@ -10,15 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import expect_path
 from ..errors import ParameterError
 from ..image import Array, Plane
-from ..mixers import halved
+from ..rendering.mixers import halved
 from ..run import Run
 from .cells import SIDE, Cell, Grid
+from .clearing import HEADER
 from .folder import FolderStore
+from .ledger import as_line
+from .picture import Picture, check_side, checked, header_of
 from .png import decode_png, encode_png
-from .stream import check_side, checked, header_of
-from .texture import Weave
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,10 @@ class TileStore(FolderStore):
 
     @classmethod
     def of(
-        cls, texture: Weave, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
     ) -> TileStore:
         """Plan a pyramid; ParameterError for pixels that PNG does not hold."""
+        expect_path(path)
         origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096)
         if texture.dtype.name not in ("bool", "uint8", "uint16") or texture.channels > 4:
             raise ParameterError(
@@ -57,11 +60,12 @@ class TileStore(FolderStore):
                 "a zarr array or a TIFF."
             )
         side = tile * max(SIDE // tile, 1)
+        grid = Grid(*sides, side, side)
         header = header_of(texture, sides, origin, {"format": "tiles", "tile": tile})
         like = texture.like
         small = Plane(like.pixels[:1, :1], like.kind, like.transfer, like.meta)
         packer = TilePacker(tile, small)
-        return cls(Path(path), str(path), texture, origin, Grid(*sides, side, side), header, force, packer)
+        return cls(Path(path), str(path), texture, origin, grid, header, force, packer)
 
     @property
     def levels(self) -> int:
@@ -86,13 +90,13 @@ class TileStore(FolderStore):
             yield from (named(level, cell.row, cell.column) for cell in self.tiles(level))
 
     def signs(self) -> dict[str, bytes]:
-        """What a viewer reads first."""
+        """What a viewer reads first; and the header once more, as tiles hold no recipe."""
         text = (
             '<?xml version="1.0" encoding="UTF-8"?>\n<Image xmlns="http://schemas.microsoft.com/deepzoom/2008" '
             f'Format="png" Overlap="0" TileSize="{self.packer.tile}">'
             f'<Size Width="{self.grid.width}" Height="{self.grid.height}"/></Image>\n'
         )
-        return {"image.dzi": text.encode()}
+        return {HEADER: (as_line(self.header) + "\n").encode(), "image.dzi": text.encode()}
 
     def finish(self, run: Run) -> None:
         """Make the smaller levels, each of the one below it."""

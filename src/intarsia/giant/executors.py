@@ -19,9 +19,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from multiprocessing.reduction import ForkingPickler
 from typing import Any, Protocol
 
-from ..errors import InputError, ParameterError, ResourceError
+from ..arguments import called
+from ..corrections.asked import functions_of
+from ..errors import InputError, ParameterError, ResourceError, said
+from ..methods.base import Method
 from ..run import Run
 from .cells import Cell
 from .extras import extra
@@ -35,6 +39,7 @@ Results = Generator[tuple[Cell, list[bytes]], None, None]
 CLIENT = ("scatter", "submit", "nthreads")  # what a dask client can do
 AHEAD = 2  # cells under way for each worker
 DEATHS = 3  # of workers one after another, without a result between them
+PATIENCE = 120  # s, for the first worker of a cluster, and for the one that replaces a dead one
 
 
 class Executor(Protocol):
@@ -113,12 +118,16 @@ class Cluster:
         todo = deque(islice(rest, 1))  # handed out, and not back yet
         while todo:
             try:
-                sent = self.client.scatter(task, broadcast=True, hash=False)
+                sent = self.client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
                 submit = partial(self.client.submit, _carry_out, sent, pure=False, retries=DEATHS)
                 for cell, pieces in _windowed(_again(todo, rest), AHEAD * self.workers, submit, _result):
                     todo.popleft()
                     deaths = 0
                     yield cell, pieces
+            except TimeoutError:
+                raise ResourceError(
+                    f"no worker of the cluster answered for {PATIENCE} s; look at their logs, or start some."
+                ) from None
             except died as e:  # dask hands cells to other workers itself, until none holds the task
                 deaths += 1
                 if deaths == DEATHS:
@@ -129,14 +138,27 @@ class Cluster:
 
 def check_executor(given: ExecutorLike) -> None:
     """Refuse, before any work, an executor that is unknown, or whose packages are missing."""
-    if given in (None, "threads", "processes") or all(hasattr(given, name) for name in CLIENT):
+    known = given is None or (isinstance(given, str) and given in ("threads", "processes"))
+    if known or all(hasattr(given, name) for name in CLIENT):
         return
-    if given != "local" and not (isinstance(given, str) and "://" in given):
+    if not isinstance(given, str) or (given != "local" and "://" not in given):
         raise ParameterError(
-            f"executor={given!r} is unknown; give threads, processes, local, the tcp:// address of a dask scheduler, "
-            "or a dask client."
+            f"executor={called(given)} is unknown; give threads, processes, local, the tcp:// address of a dask "
+            "scheduler, or a dask client."
         )
     extra("distributed")
+
+
+def check_sendable(method: Method, given: ExecutorLike) -> None:
+    """Refuse, before any work, functions that other processes of this machine could not find."""
+    for name, field in functions_of(method).items() if isinstance(given, str) and given == "processes" else ():
+        try:
+            ForkingPickler.dumps(field.value)
+        except Exception as e:  # whatever the function holds may fail in its own way
+            raise ParameterError(
+                f"the function {name} cannot be sent to other processes ({said(e)}); define it at the top of a module, "
+                "or draw with threads."
+            ) from e
 
 
 @contextmanager

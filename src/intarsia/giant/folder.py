@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -11,13 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..disk import whole
 from ..errors import InputError, IntarsiaError, ParameterError, ResourceError
 from ..run import Run
 from .cells import Cell, Grid
-from .ledger import Ledger, replace_file, whole
-from .texture import Weave
-
-LEDGER = "weave.ledger"
+from .clearing import HEADER, LEDGER, check_free, check_woven, clear
+from .ledger import Ledger, read_header, sound
+from .picture import Picture
 
 
 @dataclass
@@ -25,13 +24,14 @@ class FolderStore(ABC):
     """A folder, its ledger, and the files that say what it holds."""
 
     path: Path
-    shown: str
-    texture: Weave
+    printable: str
+    texture: Picture
     origin: tuple[int, int]
     grid: Grid
     header: dict[str, Any]
     force: bool
     ledger: Ledger | None = field(default=None, init=False)
+    _ways: set[Path] = field(default_factory=set, init=False)  # folders that were found to be such
 
     @abstractmethod
     def files_of(self, cell: Cell) -> list[str]:
@@ -46,25 +46,26 @@ class FolderStore(ABC):
         for cell in self.grid:
             yield from self.files_of(cell)
 
+    def second(self) -> dict[str, Any] | None:
+        """What the store holds as it is known beside its ledger; None where nothing tells."""
+        return read_header(self.path / HEADER)
+
     def look(self) -> None:
         """Refuse, before any work, a place where this store cannot be; writes nothing."""
-        check_folder(self.path, self.shown)
-        if self._found() is None and not self._replaced():
-            check_free(self.path, self.shown)
+        check_folder(self.path, self.printable)
+        if self._found() is None:
+            self._check_free()
 
     def open(self) -> Iterable[int]:
         """Begin or go on; yield the numbers of the cells of which a file is missing or damaged."""
         self.ledger = self._begun()
-        sweep(self.path)
-        for name, data in self.signs().items():
-            if not (self.path / name).is_file() or (self.path / name).read_bytes() != data:
-                replace_file(self.path / name, data)
+        whole.sweep(self.path)
         return [cell.number for cell in self.grid if not all(self.sound(name) for name in self.files_of(cell))]
 
     def sound(self, name: str) -> bool:
         """Say whether a file is there as it was written."""
         entry = self.known.entries.get(name)
-        return entry is not None and whole(self.path / name, entry)
+        return entry is not None and sound(self._place(name), entry)
 
     @property
     def known(self) -> Ledger:
@@ -79,9 +80,9 @@ class FolderStore(ABC):
 
     def keep(self, name: str, data: bytes) -> None:
         """Write a file, then write it down."""
-        target = self.path / name
+        target = self._place(name)
         target.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(target, data)
+        whole.put(target, data, by=self.path)
         self.known.add(name, data)
 
     def finish(self, run: Run) -> None:
@@ -94,61 +95,74 @@ class FolderStore(ABC):
             self.ledger.close()
 
     def _begun(self) -> Ledger:
-        """The ledger that is there, or a new one."""
-        check_folder(self.path, self.shown)
+        """The ledger that is there, or a new one; what the store holds is told in both places, for good."""
+        check_folder(self.path, self.printable)
         found = self._found()
         if found is not None:
+            self._sign()
+            if found.damaged:
+                found.settle()
             return found
-        if self._replaced():
-            shutil.rmtree(self.path)
-        check_free(self.path, self.shown)
-        self.path.mkdir(exist_ok=True)
+        self._check_free()
+        new = not self.path.exists()
+        if new:
+            self.path.mkdir()
+            whole.settle(self.path.parent)
+        else:
+            clear(self.path)
         try:
+            self._sign()
             return Ledger.begin(self.path / LEDGER, self.header)
         except BaseException:
             with suppress(OSError):
-                self.path.rmdir()
+                clear(self.path)
+                if new:
+                    self.path.rmdir()
             raise
+
+    def _sign(self) -> None:
+        """Write the files that belong to no cell, where they are not as they should be."""
+        for name, data in self.signs().items():
+            place = self.path / name
+            if not whole.is_file(place) or place.read_bytes() != data:
+                whole.put(place, data, durable=True)
 
     def _found(self) -> Ledger | None:
         """The ledger of what is there; None where nothing is, or where it may be replaced."""
         try:
-            return Ledger.load(self.path / LEDGER, self.header, self.shown)
+            return Ledger.load(self.path / LEDGER, self.header, self.printable, self.second())
         except IntarsiaError:
             if not self.force:
                 raise
             return None
 
-    def _replaced(self) -> bool:
-        """Say whether another texture that was woven here gives way."""
-        return self.force and (self.path / LEDGER).is_file()
+    def _check_free(self) -> None:
+        """Refuse a place where anything is but, with force, another texture that was woven."""
+        if self.force and (whole.is_file(self.path / LEDGER) or self.second() is not None):
+            check_woven(self.path, self.printable)
+        else:
+            check_free(self.path, self.printable)
+
+    def _place(self, name: str) -> Path:
+        """Where a file belongs; ParameterError where the way there leads out of the store."""
+        for folder in reversed(Path(name).parents[:-1]):
+            way = self.path / folder
+            if way not in self._ways and os.path.lexists(way):
+                if way.is_symlink() or not way.is_dir():
+                    raise ParameterError(f"{way} is no folder; move it elsewhere, or name another place.")
+                self._ways.add(way)
+        return self.path / name
 
 
-def sweep(folder: Path) -> None:
-    """Take away files that a kill left half-written."""
-    for at, _, names in os.walk(folder):
-        for name in names:
-            if name.startswith(".intarsia-"):
-                os.unlink(os.path.join(at, name))
-
-
-def check_free(path: Path, shown: str) -> None:
-    """Refuse a place where something else is."""
-    if not os.path.lexists(path):
-        return
-    if not path.is_dir() or any(not e.name.startswith(".intarsia-") for e in path.iterdir()):
-        raise ParameterError(f"{shown} exists, and is no texture that was woven; name another place.")
-
-
-def check_folder(path: Path, shown: str) -> None:
+def check_folder(path: Path, name: str) -> None:
     """Refuse a place whose folder is not there or cannot be written."""
     try:
         folder = Path(os.path.realpath(path)).parent
         if len(os.fsencode(path.name)) > 240:
-            raise InputError(f"{shown} is too long a name; give at most 240 bytes.")
+            raise InputError(f"{name} is too long a name; give at most 240 bytes.")
         if not folder.is_dir():
-            raise InputError(f"the folder of {shown} does not exist; make it first, or name another.")
+            raise InputError(f"the folder of {name} does not exist; make it first, or name another.")
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise ResourceError(f"the folder of {shown} cannot be written; name another one.")
+            raise ResourceError(f"the folder of {name} cannot be written; name another one.")
     except ValueError:  # a zero byte in the name
-        raise InputError(f"{shown!r} is no name of a file; choose another.") from None
+        raise InputError(f"{name!r} is no name of a file; choose another.") from None

@@ -10,9 +10,9 @@ import zlib
 
 import numpy as np
 
+from ..files.png import PNG_START, chunk
 from ..image import Array
 
-MAGIC = b"\x89PNG\r\n\x1a\n"
 TYPES = {1: 0, 2: 4, 3: 2, 4: 6}  # channels -> colour type
 LEVEL = 6
 
@@ -34,13 +34,13 @@ def encode_png(pixels: Array, icc: bytes | None = None) -> bytes:
     if icc:
         chunks.append((b"iCCP", b"icc\0\0" + zlib.compress(icc, LEVEL)))
     chunks += [(b"IDAT", zlib.compress(rows.tobytes(), LEVEL)), (b"IEND", b"")]
-    return MAGIC + b"".join(_chunk(name, data) for name, data in chunks)
+    return PNG_START + b"".join(chunk(name, data) for name, data in chunks)
 
 
 def decode_png(data: bytes) -> Array:
     """Return the pixels (H, W, C) of a picture that :func:`encode_png` made."""
     found: dict[bytes, bytes] = {}
-    at = len(MAGIC)
+    at = len(PNG_START)
     while at < len(data):
         (length,) = struct.unpack_from(">I", data, at)
         found[data[at + 4 : at + 8]] = data[at + 8 : at + 8 + length]
@@ -50,7 +50,3 @@ def decode_png(data: bytes) -> Array:
     rows = np.frombuffer(zlib.decompress(found[b"IDAT"]), np.uint8).reshape(height, -1)[:, 1:]
     raw = np.cumsum(rows.reshape(height, width, channels * size), axis=1, dtype=np.uint8)
     return raw.view(">u2").astype(np.uint16) if size == 2 else raw
-
-
-def _chunk(name: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))

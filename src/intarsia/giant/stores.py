@@ -7,8 +7,7 @@ from typing import Any
 
 from .bigtiff import TiffStore
 from .deepzoom import TileStore
-from .stream import Store
-from .texture import Weave
+from .picture import Picture, Store
 from .zarrays import ZarrStore
 
 STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore], int]] = {
@@ -20,7 +19,7 @@ STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore], int
 
 
 def store_of(
-    kind: str, texture: Weave, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int | None,
+    kind: str, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int | None,
     force: bool,
 ) -> Store:  # fmt: skip
     """Plan a store; nothing is written yet."""

@@ -10,24 +10,26 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from types import NoneType
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .. import __version__
-from ..auto import AUTO_METHOD, Auto
+from ..arguments import expect
 from ..canvas import Canvas
+from ..choosing.auto import AUTO_METHOD, Auto, Choice
 from ..draws import check_seed
-from ..errors import ParameterError
+from ..errors import ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Plane
-from ..magnification import as_meant
 from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
-from ..render import check_alike, render
-from ..run import Run
+from ..rendering.magnification import as_meant
+from ..rendering.render import check_alike, render
+from ..run import Run, run_of
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import ExemplarLike, as_exemplars, check_abilities, named, recipe_exemplars, recipe_settings
+from ..version import VERSION
 from .cells import SIDE, Grid, box_of, check_memory, check_near, sides_of
 
 if TYPE_CHECKING:
@@ -69,12 +71,12 @@ class Weave:
     @property
     def planes(self) -> tuple[str, ...]:
         """The names of all planes."""
-        return self.exemplars[0].shown
+        return self.exemplars[0].drawn
 
     def plane(self, name: str) -> Weave:
         """Return the same texture showing another plane, as ``texture.plane("normal")``."""
-        if name not in self.planes:
-            raise ParameterError(f"plane={name} is unknown; choose one of {', '.join(self.planes)}.")
+        if not isinstance(name, str) or name not in self.planes:
+            raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(self.planes)}.")
         return replace(self, name=name)
 
     @property
@@ -114,7 +116,7 @@ class Weave:
 
         def fill(n: int) -> None:
             at = cells[n].box
-            out[at.y0 : at.y1, at.x0 : at.x1] = self.draw(shifted(at, box.y0, box.x0))
+            out[at.y0 : at.y1, at.x0 : at.x1] = self.draw(at.moved(box.y0, box.x0))
 
         fill(0)  # prepares what the others share
         with Run().pool() as each:
@@ -129,19 +131,24 @@ class Weave:
         out = np.empty(self.shape_of(box.height, box.width), self.dtype)
         for cell in Grid(box.height, box.width, step, step):
             at = cell.box
-            out[at.y0 : at.y1, at.x0 : at.x1] = self._drawn(shifted(at, box.y0, box.x0), run or Run(1))
+            out[at.y0 : at.y1, at.x0 : at.x1] = self._drawn(at.moved(box.y0, box.x0), run or Run(1))
         return out
 
     def _drawn(self, box: Box, run: Run) -> Array:
         """Draw a box in one piece: its map with the margin that feather and finish reach, then the rendering."""
         inner, (grow, shrink) = self.map_box(box), self.scale
-        reach = (self.blend.feather + 1) // 2 + sum(f.radius for f in self.blend.finish)
-        reach = -(-reach // shrink) * shrink
-        outer = Box(inner.y0 - reach, inner.x0 - reach, inner.y1 + reach, inner.x1 + reach)
+        outer = self._around(inner)
+        reach = inner.y0 - outer.y0
         part = Box(reach, reach, reach + inner.height, reach + inner.width)
         pixels = render(self.exemplars, self.map(outer, run), self.name, self.blend, part, run).pixels
         dy, dx = box.y0 - inner.y0 * grow // shrink, box.x0 - inner.x0 * grow // shrink
         return pixels[dy : dy + box.height, dx : dx + box.width]
+
+    def _around(self, inner: Box) -> Box:
+        """A box of the map with what feather and finish reach around it."""
+        reach = (self.blend.feather + 1) // 2 + sum(f.radius for f in self.blend.finish)
+        reach = -(-reach // self.scale[1]) * self.scale[1]
+        return Box(inner.y0 - reach, inner.x0 - reach, inner.y1 + reach, inner.x1 + reach)
 
     def map(self, box: Box, run: Run | None = None) -> SourceMap:
         """Return which exemplar pixel every pixel of a box is; px of the map, which larger planes show larger."""
@@ -158,16 +165,24 @@ class Weave:
 
     @property
     def recipe(self) -> dict[str, Any]:
-        """All that a pixel depends on, beside its place."""
+        """All that a pixel depends on, beside its place; but of functions among the parameters only the names."""
         return {
-            "intarsia": __version__,
+            "intarsia": VERSION,
             "method": self.method.slug,
             "parameters": recipe_settings(self.method),
             "seed": self.seed,
-            "blend": self.blend.told,
+            "blend": self.blend.as_recipe,
             "exemplars": recipe_exemplars(self.exemplars),
             "plane": self.name,
         }
+
+    def recipe_over(self, box: Box) -> dict[str, Any]:
+        """All that the pixels of a box depend on: functions with a hash of all that they say for it.
+
+        They are asked for the whole box, in pieces; that is quick beside drawing it.
+        """
+        around = self._around(self.map_box(box))
+        return self.recipe | {"parameters": recipe_settings(self.method, self.exemplars, around)}
 
     @property
     def digest(self) -> str:
@@ -207,9 +222,9 @@ class Weave:
         chunk : int
             Side of the chunks in px; small ones share a file of 1024 px.
         executor : None, "threads", "processes", "local", "tcp://...", or a dask client
-            Who draws; never changes a byte. ``local`` starts a dask cluster on this machine.
+            Who draws; never changes a pixel. ``local`` starts a dask cluster on this machine.
         force : bool
-            Begin anew where another recipe was woven.
+            Begin anew where another recipe was woven; refused where the folder holds anything else.
         run : Run, optional
             Threads or processes, progress, cancelling.
 
@@ -225,7 +240,7 @@ class Weave:
         from .stream import stream
         from .zarrays import ZarrStore
 
-        stream(ZarrStore.of(self, path, sides_of(shape), origin, chunk, force), executor, run or Run())
+        stream(ZarrStore.of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 512,
@@ -233,13 +248,13 @@ class Weave:
     ) -> None:  # fmt: skip
         """Stream a window of any size into one tiled BigTIFF (zlib); otherwise as :meth:`to_zarr`.
 
-        `tile` is the side of its tiles, a multiple of 16 px. Until it is whole it is called ``PATH.part``; checksums
-        lie beside it as ``PATH.ledger``.
+        `tile` is the side of its tiles, a multiple of 16 px. Until it is whole it is called ``PATH.part``, with
+        ``PATH.header`` beside it; checksums lie beside it as ``PATH.ledger``.
         """
         from .bigtiff import TiffStore
         from .stream import stream
 
-        stream(TiffStore.of(self, path, sides_of(shape), origin, tile, force), executor, run or Run())
+        stream(TiffStore.of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
     def to_tiles(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 256,
@@ -252,7 +267,7 @@ class Weave:
         from .deepzoom import TileStore
         from .stream import stream
 
-        stream(TileStore.of(self, path, sides_of(shape), origin, tile, force), executor, run or Run())
+        stream(TileStore.of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
 
 def weave(
@@ -282,19 +297,24 @@ def weave(
     """
     exemplars, seed = as_exemplars(exemplar), check_seed(seed)
     check_alike(exemplars)
-    canvas = Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)
-    wanted = named(method)
+    expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
+    canvas, wanted = endless(exemplars), named(method)
     if isinstance(wanted, Auto):
-        wanted = replace(wanted, needs=wanted.needs | {Ability.WINDOW}).choose(exemplars, canvas).method
+        wanted = choice_for_windows(exemplars, wanted).method
     if Ability.WINDOW not in wanted.supports:
         able = ", ".join(s for s in METHODS if Ability.WINDOW in method_class(s).supports)
         raise ParameterError(f"{wanted.slug} cannot make windows of an endless plane; choose one of {able}.")
     check_abilities(wanted, exemplars, canvas)
-    settled = cast(WindowMethod, wanted.settled(exemplars, canvas))
-    joined = blend or as_meant(settled.blend, exemplars[0])
-    return Weave(exemplars, settled, seed, joined, exemplars[0].shown[0])
+    resolved = cast(WindowMethod, wanted.resolved(exemplars, canvas))
+    joined = blend or as_meant(resolved.blend, exemplars[0])
+    return Weave(exemplars, resolved, seed, joined, exemplars[0].drawn[0])
 
 
-def shifted(box: Box, y: int, x: int) -> Box:
-    """Return a box moved by so many px."""
-    return Box(box.y0 + y, box.x0 + x, box.y1 + y, box.x1 + x)
+def choice_for_windows(exemplars: tuple[Exemplar, ...], auto: Auto) -> Choice:
+    """Choose among the methods that can make windows alone."""
+    return replace(auto, needs=auto.needs | {Ability.WINDOW}).choose(exemplars, endless(exemplars))
+
+
+def endless(exemplars: tuple[Exemplar, ...]) -> Canvas:
+    """Return the canvas on which a method that makes windows decides its parameters."""
+    return Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)

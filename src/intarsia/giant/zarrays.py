@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..arguments import expect_path
+from ..disk import whole
 from ..image import Array
 from .cells import SIDE, Cell, Grid
+from .clearing import recipe_in_zarr
 from .extras import extra
 from .folder import FolderStore
-from .stream import check_side, checked, header_of
-from .texture import Weave
+from .picture import Picture, check_side, checked, header_of
 
 
 @dataclass(frozen=True)
@@ -56,20 +59,33 @@ class ZarrStore(FolderStore):
 
     @classmethod
     def of(
-        cls, texture: Weave, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, chunk: int, force: bool
-    ) -> ZarrStore:
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, chunk: int,
+        force: bool,
+    ) -> ZarrStore:  # fmt: skip
         """Plan an array; MissingExtraError without zarr."""
         extra("zarr")
+        expect_path(path)
         origin, chunk = checked(texture, sides, origin), check_side("chunk", chunk, 8192)
         side = chunk * max(SIDE // chunk, 1)
         tail = () if texture.like.pixels.ndim == 2 else (texture.channels,)
+        grid = Grid(*sides, side, side)  # refuses what is too large before functions are asked for all of it
         header = header_of(texture, sides, origin, {"format": "zarr", "chunk": chunk})
         packer = ZarrPacker(chunk, side, tail, texture.dtype.name)
-        return cls(Path(path), str(path), texture, origin, Grid(*sides, side, side), header, force, packer)
+        return cls(Path(path), str(path), texture, origin, grid, header, force, packer)
 
     def files_of(self, cell: Cell) -> list[str]:
         """One file a cell."""
         return ["/".join(["c", str(cell.row), str(cell.column), *("0" for _ in self.packer.tail)])]
+
+    def second(self) -> dict[str, Any] | None:
+        """What the array says of itself: its recipe, and how it is cut."""
+        place = self.path / "zarr.json"
+        held = recipe_in_zarr(place) if whole.is_file(place) else None
+        if not held:
+            return None
+        own = json.loads(self.signs()["zarr.json"])
+        differing = {name: held.get(name) for name in own if name != "attributes" and held.get(name) != own[name]}
+        return self.header | {"recipe": held["attributes"]["intarsia"]} | differing
 
     def signs(self) -> dict[str, bytes]:
         """The description of the array, with the recipe among its attributes."""

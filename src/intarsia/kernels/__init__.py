@@ -1,1 +1,1 @@
-"""Numba kernels: arrays in, arrays out."""
+"""Compiled loops that several rooms share: arrays in, arrays out."""

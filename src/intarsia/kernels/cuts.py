@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .corners import find_path, lay_edges, paint, take_path, typical
 from .jit import kernel
 from .maxflow import FREE, NEW, OLD, grid_min_cut
-from .unions import find_root
+from .union_find import find_root
 
 GRADIENT_UNIT = 256  # a gradient cost is the plain cost times this, divided by FLAT + gradients: so 16 times
 FLAT = 16  # the plain cost where all is flat; FLAT is in units of feature distance, so that no zero divides

@@ -1,20 +1,35 @@
 """Windows of a growing map: what is known in them, and how a patch is cut into them.
 
-A growing map is two arrays: ``variant`` (H, W) uint8, HOLE where nothing is known, and ``yx`` (H, W, 2) int32,
-the pixel of that variant. A window is named by its first pixel; on wrapped axes it may reach over the border.
+A window is named by its first pixel; on wrapped axes it may reach over the border.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .cuts import min_cut, seam_costs
 from .jit import kernel
 
 HOLE = 255
 OLD, FREE, NEW = 0, 1, 2
+
+
+class Shown(NamedTuple):
+    """What a growing map shows."""
+
+    variant: NDArray[np.uint8]  # (H, W): number of the posed exemplar, HOLE where nothing is known
+    yx: NDArray[np.int32]  # (H, W, 2): the pixel of it, row and column
+    wrap: tuple[bool, bool]  # whether rows and columns continue in themselves
+
+
+class Posed(NamedTuple):
+    """The posed exemplars laid end to end; a toroidal one is followed by its own beginning."""
+
+    flat: NDArray[np.int16]  # (numbers,): features, channel by channel of each pixel
+    table: NDArray[np.int64]  # (V, 4): where each begins in flat, height, width and stride, px
 
 
 @kernel
@@ -26,13 +41,12 @@ def place(at: int, length: int, wrap: bool) -> int:
 
 
 @kernel
-def gather(
-    variant: Any, yx: Any, flat: Any, table: Any, y0: int, x0: int, wrap: Any, feats: Any, known: Any
-) -> int:
+def gather(shown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> int:
     """Read the features under a window into `feats` (h, w, C), and into `known` where there are any.
 
     Returns the number of known pixels.
     """
+    (variant, yx, wrap), (flat, table) = shown, posed
     height, width = variant.shape
     h, w, channels = feats.shape
     count = 0
@@ -56,10 +70,10 @@ def gather(
 
 
 @kernel
-def gather_all(variant: Any, yx: Any, flat: Any, table: Any, at: Any, wrap: Any, feats: Any, known: Any) -> None:
+def gather_all(shown: Any, posed: Any, at: Any, feats: Any, known: Any) -> None:
     """Apply :func:`gather` to the windows that begin at `at` (n, 2)."""
     for k in range(len(at)):
-        gather(variant, yx, flat, table, at[k, 0], at[k, 1], wrap, feats[k], known[k])
+        gather(shown, posed, at[k, 0], at[k, 1], feats[k], known[k])
 
 
 @kernel
@@ -76,13 +90,14 @@ def known_beside(variant: Any, y0: int, x0: int, wrap: Any, i: int, j: int, h: i
 
 
 @kernel
-def mark(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, state: Any) -> None:
+def mark(shown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> None:
     """Say of every pixel of a window whether it must stay, must be new, or may be either.
 
     It must stay where it is locked, or lies on the window's edge beside a known pixel outside: the cut then
     runs inside the window, where both sides are known. It must be new where nothing is known, or where it
     touches such a pixel, for the same reason.
     """
+    variant, wrap = shown.variant, shown.wrap
     height, width = variant.shape
     h, w = known.shape
     for i in range(h):
@@ -112,14 +127,15 @@ def mark(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, sta
 
 
 @kernel
-def halve(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, seam: Any, take: Any) -> None:
-    """Cut straight through the middle of the seam: old pixels stay in its outer half (source 000, 3.1).
+def halve(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take: Any) -> None:
+    """Cut straight through the middle of the seam: old pixels stay in its outer half (Multrus 2003, B.1.4).
 
     `seam` (2,): rows and columns of the seams. An old pixel stays where it is locked, or lies within half a seam
     of an edge of the window beyond which something is known. Of an odd seam the half at the top and left is the
     larger one: the cut lies at the same place whichever of two windows is laid first. At the upper right corner
     only the top counts, as in a raster scan, where nothing lies to the right.
     """
+    variant, wrap = shown.variant, shown.wrap
     height, width = variant.shape
     h, w = known.shape
     rows, columns = (seam[0] + 1) // 2, (seam[1] + 1) // 2
@@ -139,8 +155,9 @@ def halve(variant: Any, locked: Any, y0: int, x0: int, wrap: Any, known: Any, se
 
 
 @kernel
-def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, wrap: Any, v: int, u: int, s: int, take: Any) -> None:
+def write(shown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
     """Write the patch of variant `v` at (u, s) into the window, wherever `take` says so and the canvas reaches."""
+    (variant, yx, wrap), table = shown, posed.table
     height, width = variant.shape
     rows, columns = table[v, 1], table[v, 2]
     for i in range(take.shape[0]):
@@ -166,17 +183,19 @@ def write(variant: Any, yx: Any, table: Any, y0: int, x0: int, wrap: Any, v: int
 
 @kernel
 def paste(
-    variant: Any, yx: Any, locked: Any, flat: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int,
-    feats: Any, known: Any, wrap: Any, gradient: bool,
+    shown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, feats: Any, known: Any,
+    gradient: bool,
 ) -> None:  # fmt: skip
     """Cut the patch of variant `v` at (u, s) into the window at (y0, x0) along the cheapest seam.
 
-    `feats` (h, w, C) and `known` (h, w) are what :func:`gather` read there; `feats` is filled up.
+    `feats` (h, w, C) and `known` (h, w) are what :func:`gather` read there; `feats` is filled up. `locked` (H, W): the
+    pixels of the map that must stay.
     """
+    flat, table = posed
     h, w, channels = feats.shape
     take = np.ones((h, w), np.uint8)
     state = np.empty((h, w), np.uint8)
-    mark(variant, locked, y0, x0, wrap, known, state)
+    mark(shown, locked, y0, x0, known, state)
     if known.any():
         new = np.empty((h, w, channels), np.int16)
         for i in range(h):
@@ -190,15 +209,14 @@ def paste(
                         feats[i, j, c] = new[i, j, c]
         right, down = seam_costs(feats, new, gradient)
         min_cut(state, right, down, take)
-    write(variant, yx, table, y0, x0, wrap, v, u, s, take)
+    write(shown, posed, y0, x0, v, u, s, take)
 
 
 @kernel
 def overlay(
-    variant: Any, yx: Any, locked: Any, table: Any, y0: int, x0: int, v: int, u: int, s: int,
-    known: Any, wrap: Any, seam: Any,
-) -> None:  # fmt: skip
+    shown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, known: Any, seam: Any
+) -> None:
     """Lay the patch of variant `v` at (u, s) into the window, cut straight in the middle of its seams."""
     take = np.empty(known.shape, np.uint8)
-    halve(variant, locked, y0, x0, wrap, known, seam, take)
-    write(variant, yx, table, y0, x0, wrap, v, u, s, take)
+    halve(shown, locked, y0, x0, known, seam, take)
+    write(shown, posed, y0, x0, v, u, s, take)

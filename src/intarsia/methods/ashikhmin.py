@@ -23,14 +23,16 @@ from ..params import AUTO, check, extent, param, words
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
-    from ..kernels import raster
+    from ..pixels import neighbourhoods, raster_kernels, raster_scan, tree
     from ..run import Run
 else:
-    analysis = lazy("intarsia.analysis")
-    raster = lazy("intarsia.kernels.raster")
+    neighbourhoods = lazy("intarsia.pixels.neighbourhoods")
+    raster_scan = lazy("intarsia.pixels.raster_scan")
+    tree = lazy("intarsia.pixels.tree")
+    raster_kernels = lazy("intarsia.pixels.raster_kernels")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2001  # keeps this method's draws apart from those of others
@@ -64,25 +66,26 @@ class Ashikhmin:
         """Exact copies."""
         return sourcemap.Blend(0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Ashikhmin:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Ashikhmin:
         """Decide the window from the size of the texture's elements."""
         if self.window is AUTO:
-            side = analysis.default_window(exemplars, LEAST, MOST, lambda n: analysis.scan_reach((n // 2 + 1, n), 1))
+            reach = raster_scan.scan_reach
+            side = neighbourhoods.default_window(exemplars, LEAST, MOST, lambda n: reach((n // 2 + 1, n), 1))
             return replace(self, window=(side // 2 + 1, side))
-        analysis.check_window(exemplars, words(self.window), analysis.scan_reach(extent(self.window), 1))
+        neighbourhoods.check_window(exemplars, words(self.window), raster_scan.scan_reach(extent(self.window), 1))
         return self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Fill row after row."""
-        method = self.settled(exemplars, canvas)
-        scan = analysis.Scan(exemplars, canvas, extent(method.window or 3), 1, (seed, STAGE))
+        method = self.resolved(exemplars, canvas)
+        scan = raster_scan.Scan(exemplars, canvas, extent(method.window or 3), 1, (seed, STAGE))
         torus, exemplar = scan.enter()
-        similar = analysis.similar_pixels(exemplar, torus.choices, scan.components(), method.jumps)
+        similar = tree.similar_pixels(exemplar, torus.choices, scan.components(), method.jumps)
         for y, x0, x1 in scan.stretches(AT_ONCE):
             run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-            raster.coherent_row(torus, exemplar, similar, y, x0, x1, scan.room)
+            raster_kernels.coherent_row(torus, exemplar, similar, y, x0, x1, scan.room)
         for pixels in scan.first_ones(AT_ONCE):
             run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-            raster.coherent_again(torus, exemplar, similar, pixels, scan.room)
+            raster_kernels.coherent_again(torus, exemplar, similar, pixels, scan.room)
         run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
         return scan.map(self.blend)

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 from .. import params
+from ..arguments import called
 from ..errors import ParameterError
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ class Method(Protocol):
     def blend(self) -> Blend:
         """How the pieces are meant to be joined; follows from the parameters."""
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
         """Return the method with every automatic parameter decided, or refuse what cannot work."""
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
@@ -86,6 +87,16 @@ def method_class(slug: str) -> type[Any]:
     module, name = METHODS[slug]
     cls: type[Any] = getattr(importlib.import_module(f".{module}", __package__), name)
     return cls
+
+
+def check_method(given: Any) -> Method:
+    """Return a method, or refuse what is none, such as a class of methods."""
+    if isinstance(given, type) or not (hasattr(given, "resolved") and hasattr(given, "synthesize")):
+        able = isinstance(given, type) and hasattr(given, "resolved")
+        means = f"{given.__name__}()" if able else "a method, or its name"
+        raise ParameterError(f"method={called(given)} is no method; give {means}, or 'auto'.")
+    method: Method = given
+    return method
 
 
 def make(slug: str, values: dict[str, Any]) -> Method:

@@ -1,7 +1,7 @@
 """The best tile, repeated: one period of a regular texture, chosen where its opposite borders agree most.
 
-Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011
-(source 001), direct tiling.
+Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
+and Lopez Recas's thesis of the same year, 4.1: the best self-similar tile, repeated.
 
 Departures: lattice vectors of fractions of a px, by exact fractions, so that nothing drifts; pixels under a mask are
 not used; around a wrapped canvas the lattice is strained by at most 2 %; courses without a period along them are cut
@@ -22,15 +22,18 @@ from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, canvas, sourcemap
-    from ..analysis.tile_layout import Layout
+    from .. import canvas, sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..geometry import Box
+    from ..lattice import vectors
     from ..run import Run
+    from ..tiles import tiling as tiles_tiling
+    from ..tiles.tile_layout import TileLayout
 else:
     canvas = lazy("intarsia.canvas")
-    analysis = lazy("intarsia.analysis")
+    vectors = lazy("intarsia.lattice.vectors")
+    tiles_tiling = lazy("intarsia.tiles.tiling")
     sourcemap = lazy("intarsia.sourcemap")
 
 
@@ -61,17 +64,17 @@ class BestTile:
         """Exact copies."""
         return sourcemap.Blend(0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:
         """Find the lattice; MethodError where there is none."""
         if self.lattice is AUTO:
-            return replace(self, lattice=analysis.lattice_of(exemplars[0], self.slug, self.channel_weights))
-        analysis.check_lattice(self.lattice, exemplars[0])
+            return replace(self, lattice=vectors.lattice_of(exemplars[0], self.slug, self.channel_weights))
+        vectors.check_lattice(self.lattice, exemplars[0])
         return self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Find the best tile and lay it out; the seed changes nothing."""
         run.tick(0, 2)
-        tiling = analysis.Tiling.of(self.settled(exemplars, canvas), self.band, exemplars[0])
+        tiling = tiles_tiling.Tiling.of(self.resolved(exemplars, canvas), self.band, exemplars[0])
         run.tick(1, 2)
         yx = tiling.layout(canvas).window(0, 0, canvas.height, canvas.width)
         run.tick(2, 2)
@@ -80,9 +83,9 @@ class BestTile:
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Lay out what of the tiles a box meets; the tile is found once for an exemplar."""
 
-        def prepared() -> Layout:
+        def prepared() -> TileLayout:
             plane = canvas.Canvas(1, 1)
-            return analysis.Tiling.of(self.settled(exemplars, plane), self.band, exemplars[0]).layout(plane)
+            return tiles_tiling.Tiling.of(self.resolved(exemplars, plane), self.band, exemplars[0]).layout(plane)
 
         yx = exemplars[0].latest("best-tile", self, prepared).window(box.y0, box.x0, box.height, box.width)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), blend=self.blend)

@@ -1,10 +1,10 @@
 """Efros-Leung: the texture grows outward from a seed, one pixel at a time.
 
-Efros and Leung, "Texture Synthesis by Non-parametric Sampling", ICCV 1999, as Multrus 2003 (source 000, chapter 2)
-describes it.
+Efros and Leung, "Texture Synthesis by Non-parametric Sampling", ICCV 1999, as Multrus 2003 describes it
+(chapter 2).
 
-Departures: candidates at exactly the tolerance count, too, for otherwise there are none where the best fits exactly
-(S0-03); the Gaussian's weights are whole numbers, so that every machine draws the same pixel; there is no upper
+Departures: candidates at exactly the tolerance count, too, for otherwise there are none where the best fits exactly;
+the Gaussian's weights are whole numbers, so that every machine draws the same pixel; there is no upper
 limit on the best distance, so no pixel is ever postponed; pixels of a layer with equally many known neighbours
 follow in an order that is drawn.
 
@@ -27,15 +27,21 @@ from .base import Ability
 if TYPE_CHECKING:
     import numpy as np
 
-    from .. import analysis, sourcemap
+    from .. import sourcemap
+    from ..analysis import features
     from ..canvas import Canvas
     from ..exemplar import Exemplar
-    from ..kernels import growth
+    from ..patches import growing_map
+    from ..pixels import neighbourhoods, outward_kernels
     from ..run import Run
+    from ..search import posed
 else:
     np = lazy("numpy")
-    analysis = lazy("intarsia.analysis")
-    growth = lazy("intarsia.kernels.growth")
+    features = lazy("intarsia.analysis.features")
+    growing_map = lazy("intarsia.patches.growing_map")
+    neighbourhoods = lazy("intarsia.pixels.neighbourhoods")
+    posed = lazy("intarsia.search.posed")
+    outward_kernels = lazy("intarsia.pixels.outward_kernels")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 1999  # keeps this method's draws apart from those of others
@@ -75,17 +81,17 @@ class EfrosLeung:
         """Exact copies."""
         return sourcemap.Blend(0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> EfrosLeung:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> EfrosLeung:
         """Decide the window from the size of the texture's elements."""
         if self.window is AUTO:
-            window = analysis.default_window(exemplars, LEAST, MOST, lambda n: _reach((n, n)))
+            window = neighbourhoods.default_window(exemplars, LEAST, MOST, lambda n: _reach((n, n)))
             return replace(self, window=window)
-        analysis.check_window(exemplars, words(self.window), _reach(extent(self.window)))
+        neighbourhoods.check_window(exemplars, words(self.window), _reach(extent(self.window)))
         return self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Fill layer after layer; pixels that do not see one another are worked on at the same time."""
-        grown = _Growth(self.settled(exemplars, canvas), exemplars, canvas, seed)
+        grown = _Outward(self.resolved(exemplars, canvas), exemplars, canvas, seed)
         total = grown.unknown
         with run.pool() as each:
             while grown.unknown:
@@ -96,19 +102,19 @@ class EfrosLeung:
         return grown.map()
 
 
-class _Growth:
+class _Outward:
     """A map that grows, and all that is needed to grow it."""
 
     def __init__(self, method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int) -> None:
         self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
-        feats = analysis.features(exemplars)
+        feats = features.features(exemplars)
         shown = () if canvas.start is None else canvas.start.poses
-        variants = analysis.variants(exemplars, feats, analysis.isometry_ids(method.isometries), (1, 1), shown)
+        variants = posed.variants(exemplars, feats, posed.isometry_ids(method.isometries), (1, 1), shown)
         window = extent(method.window or 1)
         self.window = np.array(window, np.int64)
         self.taps = np.array(_taps(window), np.int64)
-        self.ground = analysis.ground(analysis.layers(variants, exemplars), _reach(window), _reach(window))
-        self.patchwork = analysis.Patchwork.begin(variants, canvas, 0)
+        self.ground = neighbourhoods.ground(neighbourhoods.layers(variants, exemplars), _reach(window), _reach(window))
+        self.patchwork = growing_map.GrowingMap.begin(variants, canvas, 0)
         self.wraps = canvas.wrap.y, canvas.wrap.x
         heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
         self.first = max(int(heavy.sum()), 4) * variants.channels
@@ -118,7 +124,7 @@ class _Growth:
 
     def _sow(self) -> None:
         """Lay 3 x 3 px of the exemplar into the middle of the canvas."""
-        places = analysis.choices(self.ground, 1)
+        places = neighbourhoods.choices(self.ground, 1)
         v, position = places[below(len(places), draw(self.seed, STAGE, 2))]
         _, height, width, stride = self.ground.table[v, :4]
         middle = self.canvas.height // 2, self.canvas.width // 2
@@ -131,8 +137,8 @@ class _Growth:
 
     def batches(self) -> list[list[Any]]:
         """List the pixels of the next layer: batches of groups, the pixels of a group do not see one another."""
-        pixels = growth.layer(self.patchwork.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
-        rank = growth.ranks(pixels, self.patchwork.variant.shape, self.window, *self.wraps)
+        pixels = outward_kernels.layer(self.patchwork.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
+        rank = outward_kernels.ranks(pixels, self.patchwork.variant.shape, self.window, *self.wraps)
         order = np.argsort(rank, kind="stable")
         groups = np.split(pixels[order], np.flatnonzero(np.diff(rank[order])) + 1)
         groups = [g[k : k + AT_ONCE] for g in groups for k in range(0, len(g), AT_ONCE)]
@@ -143,7 +149,7 @@ class _Growth:
         """Fill the pixels of a batch, all in turn, or group by group at the same time."""
 
         def part(pixels: Any) -> None:
-            growth.fill(
+            outward_kernels.fill(
                 self.patchwork.variant, self.patchwork.yx, pixels, self.taps, self.patchwork.variants.channels,
                 self.ground, *self.wraps, round(self.method.tolerance * 65536), self.first, np.uint64(self.seed), STAGE,
             )  # fmt: skip

@@ -26,12 +26,23 @@ from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import sourcemap
+    from ..analysis import symmetry
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..patches import growth as patches_growth
+    from ..patches import labelled, settings
     from ..run import Run
+    from ..seams import graphcut
+    from ..search import guide, sizes
 else:
-    analysis = lazy("intarsia.analysis")
+    labelled = lazy("intarsia.patches.labelled")
+    patches_growth = lazy("intarsia.patches.growth")
+    settings = lazy("intarsia.patches.settings")
+    guide = lazy("intarsia.search.guide")
+    sizes = lazy("intarsia.search.sizes")
+    graphcut = lazy("intarsia.seams.graphcut")
+    symmetry = lazy("intarsia.analysis.symmetry")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2403  # keeps this method's draws apart from those of others
@@ -83,33 +94,33 @@ class Graphcut(parameters.CutSquares):
         check(self)
         self.check_overlap()
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
         """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
         patch = self.patch
         if patch is AUTO and canvas.guide is None:
-            patch = analysis.large_patch(exemplars)
+            patch = sizes.large_patch(exemplars)
         elif patch is AUTO:
-            patch = analysis.default_patch(exemplars, canvas.guide)
+            patch = sizes.default_patch(exemplars, canvas.guide)
         rows, columns = extent(patch)
-        isometries = analysis.settled_isometries(self.isometries, exemplars, (rows, columns))
-        analysis.check_patch(patch, exemplars, isometries)
+        isometries = symmetry.resolved_isometries(self.isometries, exemplars, (rows, columns))
+        sizes.check_patch(patch, exemplars, isometries)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, patch)
+            guide.check_guide(exemplars, canvas.guide, patch)
         half = (rows // 2, columns // 2) if rows != columns else rows // 2
         overlap = half if self.overlap is AUTO else self.overlap
         overreach = min(rows, columns) // 6 if self.overreach is AUTO else self.overreach
-        settled = replace(self, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
+        resolved = replace(self, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
         if self.refinements is AUTO:
-            settled = replace(settled, refinements=math.prod(settled.laying(0).layout(canvas).shape))
-        return settled
+            resolved = replace(resolved, refinements=math.prod(resolved.laying(0).layout(canvas).shape))
+        return resolved
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Fill the canvas window by window, then cover the worst seams."""
-        method = self.settled(exemplars, canvas)
+        method = self.resolved(exemplars, canvas)
         if canvas.guide is not None:
             return method.guided(exemplars, canvas, seed, run)
-        growth = analysis.Growth(method.laying(0), exemplars, canvas)
-        stitching = analysis.Stitching(growth, method.stitch)
+        growth = patches_growth.Growth(method.laying(0), exemplars, canvas)
+        stitching = graphcut.GraphcutGrowth(growth, method.stitch)
         stitching.fill(seed, STAGE, run, method.refinements or 0)
         stitching.refine(seed, STAGE, run, method.refinements or 0)
         return growth.map(self.blend)
@@ -117,8 +128,8 @@ class Graphcut(parameters.CutSquares):
     def guided(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow under a guide: patches are chosen window by window as it says, and cut in with old seams remembered."""
 
-        def fill(growth: analysis.Growth, stage: int, part: tuple[int, int]) -> None:
-            stitching = analysis.Stitching(growth, self.stitch)
+        def fill(growth: patches_growth.Growth, stage: int, part: tuple[int, int]) -> None:
+            stitching = graphcut.GraphcutGrowth(growth, self.stitch)
             # One window after the other: a cut looks at the pixels beside its window, too.
             growth.fill(
                 seed, STAGE + stage, replace(run, threads=1), part=part, choose=TOLERANCE,
@@ -127,20 +138,20 @@ class Graphcut(parameters.CutSquares):
                 ),
             )  # fmt: skip
 
-        return analysis.grown(self.laying(self.usage), exemplars, canvas, self.blend, fill)
+        return labelled.grown(self.laying(self.usage), exemplars, canvas, self.blend, fill)
 
     @property
-    def stitch(self) -> analysis.Stitch:
+    def stitch(self) -> graphcut.GraphcutSettings:
         """How patches are placed and joined; known once overreach is."""
-        return analysis.Stitch(
+        return graphcut.GraphcutSettings(
             self.placement, self.randomness, self.tries, self.usage, self.seam == "gradient", self.overreach or 0
         )
 
-    def laying(self, usage: float) -> analysis.Laying:
+    def laying(self, usage: float) -> settings.PatchSettings:
         """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""
         overlap, boundary = extent(self.overlap or 0), min(self.footprint) // 2
-        return analysis.Laying(
+        return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, isometries=self.isometries,
             usage=usage, rim=max(overlap), boundary=boundary, boundary_isometries=self.isometries,
-            slack=analysis.slack_of(self.footprint, boundary, None),
+            slack=labelled.slack_of(self.footprint, boundary, None),
         )  # fmt: skip

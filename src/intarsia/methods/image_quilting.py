@@ -1,10 +1,13 @@
 """Image quilting: patches that match their neighbours, joined along the cheapest seam.
 
-Efros and Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001; Robinson 2004 (source 002).
+Efros and Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001; Robinson 2004
+(see docs/sources-002.md).
 
-Departures: the seam is the true minimum cut of the whole overlap, of whatever shape, measured between pixel pairs
-(D2-2, D2-3); patches on a wrapped border or in a last row are matched and cut against every neighbour; patches
-already used cost a little more (D2-5); among equally good patches an exact continuation has no advantage (D2-4).
+Departures: the seam is the true minimum cut of the whole overlap, of whatever shape, measured between pixel pairs,
+where the source joins two paths that each see single pixels; patches on a wrapped border or in a last row are matched
+and cut against every neighbour; patches already used cost a little more, so that striking spots do not return too
+often; where one patch continues the texture exactly, others that fit nearly as well may still be drawn, for otherwise
+the exemplar would be copied on and on.
 
 Cost: one FFT search over the reduced exemplar for each patch, about N_out / pitch^2 of them.
 """
@@ -21,12 +24,22 @@ from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import sourcemap
+    from ..analysis import symmetry
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..patches import growth as patches_growth
+    from ..patches import labelled, settings
     from ..run import Run
+    from ..search import guide, pyramid, sizes
 else:
-    analysis = lazy("intarsia.analysis")
+    labelled = lazy("intarsia.patches.labelled")
+    patches_growth = lazy("intarsia.patches.growth")
+    settings = lazy("intarsia.patches.settings")
+    guide = lazy("intarsia.search.guide")
+    pyramid = lazy("intarsia.search.pyramid")
+    sizes = lazy("intarsia.search.sizes")
+    symmetry = lazy("intarsia.analysis.symmetry")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2002  # keeps this method's draws apart from those of others
@@ -68,31 +81,31 @@ class ImageQuilting(parameters.CutSquares):
         check(self)
         self.check_overlap()
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
         """Decide patch and overlap from the size of the texture's elements."""
-        patch = analysis.default_patch(exemplars, canvas.guide) if self.patch is AUTO else self.patch
+        patch = sizes.default_patch(exemplars, canvas.guide) if self.patch is AUTO else self.patch
         rows, columns = extent(patch)
-        isometries = analysis.settled_isometries(self.isometries, exemplars, (rows, columns))
-        analysis.check_patch(patch, exemplars, isometries)
+        isometries = symmetry.resolved_isometries(self.isometries, exemplars, (rows, columns))
+        sizes.check_patch(patch, exemplars, isometries)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, patch)
+            guide.check_guide(exemplars, canvas.guide, patch)
         third = (rows // 3, columns // 3) if rows != columns else rows // 3
         overlap = third if self.overlap is AUTO else self.overlap
         bounds = self.boundary_isometries
-        bounds = None if bounds is None else analysis.settled_isometries(bounds, exemplars, (rows, columns))
-        settled = replace(
+        bounds = None if bounds is None else symmetry.resolved_isometries(bounds, exemplars, (rows, columns))
+        resolved = replace(
             self, patch=patch, overlap=overlap, isometries=isometries, boundary_isometries=bounds
         )
         if self.search == "pyramid":
             seam = extent(overlap)
-            analysis.check_pyramid((rows - 2 * seam[0], columns - 2 * seam[1]), seam)
-        return settled
+            pyramid.check_pyramid((rows - 2 * seam[0], columns - 2 * seam[1]), seam)
+        return resolved
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
-        method = self.settled(exemplars, canvas)
+        method = self.resolved(exemplars, canvas)
 
-        def fill(growth: analysis.Growth, stage: int, part: tuple[int, int]) -> None:
+        def fill(growth: patches_growth.Growth, stage: int, part: tuple[int, int]) -> None:
             growth.fill(
                 seed, STAGE + stage, run, part=part,
                 choose=self.tolerance,
@@ -101,18 +114,18 @@ class ImageQuilting(parameters.CutSquares):
                 ),
             )  # fmt: skip
 
-        return analysis.grown(method.laying, exemplars, canvas, self.blend, fill)
+        return labelled.grown(method.laying, exemplars, canvas, self.blend, fill)
 
     @property
-    def laying(self) -> analysis.Laying:
+    def laying(self) -> settings.PatchSettings:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         boundary = min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch
-        return analysis.Laying(
+        return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
             isometries=self.isometries, search=self.search,
             pyramid=(self.pyramid_filter, self.pyramid_kept), usage=self.usage,
             distance=self.min_repeat_distance, rim=max(overlap),
-            boundary=boundary, boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
-            slack=analysis.slack_of(self.footprint, boundary, self.boundary_slack),
+            boundary=boundary, boundary_isometries=labelled.boundary_poses(self.footprint, self.boundary_isometries),
+            slack=labelled.slack_of(self.footprint, boundary, self.boundary_slack),
         )  # fmt: skip

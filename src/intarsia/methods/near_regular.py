@@ -1,17 +1,18 @@
 """Near-regular textures: blocks of whole periods at random, the gaps between them filled to fit.
 
-Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011
-(source 001).
+Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
+and Lopez Recas's thesis of the same year, 4.2.
 
 Departures of the variant mosaic: the block grid begins where cuts are cheapest, in the joints; blocks are
 parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
-real lattice vectors; a seam may hang outside the exemplar; every position is used equally often; gaps are cut in along
-the cheapest seam, each inside its own mitred wedges, so that no two cuts meet (D1-1 to D1-5).
+real lattice vectors; periods that the exemplar's border cuts are completed from others; every position is used about
+equally often; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no two cuts meet.
 
-Courses that converge or bow are laid straight first, by a map of whole pixels (S1-52); how is this project's own.
+Courses that converge or bow are first laid straight, by a map of whole pixels. The thesis names this as future work
+(chapter 6); how it is done is this project's own.
 
-A lattice of one vector (brick courses of free joints, boards) is laid course by course from whole bricks, which is not
-in the source.
+Where only rows repeat (courses of bricks whose joints lie anywhere, boards), the wall is laid course by course from
+whole bricks, which is not in the source.
 
 Departures of the variant plain: vectors are real, positions rounded from exact multiples; draws belong to places, so
 that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
@@ -35,17 +36,30 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .. import analysis, canvas, sourcemap
-    from ..analysis.tile_layout import Layout
+    from .. import canvas, sourcemap
+    from ..analysis import features
+    from ..blocks import gap_filling, mosaic, places, pose_sheet
     from ..canvas import Canvas
+    from ..courses import rectified, wall
     from ..exemplar import Exemplar
     from ..geometry import Box
+    from ..patches import continuation
     from ..run import Run
+    from ..tiles import tiling
+    from ..tiles.tile_layout import TileLayout
 
-    Layer = analysis.Mosaic | analysis.Courses | analysis.Sampling | Layout
+    Layer = mosaic.Mosaic | wall.Wall | gap_filling.Sampling | TileLayout
 else:
     canvas = lazy("intarsia.canvas")
-    analysis = lazy("intarsia.analysis")
+    wall = lazy("intarsia.courses.wall")
+    features = lazy("intarsia.analysis.features")
+    rectified = lazy("intarsia.courses.rectified")
+    continuation = lazy("intarsia.patches.continuation")
+    mosaic = lazy("intarsia.blocks.mosaic")
+    places = lazy("intarsia.blocks.places")
+    pose_sheet = lazy("intarsia.blocks.pose_sheet")
+    gap_filling = lazy("intarsia.blocks.gap_filling")
+    tiling = lazy("intarsia.tiles.tiling")
     sourcemap = lazy("intarsia.sourcemap")
 
 
@@ -105,26 +119,26 @@ class NearRegular:
         """Exact copies; the plain variant mixes its blocks over 4 px, courses laid straight the steps of edges."""
         return sourcemap.Blend(4 if self.variant == "plain" or self.straighten == "on" else 0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Lay the courses straight and find the lattice; MethodError where there is none."""
         plain = self.variant == "plain"
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
         wanted = self if canvas.start is None or self.straighten == "on" else replace(self, straighten="off")
-        footing = analysis.footing_of(wanted, exemplars[0])
+        footing = rectified.rectified_for(wanted, exemplars[0])
         laid, lattice = footing.exemplar, footing.lattice
         upright = "variant=plain lays all blocks" if plain else "a lattice of one vector has courses that are laid"
         if self.isometries not in ("none", (0,)) and (plain or len(lattice) == 1):
             raise ParameterError(f"isometries={self.isometries}: {upright} upright; leave it out.")
-        poses = analysis.settled_poses(self.isometries, lattice, laid, self.channel_weights)
+        poses = pose_sheet.resolved_poses(self.isometries, lattice, laid, self.channel_weights)
         straighten = "off" if footing.straight is None else "on"
         return replace(self, lattice=lattice, block=block, border=border, isometries=poses, straighten=straighten)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
-        method = self.settled(exemplars, canvas)
-        footing = analysis.footing_of(method, exemplars[0])
-        held = analysis.Held.of(canvas, method.border or 0)
+        method = self.resolved(exemplars, canvas)
+        footing = rectified.rectified_for(method, exemplars[0])
+        held = continuation.Continuation.of(canvas, method.border or 0)
         if held is not None and held.full:
             return replace(held.start, which=None, wrap=canvas.wrap, blend=method.blend)
         layer = self._layer(method, footing, canvas, held, seed, run)
@@ -132,16 +146,16 @@ class NearRegular:
         yx, pose = _laid(layer, (*origin, canvas.height, canvas.width), run)
         yx, source = footing.to_exemplar(yx), exemplars[0].source
         if held is not None:
-            yx, pose = held.joined(yx, pose, analysis.features(exemplars, method.channel_weights).pictures[0])
+            yx, pose = held.joined(yx, pose, features.features(exemplars, method.channel_weights).pictures[0])
         return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
 
-        def prepared() -> tuple[NearRegular, analysis.Footing, Layer]:
+        def prepared() -> tuple[NearRegular, rectified.Rectified, Layer]:
             plane = canvas.Canvas(1, 1)
-            method = self.settled(exemplars, plane)
-            footing = analysis.footing_of(method, exemplars[0])
+            method = self.resolved(exemplars, plane)
+            footing = rectified.rectified_for(method, exemplars[0])
             return method, footing, self._layer(method, footing, plane, None, seed, run)
 
         method, footing, layer = exemplars[0].latest("near-regular", (self, seed), prepared)
@@ -149,28 +163,28 @@ class NearRegular:
         return sourcemap.SourceMap(footing.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=method.blend)
 
     def _layer(
-        self, method: NearRegular, footing: analysis.Footing, canvas: Canvas, held: analysis.Held | None, seed: int,
-        run: Run,
+        self, method: NearRegular, footing: rectified.Rectified, canvas: Canvas, held: continuation.Continuation | None,
+        seed: int, run: Run,
     ) -> Layer:  # fmt: skip
         """What is laid, so that the lattice of a start goes on; too small an exemplar gives one tile."""
         exemplar = footing.exemplar
         if method.variant == "plain":
-            return analysis.Sampling.of(method, exemplar, canvas, seed)
+            return gap_filling.Sampling.of(method, exemplar, canvas, seed)
         if len(method.lattice or ()) == 1:
-            return analysis.Courses.of(method, exemplar, canvas, seed)
+            return wall.Wall.of(method, exemplar, canvas, seed)
         try:
-            return analysis.Mosaic.of(method, exemplar, canvas, seed, held if footing.straight is None else None)
-        except analysis.FewPlaces:
+            return mosaic.Mosaic.of(method, exemplar, canvas, seed, held if footing.straight is None else None)
+        except places.FewPlaces:
             run.notes.append(FEW)
-            return analysis.Tiling.of(method, method.border or 0, exemplar).layout(canvas)
+            return tiling.Tiling.of(method, method.border or 0, exemplar).layout(canvas)
 
 
 def _laid(
     layer: Layer, window: tuple[int, int, int, int], run: Run
 ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
     """The pixels and poses of a window (y, x, height, width) of a layer."""
-    if isinstance(layer, analysis.Mosaic):
+    if isinstance(layer, mosaic.Mosaic):
         return layer.sheet.to_exemplar(layer.window(*window, run))
-    if isinstance(layer, (analysis.Sampling, analysis.Courses)):
+    if isinstance(layer, (gap_filling.Sampling, wall.Wall)):
         return layer.window(*window, run), None
     return layer.window(*window), None

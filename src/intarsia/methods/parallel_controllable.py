@@ -1,15 +1,16 @@
 """Parallel controllable synthesis: coordinates handed down from coarse to fine, jittered, and corrected.
 
 Lefebvre and Hoppe, "Parallel controllable texture synthesis", SIGGRAPH 2005, and "Appearance-space texture synthesis",
-SIGGRAPH 2006; the correction operation as source 004 tells it.
+SIGGRAPH 2006; the correction operation as a memorandum of 2008 defines it (docs/sources-004.md).
 
 Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be made alone.
 
 Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
 jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
-are those of its different continuations, as in the memo (rule=published: those of its neighbours, then shifted);
-an exemplar that is no torus is mirrored at its borders only for what is compared: no candidate lies at them; of
-several places drawn for a piece of half the exemplar, that is taken which repeats its neighbours least.
+are those of its different continuations, as in the memorandum (rule=published: those of its neighbours, then shifted);
+an exemplar that is no torus is mirrored beyond its borders for comparisons alone: no pixel at the border is a
+candidate; for a piece as large as half the exemplar several places are drawn, and the one that repeats its neighbours
+least is taken.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 """
@@ -22,20 +23,36 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ParameterError
-from ..field import Field, check_sizes
+from ..field import Field
 from ..geometry import Box, Wrap
 from ..lazy import lazy
-from ..params import AUTO, check, param
+from ..params import AUTO, check, check_sizes, param
 from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import sourcemap
+    from ..analysis import features
     from ..canvas import Canvas
+    from ..corrections import asked as corrections_asked
+    from ..corrections import descent as corrections_descent
+    from ..corrections import guide as corrections_guide
+    from ..corrections import outlines as corrections_outlines
+    from ..corrections import span, stack
     from ..exemplar import Exemplar
+    from ..lattice import vectors
     from ..run import Run
+    from ..search import guide
 else:
-    analysis = lazy("intarsia.analysis")
+    corrections_asked = lazy("intarsia.corrections.asked")
+    vectors = lazy("intarsia.lattice.vectors")
+    features = lazy("intarsia.analysis.features")
+    guide = lazy("intarsia.search.guide")
+    corrections_outlines = lazy("intarsia.corrections.outlines")
+    corrections_descent = lazy("intarsia.corrections.descent")
+    stack = lazy("intarsia.corrections.stack")
+    span = lazy("intarsia.corrections.span")
+    corrections_guide = lazy("intarsia.corrections.guide")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 200505  # keeps this method's draws apart from those of others
@@ -153,11 +170,12 @@ class ParallelControllable:
         return self.jitter_output, self.jitter_exemplar
 
     @property
-    def outlines(self) -> analysis.Outlines | None:
+    def outlines(self) -> corrections_outlines.Outlines | None:
         """Which outlines of the exemplar count, and how much."""
         if self.feature is AUTO or not self.feature_weight:
             return None
-        return analysis.Outlines(self.feature if isinstance(self.feature, Field) else None, self.feature_weight)
+        given = self.feature if isinstance(self.feature, Field) else None
+        return corrections_outlines.Outlines(given, self.feature_weight)
 
     @property
     def exact(self) -> bool:
@@ -169,63 +187,74 @@ class ParallelControllable:
         """Exact copies."""
         return sourcemap.Blend(0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
         """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
         size = None if canvas.endless else (canvas.height, canvas.width)
         check_sizes(self, (exemplars[0].height, exemplars[0].width), size)
         if isinstance(self.feature, Field):
-            analysis.marked(self.feature, exemplars[0])
-        analysis.features([exemplars[0]], self.channel_weights)
+            corrections_outlines.marked(self.feature, exemplars[0])
+        features.features([exemplars[0]], self.channel_weights)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, 1)
+            guide.check_guide(exemplars, canvas.guide, 1)
         return self._decided(exemplars[0], canvas.guide is not None)
 
     def _decided(self, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
         """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
         lattice, jitter, snap = self.lattice, self.jitter, self.snap
         if snap == "auto":
-            known = lattice is not AUTO or (not guided and analysis.has_lattice(exemplar, self.channel_weights))
+            known = lattice is not AUTO or (not guided and vectors.has_lattice(exemplar, self.channel_weights))
             snap = "on" if known else "off"
         if lattice is not AUTO:
-            analysis.check_lattice(lattice, exemplar)
+            vectors.check_lattice(lattice, exemplar)
         elif snap == "on":
-            lattice = analysis.lattice_of(exemplar, self.slug, self.channel_weights)
+            lattice = vectors.lattice_of(exemplar, self.slug, self.channel_weights)
         if jitter is AUTO:
             top = (max(exemplar.height, exemplar.width) - 1).bit_length()
             all_over = snap == "on" or self.outlines is not None or not self.exact
-            all_over = all_over or analysis.is_cloudy(exemplar)
-            fine = top if all_over else max(len(FINE), analysis.levels_within(exemplar))
+            all_over = all_over or stack.is_cloudy(exemplar)
+            fine = top if all_over else max(len(FINE), stack.levels_within(exemplar))
             shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
             jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
         return replace(self, jitter=jitter, lattice=lattice, snap=snap)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
-        rows = analysis.Span(0, canvas.height, canvas.height if canvas.wrap.y else 0)
-        cols = analysis.Span(0, canvas.width, canvas.width if canvas.wrap.x else 0)
-        return self._map(exemplars[0], (rows, cols), canvas, seed, run)
+        return self._map(exemplars[0], canvas, seed, run)
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
         if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
             raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
-        rows, cols = analysis.Span(box.y0, box.y1, 0), analysis.Span(box.x0, box.x1, 0)
-        return self._map(exemplars[0], (rows, cols), None, seed, run)
+        return self._map(exemplars[0], box, seed, run)
 
-    def _map(
-        self,
-        exemplar: Exemplar,
-        spans: tuple[analysis.Span, analysis.Span],
-        canvas: Canvas | None,
-        seed: int,
-        run: Run,
-    ) -> sourcemap.SourceMap:
-        rules = analysis.Corrections.of(self._decided(exemplar))
-        sites = analysis.sites_of(exemplar, analysis.Look.of(self, rules.border))
-        wanted = analysis.Wanted(canvas, sites) if canvas is not None and canvas.guide is not None else None
-        descent, source = analysis.Descent(sites, rules, seed, STAGE, wanted), (exemplar.source,)
-        wrap = Wrap.NONE if canvas is None else canvas.wrap
-        if rules.lie is None:
-            return sourcemap.SourceMap(descent.window(*spans, run), None, None, source, wrap, self.blend)
-        yx, frame, sub = descent.framed(*spans, run)
+    def asked(self, exemplars: Sequence[Exemplar], where: Canvas | Box) -> dict[str, str]:
+        """Return a hash of what each function among the parameters says at all places that a picture asks it for.
+
+        Those over the output are asked beside it as well, where its coarse levels begin.
+        """
+        if not corrections_asked.functions_of(self):
+            return {}
+        return corrections_asked.hashes(self, exemplars[0], self._descent(exemplars[0], where, 0).asked(*_spans(where)))
+
+    def _map(self, exemplar: Exemplar, where: Canvas | Box, seed: int, run: Run) -> sourcemap.SourceMap:
+        descent, source = self._descent(exemplar, where, seed), (exemplar.source,)
+        wrap = Wrap.NONE if isinstance(where, Box) else where.wrap
+        if descent.rules.lie is None:
+            return sourcemap.SourceMap(descent.window(*_spans(where), run), None, None, source, wrap, self.blend)
+        yx, frame, sub = descent.framed(*_spans(where), run)
         return sourcemap.SourceMap(yx, None, None, source, wrap, self.blend, frame, sub)
+
+    def _descent(self, exemplar: Exemplar, where: Canvas | Box, seed: int) -> corrections_descent.Descent:
+        rules = corrections_descent.Corrections.of(self._decided(exemplar))
+        sites = stack.exemplar_stack(exemplar, stack.Look.of(self, rules.border))
+        if isinstance(where, Box) or where.guide is None:
+            return corrections_descent.Descent(sites, rules, seed, STAGE)
+        return corrections_descent.Descent(sites, rules, seed, STAGE, corrections_guide.StackGuide(where, sites))
+
+
+def _spans(where: Canvas | Box) -> tuple[span.Span, span.Span]:
+    """The rows and columns of a canvas, which may close in themselves, or of a box of the endless plane."""
+    if isinstance(where, Box):
+        return span.Span(where.y0, where.y1, 0), span.Span(where.x0, where.x1, 0)
+    periods = (where.height if where.wrap.y else 0), (where.width if where.wrap.x else 0)
+    return span.Span(0, where.height, periods[0]), span.Span(0, where.width, periods[1])

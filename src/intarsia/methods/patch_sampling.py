@@ -1,11 +1,11 @@
 """Patch-based sampling: patches whose seams match, feathered into one another.
 
 Liang, Liu, Xu, Guo and Shum, "Real-time texture synthesis by patch-based sampling", ACM Transactions on Graphics
-2001; Multrus 2003 (source 000).
+2001; Multrus 2003 (see docs/sources-000.md).
 
 Departures: the search compares with the unblended pieces, so the map does not depend on the feather (it differs
-at the corners of seams); patches may be joined along the cheapest seam instead (S0-85); a bound relative to the
-best distance stands beside the source's, which is stricter where the exemplar is dark (D0-9).
+at the corners of seams); patches may be joined along the cheapest seam instead, which Multrus names as future
+work; a bound relative to the best distance stands beside the source's, which is stricter where the exemplar is dark.
 
 Cost: one FFT search over the exemplar for each patch, about N_out / pitch^2 of them.
 """
@@ -25,13 +25,26 @@ from .base import Ability
 if TYPE_CHECKING:
     import numpy as np
 
-    from .. import analysis, sourcemap
+    from .. import sourcemap
+    from ..analysis import symmetry
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..patches import growing_map, labelled, settings
+    from ..patches import growth as patches_growth
+    from ..patches import repetition as patches_repetition
     from ..run import Run
+    from ..search import guide, pyramid, sizes
 else:
     np = lazy("numpy")
-    analysis = lazy("intarsia.analysis")
+    labelled = lazy("intarsia.patches.labelled")
+    patches_growth = lazy("intarsia.patches.growth")
+    settings = lazy("intarsia.patches.settings")
+    guide = lazy("intarsia.search.guide")
+    growing_map = lazy("intarsia.patches.growing_map")
+    pyramid = lazy("intarsia.search.pyramid")
+    patches_repetition = lazy("intarsia.patches.repetition")
+    sizes = lazy("intarsia.search.sizes")
+    symmetry = lazy("intarsia.analysis.symmetry")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2003  # keeps this method's draws apart from those of others
@@ -110,40 +123,41 @@ class PatchSampling:
         patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
         return patch[0] + 2 * overlap[0], patch[1] + 2 * overlap[1]
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> PatchSampling:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> PatchSampling:
         """Decide patch and seam from the size of the texture's elements."""
         patch, overlap = self.patch, self.overlap
         if patch is AUTO:
-            whole = analysis.default_patch(exemplars, canvas.guide)
-            overlap = max(1, whole // 6) if overlap is AUTO else overlap
+            whole = sizes.default_patch(exemplars, canvas.guide)
+            if overlap is AUTO:  # where there is room for seams on both sides
+                overlap = min(max(1, whole // 6), (whole - 1) // 2)
             patch = max(1, whole - 2 * max(extent(overlap)))
         elif overlap is AUTO:
             rows, columns = extent(patch)
             overlap = (max(1, rows // 5), max(1, columns // 5)) if rows != columns else max(1, rows // 5)
-        settled = replace(self, patch=patch, overlap=overlap)
-        isometries = analysis.settled_isometries(self.isometries, exemplars, settled.footprint)
-        analysis.check_patch(settled.patch or 0, exemplars, isometries, settled.overlap or 0)
+        resolved = replace(self, patch=patch, overlap=overlap)
+        isometries = symmetry.resolved_isometries(self.isometries, exemplars, resolved.footprint)
+        sizes.check_patch(resolved.patch or 0, exemplars, isometries, resolved.overlap or 0)
         if canvas.guide is not None:
-            analysis.check_guide(exemplars, canvas.guide, settled.footprint)
+            guide.check_guide(exemplars, canvas.guide, resolved.footprint)
         if self.search == "pyramid":
-            analysis.check_pyramid(extent(patch), extent(settled.overlap or 0))
+            pyramid.check_pyramid(extent(patch), extent(resolved.overlap or 0))
         bounds = self.boundary_isometries
-        bounds = None if bounds is None else analysis.settled_isometries(bounds, exemplars, settled.footprint)
-        return replace(settled, isometries=isometries, boundary_isometries=bounds)
+        bounds = None if bounds is None else symmetry.resolved_isometries(bounds, exemplars, resolved.footprint)
+        return replace(resolved, isometries=isometries, boundary_isometries=bounds)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, in raster order as far as windows touch."""
-        method = self.settled(exemplars, canvas)
+        method = self.resolved(exemplars, canvas)
         misses: list[int] = []
 
-        def fill(growth: analysis.Growth, stage: int, part: tuple[int, int]) -> None:
+        def fill(growth: patches_growth.Growth, stage: int, part: tuple[int, int]) -> None:
             growth.fill(
                 seed, STAGE + stage, run, part=part,
                 choose=lambda window, found, bits: method.choose(growth, window, found, bits, misses),
                 join=lambda at, pick, found: method.join_in(growth, at, pick, found),
             )  # fmt: skip
 
-        smap = analysis.grown(method.laying, exemplars, canvas, method.blend, fill)
+        smap = labelled.grown(method.laying, exemplars, canvas, method.blend, fill)
         if misses:
             run.notes.append(f"{len(misses)} patches had no candidate within epsilon; the best was taken.")
         return smap
@@ -157,24 +171,24 @@ class PatchSampling:
         return max(LEAST_LISTED, 3 * most) * (2 if self.search == "exact" else 1)
 
     @property
-    def laying(self) -> analysis.Laying:
+    def laying(self) -> settings.PatchSettings:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
-        rule = analysis.Rule(self.repetition if self.repetition != "none" else "prices")
+        rule = patches_repetition.RepetitionRule(self.repetition if self.repetition != "none" else "prices")
         boundary = min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch
-        return analysis.Laying(
+        return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
             isometries=self.isometries, search=self.search,
             pyramid=(self.pyramid_filter, self.pyramid_kept), listed=self.listed, repeats=rule,
             usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
             rim=max(overlap),
-            boundary=boundary, boundary_isometries=analysis.boundary_poses(self.footprint, self.boundary_isometries),
-            slack=analysis.slack_of(self.footprint, boundary, self.boundary_slack),
+            boundary=boundary, boundary_isometries=labelled.boundary_poses(self.footprint, self.boundary_isometries),
+            slack=labelled.slack_of(self.footprint, boundary, self.boundary_slack),
         )  # fmt: skip
 
     def choose(
-        self, growth: analysis.Growth, window: analysis.Window, found: Any, bits: int, misses: list[int]
-    ) -> analysis.Pick | None:
+        self, growth: patches_growth.Growth, window: growing_map.Window, found: Any, bits: int, misses: list[int]
+    ) -> patches_growth.Pick | None:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
         prices = growth.repetition.prices(window[0], window[1], found)
         order = np.argsort(prices, kind="stable")
@@ -195,7 +209,9 @@ class PatchSampling:
         v, u, s = found.rows[near[below(len(near), bits)], 1:].tolist()
         return v, u, s
 
-    def join_in(self, growth: analysis.Growth, at: analysis.Window, pick: analysis.Pick, found: Any) -> None:
+    def join_in(
+        self, growth: patches_growth.Growth, at: growing_map.Window, pick: patches_growth.Pick, found: Any
+    ) -> None:
         """Lay a patch into the window that begins at `at`, as `join` says."""
         bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
         if self.join == "cut" or (bounds and self.boundary_join == "cut"):

@@ -1,6 +1,6 @@
 """Random tiling: patches drawn blindly and laid side by side; the baseline that every other method must beat.
 
-The left-hand comparison of Efros and Freeman 2001, figure 2a, and of Robinson 2004 (source 002). No departures.
+The left-hand comparison of Efros and Freeman 2001, figure 2a, and of Robinson 2004. No departures.
 
 Cost: none to speak of.
 """
@@ -19,12 +19,20 @@ from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import sourcemap
+    from ..analysis import features, symmetry
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..patches import growing_map
     from ..run import Run
+    from ..search import posed, sizes, windows
 else:
-    analysis = lazy("intarsia.analysis")
+    features = lazy("intarsia.analysis.features")
+    windows = lazy("intarsia.search.windows")
+    growing_map = lazy("intarsia.patches.growing_map")
+    sizes = lazy("intarsia.search.sizes")
+    symmetry = lazy("intarsia.analysis.symmetry")
+    posed = lazy("intarsia.search.posed")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2000
@@ -62,28 +70,28 @@ class RandomTiling:
         """Rows and columns of the exemplar that a patch needs."""
         return extent(self.patch or 0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> RandomTiling:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> RandomTiling:
         """Decide the patch from the size of the texture's elements."""
-        patch = analysis.default_patch(exemplars) if self.patch is AUTO else self.patch
-        isometries = analysis.settled_isometries(self.isometries, exemplars, extent(patch))
-        analysis.check_patch(patch, exemplars, isometries)
+        patch = sizes.default_patch(exemplars) if self.patch is AUTO else self.patch
+        isometries = symmetry.resolved_isometries(self.isometries, exemplars, extent(patch))
+        sizes.check_patch(patch, exemplars, isometries)
         return replace(self, patch=patch, isometries=isometries)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Draw a patch for every cell of the grid."""
-        patch = extent(self.settled(exemplars, canvas).patch or 1)
+        patch = extent(self.resolved(exemplars, canvas).patch or 1)
         rows, height = spread(canvas.height, patch[0], 0, canvas.wrap.y)
         columns, width = spread(canvas.width, patch[1], 0, canvas.wrap.x)
-        layout = analysis.Layout(
+        layout = windows.WindowGrid(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
         )
         shown = () if canvas.start is None else canvas.start.poses
-        poses = analysis.isometry_ids(self.isometries)
-        variants = analysis.variants(exemplars, analysis.features(exemplars), poses, (height, width), shown)
-        work = analysis.Patchwork.begin(variants, canvas, canvas.rim or 0)
+        poses = posed.isometry_ids(self.isometries)
+        variants = posed.variants(exemplars, features.features(exemplars), poses, (height, width), shown)
+        work = growing_map.GrowingMap.begin(variants, canvas, canvas.rim or 0)
         for r, y in enumerate(rows):
             run.tick(r, len(rows), lambda: work.map(exemplars, canvas, self.blend))
             for c, x in enumerate(columns):
-                pick = analysis.random_patch(variants.valid, draw(seed, STAGE, 0, r, c))
+                pick = growing_map.random_patch(variants.valid, draw(seed, STAGE, 0, r, c))
                 work.lay_over((y, x), pick, work.known((y, x), layout), layout, (0, 0))
         return work.map(exemplars, canvas, self.blend)

@@ -45,7 +45,7 @@ class Repeat:
         """Exact copies."""
         return sourcemap.Blend(0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Repeat:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Repeat:
         """Nothing is automatic here."""
         return self
 

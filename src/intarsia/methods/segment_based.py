@@ -1,10 +1,12 @@
 """Segment-based synthesis: patches whose boundary zone holds the same kinds of segments, cut in along the best seam.
 
-Source 003, fragments of a poster and a paper on patch size and boundary zone from a segmentation.
+Source: fragments of a poster and of a short paper, without author or title, on how patch size and boundary zone follow
+from a segmentation (docs/sources-003.md says what can be read in them).
 
-Departures: patch and zone come from a vote over scales (D3-1); the histogram of segments only says which patches
-are compared, pixel by pixel (D3-3); windows are laid in waves with evenly widened overlaps; the cut is a minimum cut
-without memory of old seams. The source leaves open how many patches are looked at, and the threshold.
+Departures: patch and zone come from a vote over scales, because one scale fails on blur or noise; the histogram of
+segments, which does not see how things are arranged, only says which patches are then compared pixel by pixel; windows
+are laid in waves with evenly widened overlaps; the cut is a minimum cut without memory of old seams. The source leaves
+open how many patches are looked at, and the threshold.
 
 Cost: the analysis, then `hits` times `points` patches compared for every window.
 """
@@ -22,12 +24,23 @@ from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import sourcemap
+    from ..analysis import features
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..patches import growth as patches_growth
+    from ..patches import settings
     from ..run import Run
+    from ..search import candidates, histograms, sizes
+    from ..segments import segments
 else:
-    analysis = lazy("intarsia.analysis")
+    features = lazy("intarsia.analysis.features")
+    patches_growth = lazy("intarsia.patches.growth")
+    settings = lazy("intarsia.patches.settings")
+    candidates = lazy("intarsia.search.candidates")
+    histograms = lazy("intarsia.search.histograms")
+    segments = lazy("intarsia.segments.segments")
+    sizes = lazy("intarsia.search.sizes")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2008  # keeps this method's draws apart from those of others
@@ -39,7 +52,7 @@ class SegmentBased(parameters.CutSquares):
     """Lay patches that continue the segments around them, in a size found from the segments."""
 
     slug: ClassVar[str] = "segment-based"
-    paper: ClassVar[str] = "fragments without a name (source 003)"
+    paper: ClassVar[str] = "fragments without author or title"
     summary: ClassVar[str] = "patches chosen by the segments in their boundary zone"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK})
 
@@ -59,33 +72,34 @@ class SegmentBased(parameters.CutSquares):
         check(self)
         self.check_overlap()
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
         """Decide patch and overlap from the segments of the exemplar."""
         patch, overlap = self.patch, self.overlap
         if patch is AUTO:
-            found = analysis.segments(exemplars[0])
-            patch = analysis.fitting(found.patch, min(exemplars[0].height, exemplars[0].width))
-            patch = analysis.supplied(exemplars, patch)
-            overlap = max(found.zone, patch // 4) if overlap is AUTO else overlap
+            found = segments.segments(exemplars[0])
+            patch = sizes.fitting(found.patch, min(exemplars[0].height, exemplars[0].width))
+            patch = sizes.supplied(exemplars, patch)
+            if overlap is AUTO:  # a mask may leave less than the zone
+                overlap = min(max(found.zone, patch // 4), patch - 1)
         elif overlap is AUTO:
             rows, columns = extent(patch)
             overlap = (rows // 4, columns // 4) if rows != columns else rows // 4
-        analysis.check_patch(patch, exemplars)
+        sizes.check_patch(patch, exemplars)
         return replace(self, patch=patch, overlap=overlap)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, from patches with alike segments in the boundary zone."""
-        method = self.settled(exemplars, canvas)
-        found = analysis.segments(exemplars[0])
+        method = self.resolved(exemplars, canvas)
+        found = segments.segments(exemplars[0])
         zone = extent(method.overlap or 0)
-        laying = analysis.Laying(
+        laying = settings.PatchSettings(
             patch=method.footprint, overlap=zone,
-            finder=lambda variants, patch: analysis.SegmentSearch(
+            finder=lambda variants, patch: histograms.SegmentSearch(
                 variants, patch, found.group_map, zone, method.hits, method.points, seed, STAGE + POINTS
             ),
         )  # fmt: skip
-        growth = analysis.Growth(laying, exemplars, canvas)
-        limit = method.threshold * analysis.contrast(growth.features, exemplars)
+        growth = patches_growth.Growth(laying, exemplars, canvas)
+        limit = method.threshold * features.contrast(growth.features, exemplars)
         growth.fill(
             seed, STAGE, run,
             choose=lambda window, found, bits: choose(found, limit, bits),
@@ -94,7 +108,7 @@ class SegmentBased(parameters.CutSquares):
         return growth.map(self.blend)
 
 
-def choose(found: analysis.Candidates, limit: float, bits: int) -> analysis.Pick:
+def choose(found: candidates.Candidates, limit: float, bits: int) -> patches_growth.Pick:
     """Draw one of the patches of a mean squared difference below `limit`; where there is none, take the best."""
     pixels = int((found.known > 0).sum())
     near = int((found.rows[:, 0] < limit * pixels).sum())

@@ -1,13 +1,13 @@
 """Wei-Levoy: row by row, each pixel is the one whose neighbourhood above and to the left fits best.
 
 Wei and Levoy, "Fast Texture Synthesis using Tree-structured Vector Quantization", SIGGRAPH 2000, as Multrus 2003
-(source 000, chapter 2) describes it.
+describes it (chapter 2).
 
 Departures: the noise at the beginning is made of exemplar pixels, so that it has the texture's own colours; where the
 last rows and columns see the first ones across the border, these count, too, and the first ones, which saw noise, are
 filled a second time at the end, so that the border fits; pixels of a start count on all sides; a canvas that does not
 wrap is cut from a slightly larger torus; finer levels begin with what the coarser one shows; the tree is a kd-tree
-whose best few are compared exactly, with the continuations of what lies beside, in place of a quantiser.
+whose best few are compared exactly, together with the continuations of the pixels beside, in place of a quantiser.
 
 Cost: exact, all neighbourhoods of the exemplar for each pixel; with the tree, 24 of its leaves.
 """
@@ -24,15 +24,18 @@ from ..params import AUTO, check, extent, param, words
 from .base import Ability
 
 if TYPE_CHECKING:
-    from .. import analysis, sourcemap
+    from .. import sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
-    from ..kernels import raster
     from ..kernels.neighbourhoods import Ground
+    from ..pixels import neighbourhoods, raster_kernels, raster_scan
+    from ..pixels import tree as pixels_tree
     from ..run import Run
 else:
-    analysis = lazy("intarsia.analysis")
-    raster = lazy("intarsia.kernels.raster")
+    neighbourhoods = lazy("intarsia.pixels.neighbourhoods")
+    raster_scan = lazy("intarsia.pixels.raster_scan")
+    pixels_tree = lazy("intarsia.pixels.tree")
+    raster_kernels = lazy("intarsia.pixels.raster_kernels")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 200020  # keeps this method's draws apart from those of others
@@ -71,20 +74,21 @@ class WeiLevoy:
         """Exact copies."""
         return sourcemap.Blend(0)
 
-    def settled(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> WeiLevoy:
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> WeiLevoy:
         """Decide the window from the size of the texture's elements."""
         if self.window is AUTO:
-            side = analysis.default_window(
-                exemplars, LEAST, MOST, lambda n: analysis.scan_reach((n // 2 + 1, n), self.levels)
+            side = neighbourhoods.default_window(
+                exemplars, LEAST, MOST, lambda n: raster_scan.scan_reach((n // 2 + 1, n), self.levels)
             )
             return replace(self, window=(side // 2 + 1, side))
-        analysis.check_window(exemplars, words(self.window), analysis.scan_reach(extent(self.window), self.levels))
+        reach = raster_scan.scan_reach(extent(self.window), self.levels)
+        neighbourhoods.check_window(exemplars, words(self.window), reach)
         return self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Fill level after level, row after row."""
-        method = self.settled(exemplars, canvas)
-        scan = analysis.Scan(exemplars, canvas, extent(method.window or 3), method.levels, (seed, STAGE))
+        method = self.resolved(exemplars, canvas)
+        scan = raster_scan.Scan(exemplars, canvas, extent(method.window or 3), method.levels, (seed, STAGE))
         for _ in range(method.levels):
             torus, exemplar = scan.enter()
             fill = method.filler(scan, torus, exemplar)
@@ -93,13 +97,15 @@ class WeiLevoy:
                 fill(y, x0, x1)
             for pixels in scan.first_ones(AT_ONCE):
                 run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-                raster.full_again(torus, exemplar, pixels, scan.room)
+                raster_kernels.full_again(torus, exemplar, pixels, scan.room)
         run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
         return scan.map(self.blend)
 
-    def filler(self, scan: analysis.Scan, torus: raster.Torus, exemplar: Ground) -> Callable[[int, int, int], None]:
+    def filler(
+        self, scan: raster_scan.Scan, torus: raster_kernels.Torus, exemplar: Ground
+    ) -> Callable[[int, int, int], None]:
         """Return what fills a stretch of a row of this level: (row, first column, one past the last)."""
         if self.matching == "exact":
-            return lambda y, x0, x1: raster.full_row(torus, exemplar, y, x0, x1, scan.room)
-        tree = analysis.tree_of(exemplar, torus.choices, scan.components())
-        return lambda y, x0, x1: raster.tree_row(torus, exemplar, tree, LEAVES, FEW, y, x0, x1, scan.room)
+            return lambda y, x0, x1: raster_kernels.full_row(torus, exemplar, y, x0, x1, scan.room)
+        tree = pixels_tree.tree_of(exemplar, torus.choices, scan.components())
+        return lambda y, x0, x1: raster_kernels.tree_row(torus, exemplar, tree, LEAVES, FEW, y, x0, x1, scan.room)

@@ -1,4 +1,4 @@
-"""The laws of the package (DESIGN, section 4) as tests of one method."""
+"""The laws of the package as tests of one method; docs/design/000-architecture.md lists them by their numbers."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from ..guide import Guide
 from ..image import Kind, Plane, Transfer
 from ..levelling import Levelling
 from ..methods.base import Ability, make
-from ..render import render
+from ..rendering.render import render
 from ..run import Run
 from ..sourcemap import Blend, SourceMap, identity
 from ..synthesis import synthesize
 from .cases import Case, as_depth, texture
+from .laws import of_those_that_claim
 from .maps import looked_up, replayed, same_map, which_of
 from .start import StartLaws
 
@@ -107,9 +108,9 @@ class MethodContract(StartLaws):
 
         self.for_all(law)
 
+    @of_those_that_claim(Ability.WINDOW)
     def test_a_computed_window_is_a_crop(self) -> None:
         """Law 5 of window methods: a window's map, computed alone, equals that window of a larger one."""
-        self.claims(Ability.WINDOW)
 
         def law(case: Case) -> None:
             for y, x in CORNERS:
@@ -119,9 +120,9 @@ class MethodContract(StartLaws):
 
         self.for_all(law)
 
+    @of_those_that_claim(Ability.WINDOW)
     def test_a_plain_canvas_is_a_window_of_the_endless_plane(self) -> None:
         """Law 5 of window methods: what `synthesize` fills is the window whose first pixel is (0, 0)."""
-        self.claims(Ability.WINDOW)
 
         def law(case: Case) -> None:
             whole = replace(case, wrap=Wrap.NONE).grow(self.method).map
@@ -129,9 +130,9 @@ class MethodContract(StartLaws):
 
         self.for_all(law, 5)
 
+    @of_those_that_claim(Ability.WRAP)
     def test_the_wrapped_border_is_no_worse_than_the_inside(self) -> None:
         """Law 6: neighbours across the wrapped border differ no more than along the worst lines inside."""
-        self.claims(Ability.WRAP)
         border, worst = np.zeros(2), np.zeros(2)
         for seed in range(6):
             e = Exemplar.of(texture(36, 32, 1, seed))
@@ -215,31 +216,52 @@ class MethodContract(StartLaws):
                 event.set()
 
         synthesize(e, size, self.method, run=Run(1, step, event))
-        told = ticks[:]
-        assert told == sorted(told)
-        assert all(0 <= done <= total for done, total in told)
-        for stop in range(1, len(told) + 1):
+        reported = ticks[:]
+        assert reported == sorted(reported)
+        assert all(0 <= done <= total for done, total in reported)
+        for stop in range(1, len(reported) + 1):
             event.clear()
             ticks.clear()
             with pytest.raises(CancelledError):
                 synthesize(e, size, self.method, run=Run(2, step, event))
-            assert ticks == told[:stop]
+            assert ticks == reported[:stop]
 
     def test_the_depth_of_the_pixels_changes_no_map(self) -> None:
-        """Law 13: 8 bits, the same times 257 in 16 bits, and over 255 in floats give the same map."""
+        """Law 13: 8 bits, the same times 257 in 16 bits, and over 255 in floats give the same map; of data, too."""
 
         def law(case: Case) -> None:
-            maps = []
+            kind, maps = (Kind.COLOUR, Kind.DATA)[case.seed % 2], []
             for dtype in ("uint8", "uint16", "float32", "float64"):
                 deep = []
                 for n, e in enumerate(case.exemplars):
                     pixels = as_depth(texture(e.height, e.width, e.base.channels, n), dtype)
-                    plane = Plane(pixels, Kind.COLOUR, Transfer.SRGB)
+                    plane = Plane(pixels, kind, Transfer.SRGB)
                     deep.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
                 maps.append(replace(case, exemplars=tuple(deep)).grow(self.method).map)
             assert len({m.digest for m in maps}) == 1
 
         self.for_all(law)
+
+    def test_heights_in_any_unit_give_the_same_map(self) -> None:
+        """Law 14: data times a positive constant give the same map, from 1e-30 to 1e30.
+
+        The data are 256 levels, the lowest and the highest among them: none lies half-way between two features.
+        """
+
+        def law(case: Case) -> None:
+            for power in (-30, -5, 3, 30):
+                factor, maps = (1 + case.seed % 97 / 10) * 10.0 ** (power - (power == 30)), []
+                for scale in (1.0, factor):
+                    planes = []
+                    for n, e in enumerate(case.exemplars):
+                        levels = texture(e.height, e.width, e.base.channels, n)
+                        levels[e.height // 2, e.width // 2 - 1 : e.width // 2 + 1, :] = [[0], [255]]
+                        plane = Plane((levels * (scale / 255)).astype(np.float32), Kind.DATA)
+                        planes.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
+                    maps.append(replace(case, exemplars=tuple(planes)).grow(self.method).map)
+                assert same_map(*maps), factor
+
+        self.for_all(law, 2)
 
     def test_what_is_not_claimed_is_refused(self) -> None:
         """What a method does not claim is refused with one line, before any work."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis.strategies import SearchStrategy
 
@@ -17,6 +16,18 @@ from ..params import extent
 from ..run import Run
 from ..sourcemap import SourceMap
 from .cases import Case, cases
+
+L = TypeVar("L", bound=Callable[..., None])
+
+
+def of_those_that_claim(*abilities: Ability) -> Callable[[L], L]:
+    """Make a law one of methods that claim these abilities: for others there is no such test."""
+
+    def mark(law: L) -> L:
+        law.__dict__["abilities"] = frozenset(abilities)
+        return law
+
+    return mark
 
 
 class Laws:
@@ -36,14 +47,24 @@ class Laws:
     examples: ClassVar[int] = 10
     least: ClassVar[int] = 20
 
+    def __init_subclass__(cls) -> None:
+        """Leave out the laws of abilities that the method does not claim."""
+        super().__init_subclass__()
+        if not hasattr(cls, "method"):
+            return
+        laws = {n: law for base in reversed(cls.__mro__) for n, law in vars(base).items() if hasattr(law, "abilities")}
+        for name, law in laws.items():
+            if getattr(cls, name) in (law, None):
+                setattr(cls, name, law if law.abilities <= cls.method.supports else None)
+
     def cases(self) -> SearchStrategy[Case]:
         """Return the requests on which the laws are tested."""
         return cases(self.method, least=self.least)
 
     def rim(self, exemplars: Sequence[Exemplar], size: tuple[int, int]) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
-        settled = self.method.settled(exemplars, Canvas(*size))
-        return max(extent(getattr(settled, "overlap", getattr(settled, "border", 0))))
+        resolved = self.method.resolved(exemplars, Canvas(*size))
+        return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
 
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
         """Compute the map of a window of the endless plane, alone."""
@@ -66,9 +87,3 @@ class Laws:
             law(case)
 
         check()
-
-    def claims(self, *abilities: Ability) -> None:
-        """Skip a test of abilities that the method does not claim."""
-        for ability in abilities:
-            if ability not in self.method.supports:
-                pytest.skip(f"{self.method.slug} does not claim {ability}")

@@ -15,9 +15,9 @@ from ..geometry import ISOMETRIES, Wrap
 from ..image import Array
 from ..methods.base import make
 from ..params import parameters
-from ..repairing import repair
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Synthesis, synthesize
+from ..tasks.repair import repair
 
 
 def which_of(smap: SourceMap) -> NDArray[np.uint8]:
@@ -84,20 +84,20 @@ def laid_over(below: SourceMap, start: SourceMap) -> SourceMap:
 
 def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
     """Run a recipe (JSON, without a start map) again on its exemplars."""
-    told = json.loads(recipe)
-    assert [s["sha256"] for s in told["exemplars"]] == [e.digest for e in exemplars]
-    kinds = {p.name: p.kind for p in parameters(make(told["method"], {}))}
+    recipe_read = json.loads(recipe)
+    assert [s["sha256"] for s in recipe_read["exemplars"]] == [e.digest for e in exemplars]
+    kinds = {p.name: p.kind for p in parameters(make(recipe_read["method"], {}))}
     values = {
         name: value[::-1] if kinds[name] == "extent" and isinstance(value, list) else value
-        for name, value in told["parameters"].items()
+        for name, value in recipe_read["parameters"].items()
     }
-    width, height = told["size"]
+    width, height = recipe_read["size"]
     made = synthesize(
         exemplars,
         (height, width),
-        make(told["method"], values),
-        seed=told["seed"],
-        wrap=told["wrap"],
-        blend=Blend.of(told["blend"]),
+        make(recipe_read["method"], values),
+        seed=recipe_read["seed"],
+        wrap=recipe_read["wrap"],
+        blend=Blend.of(recipe_read["blend"]),
     )
-    return repair(made, told["repair"]) if "repair" in told else made
+    return repair(made, recipe_read["repair"]) if "repair" in recipe_read else made

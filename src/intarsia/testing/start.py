@@ -16,7 +16,7 @@ from ..run import Run
 from ..sourcemap import HOLE, Blend, SourceMap, identity
 from ..synthesis import Synthesis, synthesize
 from .cases import Case, noise, texture
-from .laws import Laws
+from .laws import Laws, of_those_that_claim
 from .maps import depth, laid_over, same_map, same_pixels, which_of
 
 HOLES = ("right half", "middle", "scattered", "corners", "all")
@@ -45,9 +45,9 @@ class StartLaws(Laws):
     """What lies deep in a start map stays, and no hole remains."""
 
     @pytest.mark.parametrize("hole", HOLES)
+    @of_those_that_claim(Ability.START)
     def test_start_pixels_beyond_the_rim_stay(self, hole: str) -> None:
         """Law 7: beyond the rim the source stays, beyond rim + feather the look; no hole is left."""
-        self.claims(Ability.START)
 
         def law(case: Case) -> None:
             start, feather = self._start(case, hole), 3
@@ -64,23 +64,23 @@ class StartLaws(Laws):
 
         self.for_all(law)
 
+    @of_those_that_claim(Ability.START)
     def test_the_rim_can_be_chosen(self) -> None:
         """Law 7: with a rim of 0 every known start pixel keeps its source."""
-        self.claims(Ability.START)
 
         def law(case: Case) -> None:
             start = self._start(case, "middle")
             canvas = Canvas(*case.size, case.wrap, start, rim=0)
-            settled = self.method.settled(case.exemplars, canvas)
-            out = settled.synthesize(case.exemplars, canvas, case.seed, Run(threads=1))
+            resolved = self.method.resolved(case.exemplars, canvas)
+            out = resolved.synthesize(case.exemplars, canvas, case.seed, Run(threads=1))
             assert same_pixels(out, start, ~start.holes)
             assert not out.holes.any()
 
         self.for_all(law, 5)
 
+    @of_those_that_claim(Ability.START)
     def test_a_start_without_holes_is_the_result(self) -> None:
         """Law 7: where all is known nothing changes."""
-        self.claims(Ability.START)
 
         def law(case: Case) -> None:
             full = case.grow(self.method).map
@@ -88,9 +88,9 @@ class StartLaws(Laws):
 
         self.for_all(law, 5)
 
+    @of_those_that_claim(Ability.START, Ability.SEVERAL, Ability.MASK)
     def test_the_picture_under_a_start_need_not_be_sampled(self) -> None:
         """Law 7: a start map may show an exemplar that is wholly unusable; only its own pixels show it."""
-        self.claims(Ability.START, Ability.SEVERAL, Ability.MASK)
         below = Exemplar.of(texture(26, 30, 3, 5), usable=np.zeros((26, 30), bool))
         sampled = Exemplar.of(texture(28, 24, 3, 6))
         holes = hole_of("right half", 26, 30, 0)
@@ -101,9 +101,9 @@ class StartLaws(Laws):
         assert (which_of(out.map)[deep] == 0).all()
         assert (out.render(feather=0).pixels[deep] == below.base.pixels[deep]).all()
 
+    @of_those_that_claim(Ability.START)
     def test_a_start_map_is_never_written_to(self) -> None:
         """Law 8 for start maps."""
-        self.claims(Ability.START)
 
         def law(case: Case) -> None:
             start = self._start(case, "scattered")

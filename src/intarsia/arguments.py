@@ -1,0 +1,91 @@
+"""Arguments as callers give them: whole numbers of any type, one of several words, things of the kind that is meant."""
+
+from __future__ import annotations
+
+import operator
+from enum import Enum
+from numbers import Real
+from typing import Any, TypeVar
+
+from .errors import InputError, IntarsiaError, ParameterError, said
+
+E = TypeVar("E", bound=Enum)
+
+
+def whole(value: Any) -> int:
+    """Return a whole number of any numeric type, such as 24, 24.0 or np.int64(24), as an int.
+
+    ValueError for all else: truth values, text, fractions, NaN and infinity.
+    """
+    if isinstance(value, bool):
+        raise ValueError(value)
+    real = isinstance(value, Real)
+    try:
+        number = int(value) if real else operator.index(value)
+    except (TypeError, ValueError, OverflowError):  # the last two: NaN and infinity
+        raise ValueError(value) from None
+    if number != value:
+        raise ValueError(value)
+    return number
+
+
+def whole_within(name: str, value: Any, low: int, high: int | None = None, unit: str = "px") -> int:
+    """Return a whole number of at least `low` and at most `high`, or refuse it as the argument `name`."""
+    span = f"at least {low} {unit}" if high is None else f"{low} to {high} {unit}"
+    try:
+        number = whole(value)
+    except ValueError:
+        raise ParameterError(f"{name}={called(value)} is not allowed; give {span}, a whole number.") from None
+    if number < low or (high is not None and number > high):
+        raise ParameterError(f"{name}={called(number)} is not allowed; give {span}.")
+    return number
+
+
+def pair(value: Any) -> tuple[int, int]:
+    """Return (rows, columns) of a size: one whole number is a square; ValueError for all else."""
+    if isinstance(value, (tuple, list)) or getattr(value, "shape", None) == (2,):
+        rows, columns = (whole(n) for n in value)
+        return rows, columns
+    side = whole(value)
+    return side, side
+
+
+def chosen(kind: type[E], name: str, value: Any) -> E:
+    """Return what a word stands for, or refuse it as the argument `name`."""
+    try:
+        return kind(value)
+    except (TypeError, ValueError):
+        words = ", ".join(str(one.value) for one in kind)
+        raise ParameterError(f"{name}={called(value)} is not allowed; choose one of {words}.") from None
+
+
+def expect(
+    value: Any, kinds: type[Any] | tuple[type[Any], ...], name: str, remedy: str,
+    error: type[IntarsiaError] = ParameterError,
+) -> None:  # fmt: skip
+    """Refuse an argument that is of another kind than those meant, and say what to give."""
+    if not isinstance(value, kinds):
+        raise error(f"{name} is {called(value)}; give {remedy}.")
+
+
+def expect_path(value: Any) -> None:
+    """Refuse what names no file."""
+    if not isinstance(value, str) and not hasattr(type(value), "__fspath__"):
+        raise InputError(f"{called(value)} names no file; give a path.")
+
+
+def called(value: Any) -> str:
+    """Return what was given in a few words: numbers and text as they are written, other things by their kind."""
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    if value is None or isinstance(value, (bool, str, bytes, Real)):
+        return said(repr(value) if isinstance(value, (str, bytes)) else _short(value))
+    if isinstance(value, (tuple, list)) and all(isinstance(n, (str, Real)) for n in value):
+        return said(value)
+    return f"of type {type(value).__name__}"
+
+
+def _short(number: Any) -> Any:
+    """A number that can be written: Python refuses to write out the longest ones."""
+    vast = isinstance(number, int) and number.bit_length() > 128
+    return f"a number of {number.bit_length()} bits" if vast else number

@@ -1,0 +1,113 @@
+"""What may be given as pixels or as a mask, turned into arrays without anything of it being lost or misread.
+
+NumPy's own conversion shows masked pixels, takes palette numbers for gray, ink for light, and 256 for nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError, IntarsiaError, said
+
+Array = NDArray[Any]
+
+CONVERTED = {
+    "1": "L", "La": "LA", "P": "RGB", "PA": "RGBA", "RGBa": "RGBA", "RGBX": "RGB",
+    "CMYK": "RGB", "HSV": "RGB", "YCbCr": "RGB", "LAB": "RGB",
+}  # fmt: skip
+"""Modes of Pillow's pictures that are shown as another one: palettes, inks, colour spaces, premultiplied opacity."""
+
+KEPT = ("L", "LA", "RGB", "RGBA", "I;16", "I;16L", "I;16B", "I;16N", "I", "F")
+CLEAR = {"1": "LA", "L": "LA", "RGB": "RGBA", "P": "RGBA"}  # where one colour, or some of a palette, are transparent
+DEEPEST = 65535
+
+
+def pixels_of(given: Any, labels: bool = False) -> Array:
+    """Return pixels as an array: Pillow's pictures as Pillow shows them, at their depth; palette numbers as `labels`.
+
+    Raises
+    ------
+    InputError
+        for masked pixels, which only an exemplar can leave out; for modes of Pillow that are unknown, and what is no
+        array.
+    """
+    if is_picture(given):
+        return _shown(given, labels)
+    if isinstance(given, np.ma.MaskedArray):
+        if np.ma.getmaskarray(given).any():
+            raise InputError("some pixels are masked, which means nothing here; fill them, or make an Exemplar of it.")
+        return np.ma.getdata(given)
+    try:
+        return np.asarray(given)
+    except (IntarsiaError, MemoryError):
+        raise
+    except Exception as e:  # rows of unequal length, or whatever an object's own conversion may do
+        raise InputError(f"{type(given).__name__} is no array of pixels ({said(e)}); give (height, width).") from None
+
+
+def masked_pixels(given: Any) -> NDArray[np.bool_] | None:
+    """Return which pixels of an array (H, W[, C]) are masked, in any channel: bool (H, W); None where none are."""
+    if not isinstance(given, np.ma.MaskedArray):
+        return None
+    every = np.ma.getmaskarray(given)
+    masked = np.asarray(every.any(axis=2) if every.ndim == 3 else every, bool)
+    return masked if masked.any() else None
+
+
+def marks(given: Any, what: str) -> NDArray[np.bool_]:
+    """Return which pixels a mask marks, bool (H, W): all that are not black, nor wholly transparent.
+
+    `given`: an array (H, W) of truth values or of numbers of any type, or a gray or RGB picture with or without
+    opacity. `what`: how messages call it. InputError for anything else, and for NaN.
+    """
+    if isinstance(given, (str, bytes)) or hasattr(type(given), "__fspath__"):
+        raise InputError(f"{what} is the name of a file; give its pixels, as an array (height, width).")
+    try:
+        mask = pixels_of(given)
+    except InputError as e:
+        raise InputError(f"{what}: {e}") from None
+    if mask.dtype.kind not in "buif":
+        raise InputError(f"{what} is of type {mask.dtype}; give truth values, or numbers that are 0 where nothing is.")
+    if mask.ndim not in (2, 3) or 0 in mask.shape or (mask.ndim == 3 and mask.shape[2] > 4):
+        raise InputError(f"{what} has the shape {mask.shape}; give (height, width), or a gray or RGB picture.")
+    if mask.dtype.kind == "f" and np.isnan(mask).any():
+        raise InputError(f"{what} holds NaN, which neither marks a pixel nor leaves it; give numbers.")
+    if mask.ndim == 2:
+        return np.asarray(mask != 0)
+    colours = mask.shape[2] - (mask.shape[2] in (2, 4))
+    light = (mask[:, :, :colours] != 0).any(axis=2)
+    return np.asarray(light if colours == mask.shape[2] else light & (mask[:, :, -1] != 0))
+
+
+def is_picture(given: Any) -> bool:
+    """Say whether something is a picture of Pillow, without importing it."""
+    return any((c.__module__, c.__name__) == ("PIL.Image", "Image") for c in type(given).__mro__)
+
+
+def _shown(image: Any, labels: bool) -> Array:
+    """The pixels of a picture of Pillow as it shows them."""
+    try:
+        mode = str(image.mode)
+        if labels and mode in ("1", "P"):
+            return np.asarray(image)
+        if mode in CLEAR and image.has_transparency_data:
+            return np.asarray(image.convert(CLEAR[mode]))
+        if mode not in CONVERTED and mode not in KEPT:
+            raise InputError(f"a picture of Pillow's mode {mode} is not supported; convert it, to RGB say.")
+        pixels = np.asarray(image if mode in KEPT else image.convert(CONVERTED[mode]))
+    except (IntarsiaError, MemoryError):
+        raise
+    except Exception as e:  # pictures of files are read here, and their decoders fail in many ways
+        raise InputError(f"the picture of Pillow cannot be read ({said(e)}); look at its file.") from None
+    if mode == "I":
+        low, high, most = int(pixels.min()), int(pixels.max()), 2**31 - 1 if labels else DEEPEST
+        if low < 0 or high > most:
+            raise InputError(f"a picture of Pillow's mode I holds {low} to {high}; give 0 to {most}, or mode F.")
+        return pixels.astype(np.uint32 if labels else np.uint16)
+    key = image.info.get("transparency") if pixels.dtype.itemsize == 2 else None
+    if isinstance(key, int):  # one gray of 16 bit that is transparent
+        return np.dstack([pixels, np.where(pixels == key, 0, DEEPEST)]).astype(np.uint16)
+    return pixels

@@ -1,0 +1,217 @@
+"""The exemplar, continued past its edges: periods that its border cuts are completed from others, if these fit.
+
+Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods
+is cut in two. Where at least half of it is there, the rest is taken one or more periods away (on the opposite side of
+the exemplar, if that fits best), joined along the cheapest seam (Kwatra et al. 2003, eq. 1). A seam that is dearer than
+those between blocks would be seen: then the periods stay cut, and are not shown.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels import paths
+from ..lattice.vectors import UNIT
+from .grid import BlockGrid
+
+LEAST_KNOWN = 0.5  # of a period: less of it is not completed
+WELL = 1.3  # a seam may cost so much more than the average one between blocks
+UNSEEN = 4 * 16  # a seam of 4 grey levels of 1023 is never seen
+SPARE = 2  # px more than is missing, since places are rounded
+ASIDE = 4  # px at the ends of a strip that repeat the last one
+REACH = 24  # multiples of the vectors that are looked at
+TRIED = 6  # continuations of which the seam is sought
+BARRED = 1 << 30  # above any distance
+COVERED = 0.6  # of a strip must exist
+Array = NDArray[Any]
+Move = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Continued:
+    """An exemplar's features with completed periods around it.
+
+    Attributes
+    ----------
+    picture, usable : int16 array (H, W, C), bool array (H, W)
+        The features, and which of them exist.
+    source : int32 array (H, W, 2)
+        The exemplar's pixel that each shows.
+    before : (rows, columns)
+        What was added above and to the left, px.
+    """
+
+    picture: NDArray[np.int16]
+    usable: NDArray[np.bool_]
+    source: NDArray[np.int32]
+    before: tuple[int, int] = (0, 0)
+
+    def placed(self, grid: BlockGrid) -> BlockGrid:
+        """The grid of the exemplar as it lies here."""
+        y, x = grid.phase
+        return replace(grid, phase=(y + self.before[0] * UNIT, x + self.before[1] * UNIT))
+
+
+def continued(
+    picture: NDArray[np.int16], usable: NDArray[np.bool_], grid: BlockGrid, steps: tuple[float, float],
+    costs: tuple[float, float], border: int,
+) -> Continued:  # fmt: skip
+    """Complete the periods at the four edges.
+
+    `grid`: the blocks; `steps`: px from period to period along both axes, 0 where that is free; `costs`: what a seam
+    between blocks costs across each, 1/16 of a feature unit a px; `border`: px in which a seam may lie.
+    """
+    size = picture.shape[:2]
+    out = Continued(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2))
+    vectors = _translations(grid, size)
+    before = [0, 0]
+    for axis in (0, 1):
+        if not steps[axis]:
+            continue
+        phase, other = (grid.phase[axis] / UNIT) % steps[axis], (grid.columns, grid.rows)[axis]
+        lean = abs(other[axis] / other[1 - axis]) * size[1 - axis]  # px that the last period lies off the first
+        for end, known in ((0, phase), (1, (size[axis] - phase) % steps[axis])):
+            missing = math.ceil(steps[axis] - known + lean) + SPARE if known >= LEAST_KNOWN * steps[axis] else 0
+            limit = WELL * costs[axis] + UNSEEN
+            wider = _beyond(out, axis, end, missing, vectors, min(border, size[axis]), limit) if missing > 0 else None
+            if wider is not None:
+                out = wider
+                before[axis] += missing if end == 0 else 0
+    return replace(out, before=(before[0], before[1]))
+
+
+def _translations(grid: BlockGrid, size: tuple[int, int]) -> list[Move]:
+    """The translations of the lattice, px, that are shorter than the exemplar."""
+    v1, v2 = grid.cell
+    if v2 is None:
+        v2 = (0, 0)
+    steps = [(a, b) for a in range(-REACH, REACH + 1) for b in range(-REACH, REACH + 1)]
+    found = [tuple(round((a * p + b * q) / UNIT) for p, q in zip(v1, v2, strict=True)) for a, b in steps]
+    return sorted({(v[0], v[1]) for v in found if abs(v[0]) <= size[0] and abs(v[1]) <= size[1]})
+
+
+def _beyond(
+    known: Continued, axis: int, end: int, more: int, vectors: list[Move], border: int, limit: float
+) -> Continued | None:
+    """Add `more` px at one end of an axis; None where no continuation joins at a cost of at most `limit`."""
+
+    def turned(a: Array) -> Array:  # so that what is added comes below
+        a = a if axis == 0 else a.swapaxes(0, 1)
+        return a if end else a[::-1]
+
+    def back(a: Array) -> Array:
+        a = a if end else a[::-1]
+        return np.ascontiguousarray(a if axis == 0 else a.swapaxes(0, 1))
+
+    picture, usable, source = turned(known.picture), turned(known.usable), turned(known.source)
+    sign = 1 if end else -1
+    moves = sorted({(sign * v[axis], v[1 - axis]) for v in vectors})
+    steps = [_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
+    strips = [s for m in moves if (s := Strip.of(picture, usable, m, more, border, steps)) is not None]
+    tried = sorted(strips, key=lambda s: (not s.whole, s.mismatch))[:TRIED]
+    fitting = [s for s in tried if s.cost <= limit]
+    if not fitting:
+        return None
+    # From far away, if it goes: that is what no whole period shows.
+    best = min(fitting, key=lambda s: (not s.whole, int(s.y[0]), s.cost))
+    y, x, exists = best.joined(usable)
+    parts = [np.concatenate([a[:-border], a[y, x]]) for a in (picture, source)]
+    valid = np.concatenate([usable[:-border], exists])
+    return Continued(back(parts[0]), back(valid), back(parts[1]))
+
+
+def _step(picture: Array, move: Move) -> NDArray[np.int64]:
+    """What changes from the last row to the next, seen one translation of the lattice before: (W, C)."""
+    x = np.clip(np.arange(picture.shape[1]) - move[1], 0, picture.shape[1] - 1)
+    y = len(picture) - move[0]
+    return np.asarray(picture[y, x].astype(np.int64) - picture[y - 1, x])
+
+
+def _distances(a: Array, b: Array) -> NDArray[np.int64]:
+    """How far pixels (..., C) differ, 1/16 of a feature unit."""
+    return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """The last `border` rows of a picture and those to be added below them, as one translation reads them.
+
+    Attributes
+    ----------
+    y, x : int arrays (rows,), (columns,)
+        What is read.
+    there : bool array (rows, columns)
+        Which of it exists.
+    apart : int64 array (border, columns)
+        How far what is read differs from the rows that are there, 1/16 of a feature unit; 0 where one is missing,
+        BARRED above the exemplar's first row.
+    """
+
+    y: Array
+    x: Array
+    there: NDArray[np.bool_]
+    apart: NDArray[np.int64]
+
+    @classmethod
+    def of(
+        cls, picture: Array, usable: Array, move: Move, more: int, border: int, steps: list[Array]
+    ) -> Strip | None:
+        """Read a strip; None where too little of it exists. `steps`: as :func:`_step` finds them elsewhere."""
+        height, width = usable.shape
+        y, x = np.arange(height - border, height + more) - move[0], np.arange(width) - move[1]
+        if y[border] < -ASIDE or y[-1] >= height:
+            return None
+        inside, before = (x >= -ASIDE) & (x < width + ASIDE), y[:border] < 0
+        x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
+        there = usable[np.ix_(y, x)] & inside
+        if there[border:].mean() < COVERED:
+            return None
+        both = there[:border] & usable[-border:]
+        apart = np.where(both, _distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
+        if before[-1]:  # from the opposite edge: no seam but a straight one, good where the step across it is usual
+            across = picture[y[border], x].astype(np.int64) - picture[-1]
+            nearest = min((_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
+            among = [int(_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
+            apart[-1] = BARRED if nearest is None else np.maximum(nearest - min(among, default=0), 0)
+            before[-1] = False
+        apart[before] = BARRED
+        return cls(y, x, there, apart)
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of it exists."""
+        return bool(self.there.all())
+
+    @property
+    def mismatch(self) -> float:
+        """How far the rows differ, on average."""
+        known = self.there[: len(self.apart)] & (self.apart < BARRED)
+        return float(self.apart[known].sum()) / max(int(known.sum()), 1)
+
+    @cached_property
+    def path(self) -> NDArray[np.int64]:
+        """The row of the cheapest seam in every column."""
+        return np.asarray(paths.cheapest(np.ascontiguousarray(self.apart.T)))
+
+    @property
+    def cost(self) -> float:
+        """What a px of that seam costs, on average."""
+        width = len(self.x)
+        along = self.apart[self.path, np.arange(width)]
+        return float(along.sum()) / max(int(self.there[self.path, np.arange(width)].sum()), 1)
+
+    def joined(self, usable: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Rows and columns that are read when the strip is joined along its seam, and which of them exist."""
+        border, height = len(self.apart), len(usable)
+        own = np.zeros(self.there.shape, bool)
+        own[:border] = usable[-border:]
+        below = np.arange(len(self.y))[:, None] > self.path
+        taken = self.there & (below | ~own)
+        rows = np.clip(np.arange(height - border, height - border + len(self.y)), 0, height - 1)[:, None]
+        return np.where(taken, self.y[:, None], rows), np.where(taken, self.x, np.arange(len(self.x))), taken | own

@@ -1,0 +1,238 @@
+"""Random sampling and gap filling as published: square blocks, wedge borders, the best fitting patch in each gap.
+
+Which patch lies where depends only on its block and the seed: any window of the endless texture can be made alone.
+
+Source: Lopez Recas 2011, 4.2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import features
+from ..canvas import Canvas
+from ..draws import draw_many
+from ..errors import MethodError, ParameterError
+from ..exemplar import Exemplar
+from ..lattice.vectors import UNIT, Vector, cell_of
+from ..run import Run
+from ..search.posed import valid_windows
+from . import gap_filling_kernels as kernels
+from .settings import PlainSettings
+from .shortlist import ShortList
+from .wrapping import Closing, closing
+
+STAGE = 20110
+LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
+DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
+TOGETHER = 16  # gaps that one call fills
+Array = NDArray[Any]
+Place = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """An endless texture of square blocks.
+
+    Attributes
+    ----------
+    picture : int16 array (H, W, C)
+        The exemplar's features.
+    valid : bool array
+        Where a patch with its border may begin in the exemplar.
+    cell : two (rows, columns)
+        The lattice vectors, 1/256 px.
+    closing : Closing
+        How the canvas lies on the lattice, and where its blocks begin.
+    border, slack : int
+        Width of the border, and how far a gap's patch may leave the lattice, px.
+    correlate : bool
+        Whether borders are compared by correlation in place of squared differences.
+    seed : int
+        What the draws follow from.
+    ring : int64 array (n, 3)
+        The px of a gap's border and the neighbour that each is read from.
+    runs : int64 array (n, 3)
+        Stretches of rows that make up the border, in the order in which they are compared.
+    sums : pair of int64 arrays (h, w, C)
+        Sums of values and squares in the border of every place.
+    short_list : ShortList or None
+        Where places are so many that comparing them one by one would be slow.
+    everywhere : int64 array (n, 2) or None
+        All places, where a gap's patch may come from any of them.
+    """
+
+    picture: NDArray[np.int16]
+    valid: NDArray[np.bool_]
+    cell: tuple[Vector, Vector]
+    closing: Closing
+    border: int
+    slack: int
+    correlate: bool
+    seed: int
+    ring: Array
+    runs: Array
+    sums: tuple[Array, Array]
+    short_list: ShortList | None
+    everywhere: Array | None
+
+    @classmethod
+    def of(cls, method: PlainSettings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
+        """Prepare an exemplar; MethodError where its patches are too few."""
+        picture = features([exemplar], method.channel_weights).pictures[0]
+        v1, v2 = cell_of(method.lattice, picture.shape[:2])
+        if v2 is None:
+            raise ParameterError("variant=plain needs two lattice vectors; give both, or use variant=mosaic.")
+        border = method.border or 10
+        laid = closing((v1, v2), method.block or 40, canvas)
+        height, width = laid.block
+        if border % 2 or border > min(height, width):
+            raise ParameterError(
+                f"border={border}: variant=plain needs an even border that is no wider than a block "
+                f"({min(height, width)} px); choose another."
+            )
+        valid = valid_windows(picture.shape, exemplar.usable, False, (height + border, width + border))
+        _check_room(valid, (v1, v2), laid.block, border)
+        ring = kernels.wedges(height, width, border)
+        runs = _runs(ring, border, picture.shape)
+        correlate = method.fit == "correlation"
+        sums = kernels.ring_sums(picture, height, width, border)
+        share = min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / abs(v1[0] * v2[1] - v1[1] * v2[0]))
+        far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
+        everywhere = np.argwhere(valid) if far <= method.slack else None
+        listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
+        return cls(
+            picture, valid, (v1, v2), laid, border, method.slack, correlate, seed, ring, runs, sums, listed,
+            everywhere,
+        )  # fmt: skip
+
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
+        """The exemplar pixels (height, width, 2) of a window."""
+        run = run or Run()
+        out = np.zeros((height, width, 2), np.int32)
+        (i0, j0), (i1, j1) = self.closing.block_of(y0, x0), self.closing.block_of(y0 + height - 1, x0 + width - 1)
+        fields = [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
+        gaps = [f for f in fields if sum(f) % 2]
+        drawn = self._sampled(sorted({n for f in gaps for n in _around(f)} | {f for f in fields if sum(f) % 2 == 0}))
+        parts = [gaps[k : k + TOGETHER] for k in range(0, len(gaps), TOGETHER)]
+        filled: dict[Place, Place] = {}
+        wave = 4 * run.workers
+        with run.pool() as each:
+            for k in range(0, len(parts), wave):
+                run.tick(k, len(parts))
+                made: list[list[Place]] = [[] for _ in parts[k : k + wave]]
+
+                def fill(n: int, k: int = k, made: list[list[Place]] = made) -> None:
+                    made[n] = self._filled(parts[k + n], drawn)
+
+                each(fill, range(len(made)))
+                for n, places in enumerate(made):
+                    filled |= zip(parts[k + n], places, strict=True)
+        for f in fields:
+            self._write(f, drawn[f] if sum(f) % 2 == 0 else filled[f], out, y0, x0)
+        run.tick(len(parts), len(parts))
+        return out
+
+    def _sampled(self, blocks: list[Place]) -> dict[Place, Place]:
+        """Draw a patch for each block: all its places in the lattice are equally likely (4.2.1)."""
+        first = np.array([self._first(*b) for b in blocks], np.int64).reshape(-1, 2)
+        bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.closing.name(*b) for b in blocks])]
+        v1, v2 = np.array(self.cell, np.int64)
+        found = kernels.sampled(first, v1, v2, self.valid, np.array(bits, np.int64))
+        if (found < 0).any():
+            raise _no_room(self.closing.block, self.border)
+        return dict(zip(blocks, map(tuple, found.tolist()), strict=True))
+
+    def _filled(self, gaps: list[Place], drawn: dict[Place, Place]) -> list[Place]:
+        """Find the patch for each gap whose border fits its four neighbours best (4.2.2)."""
+        v1, v2 = np.array(self.cell, np.int64)
+        channels = self.picture.shape[2]
+        exemplar = self.picture.reshape(-1), self.picture.shape[1] * channels, channels, self.runs
+        marks = np.zeros(self.valid.shape, np.uint8)
+        border = np.empty(len(self.ring) * channels, np.int16)
+        found = []
+        for gap in gaps:
+            y, x = self.closing.begin(*gap)
+            sources = []
+            for n in _around(gap):
+                (py, px), (by, bx) = drawn[n], self.closing.begin(*n)
+                sources.append((py - by + y, px - bx + x))  # both begin half a border before the block
+            kernels.template(self.picture, self.ring, np.array(sources, np.int64), border)
+            places = self.everywhere
+            if places is None:
+                first = np.array(self._first(*gap), np.int64)
+                places = kernels.near_places(first, v1, v2, self.valid, self.slack, marks)
+            if not len(places):
+                raise _no_room(self.closing.block, self.border)
+            if self.short_list is not None:
+                places = self.short_list.best(border, places)
+            if self.correlate:
+                best = kernels.best_by_correlation(*exemplar, border, places, *self.sums)
+            else:
+                best = kernels.best_by_difference(*exemplar, border, places)
+            found.append((int(places[best, 0]), int(places[best, 1])))
+        return found
+
+    def _first(self, i: int, j: int) -> Place:
+        """Where a block lies in the lattice, 1/256 px, its border included: near the exemplar's first pixel."""
+        y, x = self.closing.lattice_place(i, j)
+        y, x = y - self.border // 2 * UNIT, x - self.border // 2 * UNIT
+        (a, b), (c, d) = self.cell
+        area = a * d - b * c
+        m, n = (y * d - x * c) // area, (x * a - y * b) // area
+        return y - m * a - n * c, x - m * b - n * d
+
+    def _write(self, block: Place, place: Place, out: Array, y0: int, x0: int) -> None:
+        """Write what of a block lies in a window."""
+        (y, x), (v, u) = self.closing.begin(*block), self.closing.begin(block[0] + 1, block[1] + 1)
+        top, left = max(y, y0), max(x, x0)
+        bottom, right = min(v, y0 + out.shape[0]), min(u, x0 + out.shape[1])
+        if bottom <= top or right <= left:
+            return
+        sy, sx = place[0] + self.border // 2 - y, place[1] + self.border // 2 - x
+        part = out[top - y0 : bottom - y0, left - x0 : right - x0]
+        part[:, :, 0] = np.arange(top + sy, bottom + sy)[:, None]
+        part[:, :, 1] = np.arange(left + sx, right + sx)
+
+
+def _around(block: Place) -> tuple[Place, ...]:
+    """The neighbours above, below, left and right."""
+    i, j = block
+    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
+
+
+def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
+    """Cut a border into stretches of rows; well spread, so that poor fits show early."""
+    channels = shape[2]
+    longest = max(1, min(border, LONGEST // channels))
+    found, begin = [], 0
+    for k in range(1, len(ring) + 1):
+        next_one = k < len(ring) and ring[k, 0] == ring[k - 1, 0] and ring[k, 1] == ring[k - 1, 1] + 1
+        if not next_one or k - begin == longest:
+            y, x = ring[begin, :2].tolist()
+            found.append(((y * shape[1] + x) * channels, begin * channels, (k - begin) * channels))
+            begin = k
+    runs = np.array(found, np.int64)
+    return runs[np.argsort(np.arange(len(runs)) * 40503 % 65536, kind="stable")]
+
+
+def _check_room(valid: Array, cell: tuple[Vector, Vector], block: Place, border: int) -> None:
+    """Refuse an exemplar in which some place of the lattice's cell has no patch; masks are seen later."""
+    (a, b), (c, d) = cell
+    area = abs(a * d - b * c)
+    tall, wide = (max(0, n - 1) * UNIT for n in valid.shape)  # a px is lost by rounding
+    least = min(math.hypot(a, b), math.hypot(c, d))
+    if tall * wide < area or max(tall, wide) < least:
+        raise _no_room(block, border)
+
+
+def _no_room(block: Place, border: int) -> MethodError:
+    return MethodError(
+        f"no patch of {block[1]}x{block[0]} px with a border of {border} px fits into the exemplar at some place of "
+        "the lattice; choose a smaller block or border, or a larger exemplar."
+    )

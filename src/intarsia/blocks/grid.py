@@ -1,0 +1,236 @@
+"""The grid of blocks that a near-regular texture is assembled from: whole periods, edges in the joints.
+
+All lengths are whole numbers of 1/256 px, so that a block's place in the lattice is exact however far out it lies
+(rows and columns may be as large as 2**40 px). A block is a parallelogram spanned by two lattice vectors; for the
+usual lattices of bricks, tiles and weaves it is a rectangle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..lattice.vectors import UNIT, Vector
+from . import gap_kernels
+from .gap_filling_kernels import lattice_points
+
+Array = NDArray[Any]
+
+LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd elements are not scattered
+UPRIGHT = 0.12  # a vector within this slope of an axis counts as lying along it
+COMBINATIONS = 6
+PAIRS = 10  # shifted copies that the cost of a phase is averaged over
+
+
+@dataclass(frozen=True)
+class BlockGrid:
+    """Where blocks lie: block (i, j) begins at ``phase + i rows + j columns``.
+
+    Attributes
+    ----------
+    rows, columns : (int, int)
+        The steps from block to block, (dy, dx) in 1/256 px.
+    phase : (int, int)
+        Where block (0, 0) begins, in the exemplar as on the canvas.
+    cell : ((int, int), (int, int) or None)
+        The lattice vectors; None for the second where one direction is free.
+    """
+
+    rows: Vector
+    columns: Vector
+    phase: Vector
+    cell: tuple[Vector, Vector | None]
+
+    @property
+    def determinant(self) -> int:
+        """Area of a block in 1/65536 px, positive."""
+        return self.rows[0] * self.columns[1] - self.rows[1] * self.columns[0]
+
+    def origin(self, i: int, j: int) -> tuple[int, int]:
+        """First corner of a block, 1/256 px; exact for any i, j."""
+        return (
+            self.phase[0] + i * self.rows[0] + j * self.columns[0],
+            self.phase[1] + i * self.rows[1] + j * self.columns[1],
+        )
+
+    def block_of(self, y: int, x: int) -> tuple[int, int]:
+        """The block that covers the canvas pixel (y, x)."""
+        dy, dx = y * UNIT - self.phase[0], x * UNIT - self.phase[1]
+        return (
+            (dy * self.columns[1] - dx * self.columns[0]) // self.determinant,
+            (dx * self.rows[0] - dy * self.rows[1]) // self.determinant,
+        )
+
+    def extent(self) -> tuple[int, int]:
+        """Rows and columns of the px box around a block that begins at a corner of it."""
+        height = abs(self.rows[0]) + abs(self.columns[0])
+        width = abs(self.rows[1]) + abs(self.columns[1])
+        return -(-height // UNIT) + 1, -(-width // UNIT) + 1
+
+    def before(self) -> tuple[int, int]:
+        """How far the box around a block begins before its corner, px, at most 0."""
+        return (
+            (min(0, self.rows[0]) + min(0, self.columns[0])) // UNIT,
+            (min(0, self.rows[1]) + min(0, self.columns[1])) // UNIT,
+        )
+
+
+def block_vectors(
+    v1: Vector, v2: Vector | None, target: float | None, wide: float, room: tuple[int, int]
+) -> tuple[Vector, Vector]:
+    """Choose the two sides of a block: whole periods, along the axes where the lattice allows it.
+
+    `target`: wanted side in px (None: one period, or enough to reach 40 px); `wide`: width in px in a free
+    direction; `room`: rows and columns of the exemplar, of which a block takes at most half.
+    """
+    if v2 is None:
+        length = math.hypot(*v1)
+        free = (round(v1[1] / length * wide * UNIT), round(-v1[0] / length * wide * UNIT))
+        down, across = (v1, free) if abs(v1[0]) >= abs(v1[1]) else (free, v1)
+    else:
+        down, across = _upright(v1, v2, room)
+    down, across = _towards(down, 0), _towards(across, 1)
+    fixed = {id(v) for v in (down, across)} if v2 is not None else {id(down if abs(v1[0]) >= abs(v1[1]) else across)}
+    sides = []
+    for v, available in ((down, room[0]), (across, room[1])):
+        length = math.hypot(*v) / UNIT
+        wanted = target if target is not None else max(length, LEAST_SIDE)
+        n = max(1, round(wanted / length)) if id(v) in fixed else 1
+        while n > 1 and n * length > available / 2:
+            n -= 1
+        sides.append((v[0] * n, v[1] * n))
+    return sides[0], sides[1]
+
+
+def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: int) -> tuple[int, float]:
+    """Find where along an axis cuts are cheapest, and how cheap: there the joints are (0 .. period-1 px).
+
+    For every row (axis 0) the cost of the cheapest path along it is measured, between the exemplar and itself
+    shifted by lattice vectors, and averaged over the rows that are whole periods apart.
+    """
+    picture = features if axis == 0 else np.ascontiguousarray(features.swapaxes(0, 1))
+    period = abs((grid.rows[0], grid.columns[1])[axis]) / UNIT
+    shifts = _shifts(grid.cell, picture.shape[:2] if axis == 0 else picture.shape[1::-1])
+    if axis == 1:
+        shifts = [(dx, dy) for dy, dx in shifts]
+    if not shifts or period < 2:
+        return 0, 0.0
+    total = np.zeros(math.ceil(period), np.int64)
+    count = np.zeros(math.ceil(period), np.int64)
+    for shift in shifts:
+        gap_kernels.add_phase_costs(picture, shift, max(border, 2), period, total, count)
+    known = count > 0
+    if not known.any():
+        return 0, 0.0
+    mean = np.rint(np.where(known, total / np.maximum(count, 1), np.inf))
+    at = int(np.argmin(mean))
+    return at, float(mean[at])
+
+
+def phased(
+    picture: NDArray[np.int16], rows: Vector, columns: Vector, cell: tuple[Vector, Vector | None], border: int
+) -> tuple[BlockGrid, tuple[float, float]]:
+    """The grid of blocks whose edges lie where cuts are cheapest, on all axes along which it has a period.
+
+    Also returns what these cuts cost, 1/16 of a feature unit a px along each axis.
+    """
+    if rows[0] * columns[1] - rows[1] * columns[0] < 0:
+        columns = (-columns[0], -columns[1])
+    grid = BlockGrid(rows, columns, (0, 0), cell)
+    fixed = cell[1] is not None
+    down = abs(cell[0][0]) >= abs(cell[0][1])
+    y, dear_down = best_phase(picture, grid, border, 0) if fixed or down else (0, 0.0)
+    x, dear_across = best_phase(picture, grid, border, 1) if fixed or not down else (0, 0.0)
+    return BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell), (dear_down, dear_across)
+
+
+def phase_of(
+    picture: NDArray[np.int16], cell: tuple[Vector, Vector | None], wide: float, border: int = 14
+) -> tuple[float, float]:
+    """Where the grid of the smallest blocks begins, (y, x) px; `wide` as for :func:`block_vectors`."""
+    room = int(picture.shape[0]), int(picture.shape[1])
+    y, x = phased(picture, *block_vectors(*cell, 1.0, wide, room), cell, border)[0].phase
+    return y / UNIT, x / UNIT
+
+
+def positions(
+    grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int] = (0, 0), step: int = 1
+) -> NDArray[np.int64]:
+    """List the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
+
+    `valid` (H, W): usable pixels. The whole block must lie on usable pixels; in a free direction every `step`-th
+    px is a place. `kind`: 0 or 1 each, where blocks are half periods: those an odd number of rows or columns
+    away from block (0, 0) show other places.
+    """
+    v1, v2 = grid.cell
+    if v2 is None:
+        length = math.hypot(*v1)
+        v2 = (round(v1[1] / length * UNIT * step), round(-v1[0] / length * UNIT * step))
+    height, width = valid.shape
+    corners = np.array([(0, 0), grid.rows, grid.columns, np.add(grid.rows, grid.columns)], np.int64)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    box = -low // UNIT - 1, (np.array((height, width)) * UNIT - high) // UNIT + 1
+    at = np.array(grid.origin(*kind), np.int64)
+    places: NDArray[np.int64] = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)[1]
+    inside = (places + low >= -UNIT // 2).all(axis=1)
+    inside &= (places + high <= np.array((height, width)) * UNIT + UNIT // 2).all(axis=1)
+    places = places[inside]
+    if not valid.all() and len(places):
+        ok = gap_kernels.all_usable(places, np.array((grid.rows, grid.columns), np.int64), valid)
+        places = places[ok]
+    return places[np.lexsort((places[:, 1], places[:, 0]))]
+
+
+def _upright(v1: Vector, v2: Vector, room: tuple[int, int]) -> tuple[Vector, Vector]:
+    """The shortest vectors of a lattice along both axes; the two given where it has none."""
+    sums = [
+        (a * v1[0] + b * v2[0], a * v1[1] + b * v2[1])
+        for a in range(-COMBINATIONS, COMBINATIONS + 1)
+        for b in range(-COMBINATIONS, COMBINATIONS + 1)
+        if (a, b) != (0, 0)
+    ]
+    # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
+    for some in (sums, [(y // 2, x // 2) for y, x in sums]):
+        down, across = _along(some, 0, room), _along(some, 1, room)
+        if down is not None and across is not None and _cross(down, across) != 0:
+            return down, across
+    first, second = sorted((v1, v2), key=lambda v: -abs(v[0]) / (abs(v[1]) + 1))
+    return first, second
+
+
+def _along(sums: list[Vector], axis: int, room: tuple[int, int]) -> Vector | None:
+    """The shortest vector along an axis, if one is at most half the exemplar long."""
+    near = [v for v in sums if v[axis] > 0 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
+    near = [v for v in near if v[axis] <= room[axis] * UNIT * 0.6]
+    if not near:
+        return None
+    shortest = min(v[axis] for v in near)
+    return min((v for v in near if v[axis] <= 1.3 * shortest), key=lambda v: (abs(v[1 - axis]), v[axis]))
+
+
+def _towards(v: Vector, axis: int) -> Vector:
+    return v if v[axis] > 0 or (v[axis] == 0 and v[1 - axis] > 0) else (-v[0], -v[1])
+
+
+def _cross(a: Vector, b: Vector) -> int:
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def _shifts(cell: tuple[Vector, Vector | None], shape: tuple[int, int]) -> list[Vector]:
+    """Lattice translations that leave at least half of the exemplar in common with itself, px, spread evenly."""
+    v1, v2 = cell
+    if v2 is None:
+        length = math.hypot(*v1)
+        v2 = (round(v1[1] / length * UNIT * 7), round(-v1[0] / length * UNIT * 7))
+    found = []
+    for a in range(-8, 9):
+        for b in range(0 if a > 0 else 1, 9):
+            dy, dx = round((a * v1[0] + b * v2[0]) / UNIT), round((a * v1[1] + b * v2[1]) / UNIT)
+            if abs(dy) <= shape[0] // 2 and abs(dx) <= shape[1] // 2 and abs(dy) + abs(dx) > 0:
+                found.append((dy, dx))
+    found.sort(key=lambda s: (abs(s[0]) + abs(s[1]), s))
+    return found[:: max(1, len(found) // PAIRS)][:PAIRS]

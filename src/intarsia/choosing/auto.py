@@ -1,0 +1,217 @@
+"""The choice of a method and of its parameters from what is measured: transparent, and the same on every machine.
+
+    made = ia.synthesize("moss.png", 1024)                                # method="auto"
+    choice = ia.Auto(trials=4).choose([ia.read("moss.png")], ia.Canvas(1024, 1024))
+    print(choice.rule, choice.method, choice.why)
+
+The rules are in ``rules.py``, the measurements in ``facts.py``, the trials in ``trials.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from ..arguments import chosen, expect, whole_within
+from ..errors import IntarsiaError, ParameterError
+from ..geometry import Wrap
+from ..lazy import lazy
+from ..methods.base import METHODS, Ability, Method, make, method_class
+from ..params import parameters
+
+if TYPE_CHECKING:
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from . import facts as choosing_facts
+    from . import rules
+else:
+    choosing_facts = lazy("intarsia.choosing.facts")
+    rules = lazy("intarsia.choosing.rules")
+
+AUTO_METHOD = "auto"
+MOST_TRIALS = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What was chosen, and why.
+
+    Attributes
+    ----------
+    method : Method
+        With every parameter decided.
+    rule : str
+        The name of the rule that fired; "only" where what was asked for left but this method.
+    why, warnings : tuple of str
+        Sentences.
+    facts : Facts
+        What was measured, and can be.
+    trials : int
+        How many variants are made, to keep the best of.
+    given : dict
+        The parameters that were asked for.
+    others : tuple of Choice
+        What comes next if the method cannot serve this exemplar after all.
+    """
+
+    method: Method
+    rule: str
+    why: tuple[str, ...]
+    warnings: tuple[str, ...]
+    facts: choosing_facts.Facts
+    trials: int = 1
+    given: Mapping[str, Any] = field(default_factory=dict)
+    others: tuple[Choice, ...] = ()
+
+    @property
+    def decided(self) -> dict[str, Any]:
+        """The parameters that were decided, as options of the method: those that differ from the usual ones.
+
+        A size that the method would find by itself is among them, one that no rule decides is not.
+        """
+        kept = {p.name: getattr(self.method, p.name) for p in parameters(self.method)}
+        usual = {p.name: p.default for p in parameters(self.method)}
+        return {k: v for k, v in kept.items() if v not in (usual[k], "off") and k in DECIDED}
+
+    @property
+    def recipe(self) -> dict[str, Any]:
+        """What a recipe says of it; nothing of it is needed to repeat the picture."""
+        return {"rule": self.rule, "why": list(self.why)}
+
+
+@dataclass(frozen=True)
+class Auto:
+    """Choose the method by what the exemplar is like.
+
+    Parameters
+    ----------
+    trials : int
+        Make so many variants and keep the best, 1 to 64. 1: make one.
+    given : dict
+        Parameters that the method must have; only methods that have all of them are chosen from.
+    needs : set of Ability
+        Abilities that it must have, beside those that exemplars and canvas ask for.
+    laying : bool
+        Choose only among methods that lay patches by search.
+
+    Raises
+    ------
+    ParameterError
+        where no method has these parameters, or allows these values.
+    """
+
+    trials: int = 1
+    given: Mapping[str, Any] = field(default_factory=dict)
+    needs: frozenset[Ability] = frozenset()
+    laying: bool = False
+    able: tuple[str, ...] = field(init=False, default=(), repr=False)
+
+    slug = AUTO_METHOD
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "trials", whole_within("trials", self.trials, 1, MOST_TRIALS, "trials"))
+        expect(self.given, Mapping, "given", "a dict of parameters")
+        expect(self.needs, (set, frozenset), "needs", "a set of abilities")
+        object.__setattr__(self, "needs", frozenset(chosen(Ability, "needs", need) for need in self.needs))
+        able = [s for s in METHODS if set(self.given) <= {p.name for p in parameters(method_class(s))}]
+        able = [s for s in able if self.needs <= method_class(s).supports]
+        if self.laying:
+            able = [s for s in able if hasattr(method_class(s), "laying")]
+        if not able:
+            asked = ", ".join([*self.given, *sorted(a.value for a in self.needs), *(["distances"] * self.laying)])
+            raise ParameterError(f"no method has all of {asked}; drop some, or name a method.")
+        kept, refused = [], None
+        for slug in able:
+            try:
+                make(slug, dict(self.given))
+                kept.append(slug)
+            except ParameterError as e:
+                refused = refused or e
+        if not kept:
+            assert refused is not None
+            raise refused
+        object.__setattr__(self, "able", tuple(kept))
+
+    def choose(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
+        """Choose by the first rule that holds, among the methods that can do what is asked.
+
+        Raises
+        ------
+        ParameterError, MethodError
+            where none can.
+        """
+        return self.decide(choosing_facts.Facts(exemplars, canvas))
+
+    def decide(self, facts: choosing_facts.Facts) -> Choice:
+        """Choose by facts that are known."""
+        exemplars, canvas, ranked = facts.exemplars, facts.canvas, self.ranked(facts)
+        found: list[Choice] = []
+        refused: IntarsiaError | None = None
+        for rule, slug, values, why in ranked:
+            try:
+                method = make(slug, {**values, **self.given}).resolved(exemplars, canvas)
+            except IntarsiaError as e:
+                refused = refused or e
+                continue
+            found.append(Choice(method, rule, why, (), facts, self.trials, dict(self.given)))
+            if len(found) == 1 and rule in GENERAL:
+                break
+        if not found:
+            raise refused or ParameterError(self._none(facts))
+        first = found[0]
+        return Choice(
+            first.method, first.rule, first.why, rules.warnings_of(facts), facts, self.trials, first.given,
+            tuple(found[1:]),
+        )  # fmt: skip
+
+    def leading(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
+        """Return the choice that leads, its method with the known parameters alone, which are also `given`."""
+        facts = choosing_facts.Facts(exemplars, canvas)
+        for rule, slug, values, why in self.ranked(facts):
+            known = {**values, **self.given}
+            return Choice(make(slug, known), rule, why, rules.warnings_of(facts), facts, given=known)
+        raise ParameterError(self._none(facts))
+
+    def ranked(self, facts: choosing_facts.Facts) -> list[tuple[str, str, dict[str, Any], tuple[str, ...]]]:
+        """Return (rule, method, parameters, reasons), best first: the rules that hold, then what else there is."""
+        asked = _asked(facts)
+        able = [s for s in self.able if asked <= method_class(s).supports]
+        out = []
+        for rule in rules.RULES:
+            if rule.method in able and rule.holds(facts):
+                names = {p.name for p in parameters(method_class(rule.method))}
+                values = {k: v for k, v in rule.parameters(facts).items() if k in names}
+                out.append((rule.name, rule.method, values, rule.why(facts)))
+                if rule.name in GENERAL:
+                    break
+        listed = {slug for _, slug, *_ in out}
+        for slug in able:
+            if slug not in listed and (self.given or self.needs or not out):
+                out.append((ONLY, slug, {}, (f"Of the methods that can do what is asked, {slug} is the first.",)))
+        return out
+
+    def _none(self, facts: choosing_facts.Facts) -> str:
+        words = ", ".join(sorted(a.value for a in _asked(facts) | self.needs))
+        extra = f" with {', '.join(self.given)}" if self.given else ""
+        return f"no method can do all that is asked ({words}){extra}; ask for less, or name a method."
+
+
+GENERAL = ("begun", "guided", "several", "patches")
+"""Rules of the generalist, which can serve every exemplar: what comes after them is not needed."""
+ONLY = "only"
+DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage")
+"""Parameters that a rule, a measurement or a trial decides."""
+
+
+def _asked(facts: choosing_facts.Facts) -> frozenset[Ability]:
+    """The abilities that exemplars and canvas ask for."""
+    canvas = facts.canvas
+    wanted = {
+        Ability.WRAP: canvas.wrap is not Wrap.NONE,
+        Ability.START: canvas.start is not None,
+        Ability.GUIDE: canvas.guide is not None,
+        Ability.MASK: any(e.usable is not None for e in facts.exemplars),
+        Ability.SEVERAL: len(facts.exemplars) > 1,
+    }
+    return frozenset(a for a, yes in wanted.items() if yes)

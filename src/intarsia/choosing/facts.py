@@ -1,0 +1,264 @@
+"""What is known of an exemplar and of what is asked for: each fact is measured when a rule asks for it.
+
+Source: no single paper. Which measurement each rule goes by is told in docs/design/000-architecture.md. Whatever a rule
+compares is made of sums of whole numbers, so that the same rule fires on every machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.elements import ElementSize
+from ..analysis.features import Features, features
+from ..analysis.light import Slope, slope_of
+from ..analysis.regions import Regions, regions_of
+from ..analysis.structure import Border, Structure, border_of, structure_of
+from ..analysis.symmetry import allowed_isometries
+from ..canvas import Canvas
+from ..courses.rectified import improved
+from ..courses.rectify import Straight
+from ..exemplar import Exemplar
+from ..image import Kind
+from ..lattice.lattice import Lattice, Lattices
+from ..lattice.vectors import lattices_of
+from ..search.sizes import elements
+from ..segments.segments import segments
+from ..tiles.best_tile import unlikeness
+from ..tiles.tile_layout import UNIT
+
+WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
+MIDDLE = 320  # and segments on its middle;
+COMPARED = 1024  # periods are compared in the middle
+NAMES = 16  # a picture of so few colours holds names, not light
+RIGHT = 9  # neighbours of 10 that must be equal in a picture of names
+PARTLY = 0.6  # a lattice by which less than this share of the exemplar repeats,
+LOOSE = 1.0  # and whose points are missed by so many px (rms), is loose
+ROWS = 3  # so many rows that agree by
+HINT = 0.045  # better than what lies between them are a hint of order
+ALONG = 0.1  # of the pitch of rows: a vector that leads so little aside runs along them
+SAMPLED = 1 << 18  # px in which colours are counted
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One fact: its value as JSON holds it, how sure it is from 0 to 1, and what it means in a few words."""
+
+    value: Any
+    confidence: float
+    says: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {"value": self.value, "confidence": round(self.confidence, 3), "says": self.says}
+
+
+def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
+    """The middle of a picture, at most so many px a side."""
+    rows, columns = (slice(max(0, n - side) // 2, max(0, n - side) // 2 + side) for n in shape[:2])
+    return rows, columns
+
+
+def _loose(found: Lattice) -> bool:
+    """Whether elements only lie about where a lattice says: cut from element to element they do not fit."""
+    return found.repeats < PARTLY and found.residual >= LOOSE
+
+
+def _holds_rows(two: Lattice, rows: Lattice) -> bool:
+    """Whether a sure lattice of two vectors steps from row to row by one of them, and along the rows by the other.
+
+    Rows alone are often surer, as more of them are seen; but what returns along them must return.
+    """
+    if two.kind == "1-D" or two.verdict != "sure" or _loose(two):
+        return False
+    ((y, x),) = rows.vectors
+    steps = sorted(abs(v * y + u * x) / (y * y + x * x) for v, u in two.vectors)
+    return steps[0] < ALONG and abs(steps[1] - 1) < ALONG
+
+
+class Facts:
+    """All that rules may ask about an exemplar, the first that may be sampled, and about the canvas."""
+
+    def __init__(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
+        self.exemplars, self.canvas = tuple(exemplars), canvas
+        sampled = [e for e in exemplars if e.usable is None or e.usable.any()]
+        self.exemplar = (sampled or list(exemplars))[0]
+
+    @property
+    def side(self) -> int:
+        """The shorter side of the exemplar, px."""
+        return min(self.exemplar.height, self.exemplar.width)
+
+    @cached_property
+    def picture(self) -> NDArray[np.int16]:
+        """The exemplar as methods compare it."""
+        return features([self.exemplar]).pictures[0]
+
+    @cached_property
+    def constant(self) -> bool:
+        """Whether all that may be used of it has one colour."""
+        seen = self.picture if self.exemplar.usable is None else self.picture[self.exemplar.usable]
+        seen = seen.reshape(-1, self.picture.shape[2])
+        few = seen[:: max(1, len(seen) // SAMPLED)]
+        return not len(seen) or bool((few == seen[:1]).all() and (seen == seen[:1]).all())
+
+    @cached_property
+    def names(self) -> bool:
+        """Whether it holds a few exact colours in patches: names of regions, masks, line art."""
+        base = self.exemplar.base
+        if base.kind is Kind.LABEL:
+            return True
+        if base.is_float:
+            return False
+        step = max(1, math.isqrt(self.exemplar.height * self.exemplar.width // SAMPLED))
+        seen = base.samples[::step, ::step]
+        codes = np.zeros(seen.shape[:2], np.uint64)
+        for c in range(seen.shape[2]):
+            codes = codes * np.uint64(65599) + seen[..., c].astype(np.uint64)
+        if not 2 <= len(np.unique(codes)) <= NAMES:
+            return False
+        equal = int((codes[1:] == codes[:-1]).sum()) + int((codes[:, 1:] == codes[:, :-1]).sum())
+        return 10 * equal >= RIGHT * max(2 * codes.size - sum(codes.shape), 1)
+
+    @cached_property
+    def lattices(self) -> Lattices:
+        """By which steps it repeats."""
+        return lattices_of(self.exemplar)
+
+    @cached_property
+    def lattice(self) -> Lattice | None:
+        """The lattice, where there is one to grow by: not a loose one, and of two vectors rather than of rows."""
+        found = self.lattices.accepted
+        if found is None or found.kind == "1-D":
+            both = [one for one in self.lattices.ranked if found is not None and _holds_rows(one, found)]
+            return both[0] if both else found
+        return None if _loose(found) else found
+
+    @property
+    def ordered(self) -> bool:
+        """Whether its elements lie in rows, or about where a lattice says, but too loosely to grow by it."""
+        rows = (one for one in self.lattices.ranked if one.kind == "1-D" and one.points >= ROWS)
+        loose = self.lattices.accepted is not None or any(one.contrast >= HINT for one in rows)
+        return self.lattice is None and loose
+
+    @cached_property
+    def straight(self) -> tuple[Straight, Lattice] | None:
+        """How its courses are laid straight, and the lattice they then have, where that is much surer."""
+        return improved(self.exemplar)
+
+    @cached_property
+    def variation(self) -> float:
+        """How much its periods differ: 0 not at all, 1 as any two places do; 1 without two vectors."""
+        if self.lattice is None or self.lattice.kind == "1-D":
+            return 1.0
+        usable = self.exemplar.usable
+        everywhere = np.ones(self.picture.shape[:2], bool) if usable is None else usable
+        longest = max(abs(n) for v in self.lattice.vectors for n in v) // UNIT
+        part = _middle(self.picture.shape, max(COMPARED, 4 * longest))
+        if not everywhere[part].any():
+            part = _middle(self.picture.shape, max(self.picture.shape))
+        return unlikeness(np.ascontiguousarray(self.picture[part]), self.lattice.vectors, everywhere[part].copy())
+
+    @cached_property
+    def element(self) -> ElementSize:
+        """How large its elements are, by its correlation with itself."""
+        return elements(self.exemplar)
+
+    @cached_property
+    def reduction(self) -> int:
+        """How many times smaller the copy is on which the slower facts are measured."""
+        return max(1, -(-max(self.exemplar.height, self.exemplar.width) // WORK_SIDE))
+
+    @cached_property
+    def small(self) -> Exemplar:
+        """That copy; the exemplar itself where it is small enough."""
+        n, e = self.reduction, self.exemplar
+        if n == 1 or min(e.height, e.width) < 8 * n:
+            return e
+        planes = {}
+        for name, plane in e.planes.items():
+            if (plane.height, plane.width) == (e.height, e.width):
+                rows, columns = e.height // n, e.width // n
+                blocks = plane.samples[: rows * n, : columns * n].reshape(rows, n, columns, n, -1)
+                if plane.kind is Kind.LABEL or plane.is_float:
+                    planes[name] = plane.like(blocks[:, 0, :, 0])
+                else:
+                    total = blocks.sum(axis=(1, 3), dtype=np.int64) // (n * n)
+                    planes[name] = plane.like(total.astype(plane.pixels.dtype))
+        usable = e.usable
+        if usable is not None:
+            usable = usable[: e.height // n * n, : e.width // n * n]
+            usable = np.asarray(usable.reshape(e.height // n, n, e.width // n, n).all(axis=(1, 3)))
+        return Exemplar(planes, usable, e.toroidal, e.name)
+
+    @cached_property
+    def middle(self) -> Exemplar:
+        """The middle of the exemplar in full, on which its grain is measured; all of it where it is small enough."""
+        e = self.exemplar
+        rows, columns = _middle((e.height, e.width), MIDDLE)
+        whole = all((p.height, p.width) == (e.height, e.width) for p in e.planes.values())
+        usable = None if e.usable is None else e.usable[rows, columns]
+        if max(e.height, e.width) <= MIDDLE or not whole or (usable is not None and not usable.any()):
+            return e
+        return Exemplar({n: p.like(p.samples[rows, columns]) for n, p in e.planes.items()}, usable, False, e.name)
+
+    @cached_property
+    def _seen(self) -> Features:
+        return features([self.small])
+
+    @cached_property
+    def segment(self) -> tuple[int, int]:
+        """Patch and boundary zone by the vote of segments over 12 scales, px."""
+        found = segments(self.middle)
+        return found.patch, found.zone
+
+    @cached_property
+    def structure(self) -> Structure:
+        """How edgy and how directed it is."""
+        return structure_of(self._seen.pictures[0], self.small.usable)
+
+    @cached_property
+    def symmetry(self) -> tuple[int, ...]:
+        """The isometries that keep its look."""
+        return allowed_isometries([self.small])
+
+    @cached_property
+    def border(self) -> Border:
+        """Whether it continues in itself across its borders."""
+        return border_of(self._seen.pictures[0], self.small.usable)
+
+    @cached_property
+    def regions(self) -> Regions:
+        """Whether it shows two textures side by side."""
+        return regions_of(self._seen.pictures[0], self.small.usable)
+
+    @cached_property
+    def light(self) -> Slope:
+        """How unevenly it is lit."""
+        apart = float(self.element.size)
+        if self.lattice is not None and self.lattice.kind == "2-D":
+            (p, q), (r, s) = self.lattice.vectors
+            apart = min(apart, math.sqrt(abs(p * s - q * r)) / UNIT)
+        return slope_of(self.small, apart / self.reduction)
+
+    @property
+    def enlargement(self) -> float:
+        """Area of the output over that of the exemplar."""
+        area = sum(e.height * e.width for e in self.exemplars)
+        return self.canvas.height * self.canvas.width / area
+
+    @property
+    def elements(self) -> float:
+        """How many elements it holds: its area over that of one."""
+        return self.exemplar.height * self.exemplar.width / max(self.element.height * self.element.width, 1)
+
+    @property
+    def across(self) -> float:
+        """How many elements lie side by side along the shorter side."""
+        return self.side / max(self.element.size, 1)

@@ -1,0 +1,99 @@
+"""All measurements in one list, for people and JSON; those that no rule has asked for are made, too."""
+
+from __future__ import annotations
+
+from ..image import Kind
+from ..tiles.tile_layout import UNIT
+from .facts import Facts, Measured
+
+SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
+
+
+def measurements(f: Facts) -> dict[str, Measured]:
+    """Return every fact with its confidence and what it means, in the order in which they are printed."""
+    out = {"lattice": _lattice(f), "variation": _variation(f), "elements": _elements(f), "segments": _segments(f)}
+    out |= {"structure": _structure(f), "regions": _regions(f), "symmetry": _symmetry(f), "border": _border(f)}
+    out |= {"light": _light(f), "size": _size(f), "kind": _kind(f)}
+    if f.reduction > 1:
+        said = f"structure, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
+        out["reduced"] = Measured(f.reduction, 1.0, f"{said}, segments those of the middle")
+    return out
+
+
+def _lattice(f: Facts) -> Measured:
+    if f.lattice is None:
+        best = max((one.confidence for one in f.lattices.ranked), default=0.0)
+        return Measured(None, max(0.0, 1 - best / SURE), f"none (best candidate {best:.2f})")
+    vectors = [[x / UNIT, y / UNIT] for y, x in f.lattice.vectors]
+    shown = " and ".join(f"{x:.2f},{y:.2f}" for x, y in vectors)
+    said = f"{shown} px, confidence {f.lattice.confidence:.2f}"
+    return Measured(vectors, min(1.0, f.lattice.confidence / SURE), said)
+
+
+def _variation(f: Facts) -> Measured:
+    if f.lattice is None or f.lattice.kind == "1-D":
+        return Measured(None, 1.0, "no periods to compare")
+    said = f"periods differ by {100 * f.variation:.0f} % of the contrast"
+    return Measured(round(f.variation, 4), min(1.0, f.lattice.confidence / SURE), said)
+
+
+def _elements(f: Facts) -> Measured:
+    e = f.element
+    said = f"about {e.size} px ({e.width} wide, {e.height} high)" if e.found else f"not seen; {e.size} px is a guess"
+    return Measured({"size": e.size, "width": e.width, "height": e.height}, e.found / 12, said)
+
+
+def _segments(f: Facts) -> Measured:
+    patch, zone = f.segment
+    larger = max(patch, f.element.size, 1)
+    said = f"patch {patch} px and zone {zone} px by the vote of segments"
+    return Measured({"patch": patch, "zone": zone}, min(patch, f.element.size) / larger, said)
+
+
+def _structure(f: Facts) -> Measured:
+    s = f.structure
+    directed = f"edges run at {s.angle:.0f} degrees ({s.coherence:.2f})" if s.coherence > 0.25 else "no direction"
+    value = {"kurtosis": round(s.kurtosis, 2), "coherence": round(s.coherence, 3), "angle": s.angle}
+    return Measured(value, s.coherence, f"{directed}, kurtosis {s.kurtosis:.1f}")
+
+
+def _regions(f: Facts) -> Measured:
+    r = f.regions
+    value = {"two": r.two, "apart": round(r.apart, 3), "together": round(r.together, 3), "smaller": round(r.smaller, 3)}
+    return Measured(value, r.apart, "two textures side by side" if r.two else "one texture")
+
+
+def _symmetry(f: Facts) -> Measured:
+    kept = list(f.symmetry)
+    said = "keeps its look in all isometries" if len(kept) == 8 else f"keeps its look in isometries {kept}"
+    return Measured(kept, 0.5 if f.regions.two else 1.0, said if len(kept) > 1 else "upright only")
+
+
+def _border(f: Facts) -> Measured:
+    worst = max(f.border.rows, f.border.columns)
+    said = "continues across its borders" if f.border.closed else "does not continue across its borders"
+    value = {"rows": _finite(f.border.rows), "columns": _finite(f.border.columns), "closed": f.border.closed}
+    return Measured(value, 1.0 if worst > 2 or worst < 1 else 0.5, said)
+
+
+def _finite(value: float) -> float | None:
+    return round(value, 3) if value < 1e9 else None
+
+
+def _light(f: Facts) -> Measured:
+    said = f"a slope, {f.light.factor:.1f} times brighter on one side" if f.light.strong else "no strong slope"
+    return Measured({"share": round(f.light.share, 3), "factor": round(f.light.factor, 3)}, f.light.share, said)
+
+
+def _size(f: Facts) -> Measured:
+    value = {"enlargement": round(f.enlargement, 2), "across": round(f.across, 2)}
+    said = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
+    return Measured(value, f.element.found / 12, said)
+
+
+def _kind(f: Facts) -> Measured:
+    base = f.exemplar.base
+    kind = "names" if f.names else base.kind.value
+    said = {"names": "a few exact colours in patches", Kind.NORMAL.value: "directions"}.get(kind, kind)
+    deep = str(base.pixels.dtype)
+    return Measured(kind, 1.0, f"{said}, {base.channels} channels of {deep}{' with opacity' if base.alpha else ''}")

@@ -1,0 +1,249 @@
+"""The rules by which a method is chosen, in one table: the first that holds leads.
+
+A rule asks only for facts that it needs, so a picture with a lattice is never searched for grain. To add a method, add
+one line to RULES, above the generalists: its name, what must hold, the method, its parameters, and the reason in a
+sentence. The page docs/auto.md lists what stands here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ..tiles.tile_layout import UNIT
+from .facts import Facts
+
+EQUAL = 0.15  # periods that differ less are one picture, repeated
+FINE_SIDE = 12  # grain: elements or segments of at most 1/12 of the shorter side,
+FINE_ELEMENT = 0.55  # and of at most so much of what correlates
+TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
+FEW_ELEMENTS = 3.0  # across the exemplar: with fewer, repeats show, whatever is done
+FEW = 12  # elements in all of the exemplar: with fewer, repeats show more than seams
+SEEN = 10  # of 12 directions must show where elements end: else a slow change of tone hides it, and size is a guess
+VARIED = 0.3  # the price of a repeat in that case
+VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
+FEW_PERIODS = 2.0
+MIXED = 1 << 18  # px of an exemplar that is analysed for corrections in a few seconds
+SMALL = 32  # px
+
+
+@dataclass(frozen=True)
+class ChoiceRule:
+    """One line of the table.
+
+    ``holds`` decides, ``parameters`` gives what the method gets (x before y), ``why`` says it in sentences.
+    ``when`` is the condition in words, for the documentation.
+    """
+
+    name: str
+    method: str
+    when: str
+    holds: Callable[[Facts], bool]
+    parameters: Callable[[Facts], dict[str, Any]]
+    why: Callable[[Facts], tuple[str, ...]]
+
+
+def _nothing(f: Facts) -> dict[str, Any]:
+    return {}
+
+
+def _lattice(f: Facts) -> dict[str, Any]:
+    assert f.lattice is not None
+    return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in f.lattice.vectors)}
+
+
+def _straight_lattice(f: Facts) -> dict[str, Any]:
+    assert f.straight is not None
+    vectors = f.straight[1].vectors
+    return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in vectors), "straighten": "on"}
+
+
+def _two(f: Facts) -> bool:
+    return f.lattice is not None and f.lattice.kind == "2-D"
+
+
+def _rows(f: Facts) -> bool:
+    return f.lattice is not None and f.lattice.kind == "1-D"
+
+
+def _free(f: Facts) -> bool:
+    """Whether it repeats by no lattice, and shapes of patches can be searched for."""
+    return f.lattice is None and f.canvas.height * f.canvas.width <= VAST
+
+
+def _clouded(f: Facts) -> bool:
+    return (
+        f.lattice is None
+        and f.element.found < SEEN
+        and FINE_SIDE * f.segment[0] <= f.side
+        and f.segment[0] <= FINE_ELEMENT * f.element.size
+    )
+
+
+def _repeats(f: Facts) -> bool:
+    """Whether repeats would show more than seams: few elements to choose from, or only the spots of a fine grain."""
+    fine = FINE_SIDE * f.element.size <= f.side
+    return _free(f) and f.element.found >= SEEN and not f.ordered and (f.elements < FEW or fine)
+
+
+def _turns(f: Facts) -> bool:
+    """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
+    seen = _free(f) and f.element.found >= SEEN and not f.ordered and not f.regions.two
+    return seen and set(TURNED) <= set(f.symmetry)
+
+
+def _mixed(f: Facts) -> bool:
+    """Whether no outline must be kept, so that pieces of every size may be mixed; its analysis grows with the area."""
+    return f.exemplar.height * f.exemplar.width <= MIXED and (_repeats(f) or _turns(f))
+
+
+def _size(f: Facts) -> str:
+    size = f.element.size
+    return f"its elements are about {size} px large" if f.element.found else "the size of its elements is not seen"
+
+
+def _differ(f: Facts) -> str:
+    return f"It repeats by a lattice, and its periods differ by {100 * f.variation:.0f} % of its contrast."
+
+
+def _goes_on(f: Facts) -> bool:
+    """A picture of a lattice is extended; in holes, whose edges must stay, patches fit better than blocks."""
+    canvas = f.canvas
+    return canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1 and _two(f)
+
+
+RULES: tuple[ChoiceRule, ...] = (
+    ChoiceRule(
+        "begun-lattice", "near-regular", "part of the canvas is filled already, its rim may change, and the exemplar "
+        "has a lattice of two vectors",
+        _goes_on, _lattice, lambda f: (_differ(f), "What is there goes on by its lattice."),
+    ),
+    ChoiceRule(
+        "begun", "image-quilting", "part of the canvas is filled already",
+        lambda f: f.canvas.start is not None, _nothing,
+        lambda f: ("What is there goes on, by patches of the size of its elements.",),
+    ),
+    ChoiceRule(
+        "transfer", "parallel-controllable", "a picture to look like, and one exemplar",
+        lambda f: f.canvas.guide is not None and not f.canvas.guide.is_labels and len(f.exemplars) == 1,
+        _nothing, lambda f: ("Pixels that follow the tones of the picture, closer than patches can.",),
+    ),
+    ChoiceRule(
+        "guided", "image-quilting", "a guide says what is where",
+        lambda f: f.canvas.guide is not None, _nothing, lambda f: ("Patches that follow what was painted.",),
+    ),
+    ChoiceRule(
+        "several", "image-quilting", "more than one exemplar",
+        lambda f: len(f.exemplars) > 1, _nothing,
+        lambda f: ("Patches of all exemplars, of the size of their elements.",),
+    ),
+    ChoiceRule(
+        "one-colour", "repeat", "all of it has one colour",
+        lambda f: f.constant, _nothing, lambda f: ("All of it has one colour.",),
+    ),
+    ChoiceRule(
+        "bent-courses", "near-regular", "courses that converge or bow, with a surer lattice once they are straight",
+        lambda f: f.straight is not None, _straight_lattice,
+        lambda f: ("Its courses converge or bow; laid straight they repeat by a lattice, and are grown straight.",),
+    ),
+    ChoiceRule(
+        "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {EQUAL}",
+        lambda f: _two(f) and f.variation < EQUAL, _lattice, lambda f: (_differ(f), "So one of them is enough."),
+    ),
+    ChoiceRule(
+        "periods", "near-regular", "a lattice of two vectors",
+        _two, _lattice, lambda f: (_differ(f), "Each of them is used."),
+    ),
+    ChoiceRule(
+        "rows", "near-regular", "a lattice of one vector",
+        _rows, _lattice,
+        lambda f: ("Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."),
+    ),
+    ChoiceRule(
+        "grain", "segment-based",
+        "no lattice, and segments of at most 1/12 of the side and 0.55 of its elements, of which the ends are not seen",
+        _clouded, _nothing,
+        lambda f: (
+            "It repeats by no lattice.",
+            f"Its grain of {f.segment[0]} px is far finer than the slow change of tone over it: small patches mix it.",
+        ),
+    ),
+    ChoiceRule(
+        "mixed", "parallel-controllable", "as one of the next two, and an exemplar of at most 512 x 512 px",
+        _mixed, _nothing,
+        lambda f: (
+            "It repeats by no lattice.",
+            "Corrected from coarse to fine, it is mixed in pieces of every size, so little of it is seen to return.",
+        ),
+    ),
+    ChoiceRule(
+        "turnable", "graphcut", "no lattice, no hint of rows, and it looks the same turned by quarters",
+        _turns, lambda f: {"isometries": TURNED} | ({"usage": VARIED} if _repeats(f) else {}),
+        lambda f: (
+            "It repeats by no lattice.",
+            f"Patches cut around its elements suit it: {_size(f)}.",
+            "Turned by quarters it looks the same: patches may be, too.",
+        ),
+    ),
+    ChoiceRule(
+        "repeats-show", "graphcut",
+        f"no lattice, no hint of rows, and fewer than {FEW} elements, or grain of at most 1/{FINE_SIDE} of the side",
+        _repeats, lambda f: {"usage": VARIED},
+        lambda f: (
+            "It repeats by no lattice.",
+            f"Patches cut around its elements suit it: {_size(f)}.",
+            f"{'Few of them' if f.elements < FEW else 'Spots of its grain'} would return often: repeats are dear.",
+        ),
+    ),
+    ChoiceRule(
+        "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
+        _free, _nothing,
+        lambda f: ("It repeats by no lattice.", f"Patches cut around its elements suit it: {_size(f)}."),
+    ),
+    ChoiceRule(
+        "patches", "image-quilting", "everything else",
+        lambda f: True, _nothing,
+        lambda f: (
+            "Its lattice is left aside, as it was asked." if f.lattice is not None
+            else "It repeats by no lattice, and patches of free shape would take minutes." if not _free(f)
+            else "It repeats by no lattice.",
+            f"Patches of the size of its elements suit it: {_size(f)}.",
+        ),
+    ),
+    ChoiceRule(
+        "endless", "parallel-controllable", "windows of an endless texture are asked for, and it has no lattice",
+        lambda f: True, _nothing,
+        lambda f: ("Any window of it can be made alone, from coarse to fine, in pieces of every size.",),
+    ),
+)  # fmt: skip
+"""First match leads; the methods of the later ones that hold are what remains if it cannot work."""
+
+
+def warnings_of(f: Facts) -> tuple[str, ...]:
+    """What no method can mend, in sentences that say what to do."""
+    out: list[str] = []
+    if f.side < SMALL:
+        out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
+    if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
+        return tuple(out)
+    if f.side >= SMALL and f.lattice is not None:
+        longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
+        if f.side < FEW_PERIODS * longest:
+            out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
+    elif f.side >= SMALL and f.across < FEW_ELEMENTS:
+        out.append(
+            f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
+            "a larger exemplar varies more."
+        )
+    if f.regions.two:
+        out.append(
+            "the exemplar seems to show two textures side by side; crop it to one (--crop), or paint with both "
+            "(intarsia paint)."
+        )
+    if f.light.strong and not f.exemplar.toroidal:
+        out.append(
+            f"{100 * f.light.share:.0f} % of what its parts differ by is one slope of light, {f.light.factor:.1f} "
+            "times brighter on one side: flatten it (--flatten), if that is light and not the texture."
+        )
+    return tuple(out)

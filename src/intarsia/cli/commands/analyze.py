@@ -1,0 +1,261 @@
+"""``intarsia analyze``: what an exemplar is like, and how to grow it. Imports nothing heavy before the work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...errors import ParameterError
+from ...tasks.overlays import KINDS
+from ..exits import say, tell
+from ..options import FILE, gathered, input_options, opt
+from ..report import Report
+from ..request import Inputs, Targets
+from ..values import FileName, ParamType
+from .grow import check_stdout
+
+if TYPE_CHECKING:
+    from ...tasks.inspection import Findings
+    from ..outputs import Staging
+
+SHOWN = 3  # candidates that are printed where the confidence is small
+SMALL = 0.1
+
+
+class Overlay(ParamType):
+    """FILE, or KIND=FILE; gives the pair."""
+
+    name = "[KIND=]FILE"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if isinstance(value, tuple):
+            return value
+        value = FileName().convert(value, param, ctx)
+        kind, equals, path = str(value).partition("=")
+        if not equals or not kind.isalpha():
+            return "lattice", str(value)
+        if kind not in KINDS:
+            self.fail(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in KINDS)}.", param, ctx)
+        return kind, path
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """The pictures to write of what was found."""
+
+    overlays: tuple[tuple[str, str], ...]
+    best_tile: str | None
+    force: bool
+
+    def __post_init__(self) -> None:
+        named = [path for _, path in self.overlays] + ([self.best_tile] if self.best_tile is not None else [])
+        if "" in named:
+            raise ParameterError("an empty file name was given; name the file to write.")
+        if named.count("-") > 1:
+            raise ParameterError("the standard output (-) holds one picture; name files for the others.")
+
+    @property
+    def to_stdout(self) -> bool:
+        """True where one of them goes to the standard output."""
+        return self.best_tile == "-" or any(path == "-" for _, path in self.overlays)
+
+
+PICTURES = (
+    opt(
+        "overlays", "--overlay", multiple=True, type=Overlay(),
+        help=f"Draw what was found over the exemplar; kinds: {', '.join(KINDS)}.",
+    ),
+    opt(
+        "best_tile", "--best-tile", type=FILE, metavar="FILE",
+        help="Write the period that repeats best: upright where the lattice allows it, else with opacity 0 around it.",
+    ),
+    opt("force", "--force", is_flag=True, help="Replace files that exist."),
+)  # fmt: skip
+
+
+@click.command(
+    name="analyze",
+    epilog="FILE may hold {stem}: with several exemplars every one has pictures of its own.",
+)
+@gathered(*PICTURES, into="pictures", make=Pictures)
+@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
+@gathered(
+    opt("as_json", "--json", is_flag=True, help="Print what was found as a JSON object on stdout."),
+    opt("quiet", "--quiet", "-q", is_flag=True, help="Print nothing; only write the pictures."),
+    into="report", make=Report,
+)  # fmt: skip
+@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+def command(inputs: Inputs, pictures: Pictures, report: Report) -> None:
+    """Tell by which steps EXEMPLAR repeats, how large its elements are, how it is lit, and how to grow it.
+
+    \b
+    intarsia analyze weave.png
+    intarsia analyze weave.png --overlay seen.png --best-tile tile.png
+    intarsia analyze *.png --several --json
+    """
+    if pictures.to_stdout:
+        check_stdout(Targets("-"), report)
+
+    from ...tasks.inspection import analyze
+    from ..exemplars import Shelf, sets_of
+
+    sets = sets_of(inputs, report)
+    if len(sets) > 1 and pictures.to_stdout:
+        raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
+    shelf, seen, results = Shelf([[found] for found in sets], inputs, report), set[str](), []
+    plans = [_plan(pictures, found, seen) for found in sets]
+    for number in range(len(sets) if len(sets) > 1 else 0):
+        shelf.get(number)  # a file that cannot be read is refused before the first is worked on
+    for number, plan in enumerate(plans):
+        with report.watching(1):
+            found = analyze(shelf.get(number)[0])
+        first = next(iter(sets[number].values()))
+        answer = found.as_dict()
+        answer["suggested"]["flatten"] |= inputs.flatten
+        _write(found, plan, answer, pictures.force)
+        results.append({"file": first, **answer})
+        if not report.as_json and not report.quiet:
+            lines = ([""] if number else []) + _page(first, answer)
+            if pictures.to_stdout:
+                for line in lines:
+                    tell(line)
+            else:
+                say(lines, "its pictures are written" if "files" in answer else "nothing else was to be done")
+    report.result(results[0] if len(results) == 1 else {"results": results})
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The files of one exemplar: kinds of overlays, and planes of the best tile."""
+
+    overlays: tuple[tuple[str, str], ...]
+    tile: dict[str, str]
+
+
+def _plan(pictures: Pictures, found: dict[str, str], seen: set[str]) -> Plan:
+    """Name the files, and refuse what cannot be written before anything is looked at."""
+    from ...files import format_of
+    from ..exemplars import stem_of
+    from ..outputs import check_all, filled, plane_files
+
+    fields = {"stem": stem_of(found), "seed": 0, "method": "", "w": "", "h": ""}
+    overlays = tuple((kind, filled(path, fields)) for kind, path in pictures.overlays)
+    tile = {} if pictures.best_tile is None else plane_files(filled(pictures.best_tile, fields), found)
+    paths = [path for _, path in overlays] + list(tile.values())
+    for path in paths:
+        if path != "-":
+            format_of(path)
+    check_all(paths, pictures.force, seen)
+    return Plan(overlays, tile)
+
+
+def _write(found: Findings, plan: Plan, answer: dict[str, Any], force: bool) -> None:
+    """Write the pictures of one exemplar, all or none, and tell where they are."""
+    from ... import files
+    from ..outputs import Staging
+
+    drawn = [(path, kind, found.overlay(kind)) for kind, path in plan.overlays]
+    if plan.tile:
+        tile = found.best_tile()
+        drawn += [(path, name, tile.planes[name]) for name, path in plan.tile.items()]
+        base = next(iter(tile.planes.values()))
+        answer["best_tile"] = {
+            "corner": list(tile.corner),
+            "cost": tile.cost,
+            "size": [base.width, base.height],
+            "rectangular": tile.rectangular,
+        }
+    for path, _, plane in drawn:
+        files.check_depth(path, plane)
+    with Staging(force) as staging:
+        for path, _, plane in drawn:
+            _put(staging, path, plane)
+        staging.commit()
+    if drawn:
+        answer["files"] = [{"path": path, "holds": holds} for path, holds, _ in drawn]
+
+
+def _put(staging: Staging, path: str, plane: Any) -> None:
+    from ... import files
+
+    files.write(path if path == "-" else staging.place(path), plane)
+
+
+def _page(path: str, answer: dict[str, Any]) -> list[str]:
+    """What a person reads."""
+    width, height = answer["exemplar"]["size"]
+    lattice, light = answer["lattice"], answer["light"]
+    lines = [f"{path}: {width}x{height} px"]
+    if lattice is None:
+        lines += [f"lattice      none. {answer['reason']}"]
+    else:
+        lines += [f"lattice      {_vectors(lattice)}; {_shape(lattice)}"]
+        lines += [f"             confidence {lattice['confidence']:.2f}"]
+        lines += [f"             {reason}" for reason in lattice["reasons"]]
+    if lattice is None or lattice["confidence"] < SMALL:
+        for n, one in enumerate(answer["candidates"][:SHOWN], 1):
+            lines += [f"candidate {n}  {_vectors(one)}; confidence {one['confidence']:.2f}. {one['reasons'][-1]}"]
+    if answer["straightened"] is not None:
+        lines += [f"courses      {_bent(answer['straightened'])}"]
+    if answer["elements"]["found"]:
+        seen = answer["elements"]
+        lines += [f"elements     about {answer['feature_size']} px ({seen['size'][0]} wide, {seen['size'][1]} high)"]
+    else:
+        lines += [f"elements     not seen; {answer['feature_size']} px is a guess"]
+    lines += _segments(answer["segments"])
+    share = f"{100 * light['share']:.0f} % of the differences between its parts, {light['factor']:.1f} times brighter"
+    lines += [f"light        {'a strong slope: ' + share if light['strong'] else 'no strong slope'}"]
+    lines += [f"suggested    {' '.join(_options(answer['suggested']))}"]
+    lines += [f"             {why}" for why in answer["suggested"]["why"]]
+    if "best_tile" in answer:
+        tile = answer["best_tile"]
+        lines += [f"best tile    at {tile['corner'][0]},{tile['corner'][1]}, cost {tile['cost']}"]
+    return lines + [f"written      {entry['path']} ({entry['holds']})" for entry in answer.get("files", [])]
+
+
+def _segments(seen: dict[str, Any]) -> list[str]:
+    """Segments, groups, the chosen one, and patch and boundary zone with the rule that they come from."""
+    groups, chosen = seen["groups"], seen["chosen"]
+    first = f"segments     {seen['count']} in {len(groups)} group{'s' * (len(groups) != 1)}; "
+    if chosen is None:
+        first += "none is chosen"
+    else:
+        mine = groups[chosen]
+        first += f"group {chosen} is chosen: {mine['segments']} of them, {100 * mine['share']:.0f} % of the picture"
+    size = f"patch {seen['patch']} px, boundary zone {seen['zone']} px, by rule {seen['rule']}"
+    return [first, f"             {size}: {seen['why'][:1].lower()}{seen['why'][1:]}"]
+
+
+def _vectors(one: dict[str, Any]) -> str:
+    return " and ".join(f"{x:.2f},{y:.2f}" for x, y in one["vectors"]) + " px"
+
+
+def _bent(one: dict[str, Any]) -> str:
+    """One line on courses that are not straight, and what straightening does."""
+    ways = [f"converge by {100 * one['converging']:.0f} %"] if one["converging"] >= 0.01 else []
+    ways += [f"slant by {100 * abs(one['slant']):.0f} %"] if abs(one["slant"]) >= 0.005 else []
+    return (
+        f"{', '.join(ways) or 'bow'}, up to {one['off']:.0f} px off; laid straight (straighten=on) they repeat by "
+        f"{_vectors(one)}, confidence {one['confidence']:.2f}"
+    )
+
+
+def _shape(one: dict[str, Any]) -> str:
+    periods, angles = one["periods"], one["angles"]
+    if len(periods) == 1:
+        return f"rows {periods[0]:.2f} px apart, across {angles[0]:.1f} degrees; nothing returns along them"
+    between = abs(angles[0] - angles[1]) % 180
+    return f"periods {periods[0]:.2f} and {periods[1]:.2f} px, {between:.1f} degrees apart"
+
+
+def _options(suggested: dict[str, Any]) -> list[str]:
+    """The options of grow that follow the suggestion."""
+    words = ["--method", suggested["method"]]
+    for name, value in suggested["parameters"].items():
+        shown = value
+        if name == "lattice":
+            shown = '"' + " ".join(f"{x:.6g},{y:.6g}" for x, y in value) + '"'
+        words += [f"--{name.replace('_', '-')}", str(shown)]
+    return words + ["--flatten"] * suggested["flatten"]

@@ -1,0 +1,74 @@
+"""``intarsia extend``: a picture, continued beyond its borders. Imports nothing heavy before the work starts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import click
+
+from ...errors import ParameterError
+from ..options import (
+    DONORS,
+    FILE,
+    common,
+    gathered,
+    input_options,
+    named_target_options,
+    opt,
+    report_options,
+    work_options,
+)
+from ..report import Report
+from ..request import Begin, Inputs, Targets, Wish, Work
+from .grow import OWN, PARAMETERS, carry_out, wish_of
+
+USUAL = 100  # as starts.USUAL; asking it here would import numpy for a help text
+MOST = 1 << 20
+
+
+PLACES = ("left", "right", "top", "bottom")
+SIDES = tuple(
+    opt(p, f"--{p}", type=click.IntRange(0, MOST), metavar="N", help=f"Px to add at the {p}.") for p in PLACES
+)
+
+
+def _begin(**sides: int | None) -> Begin:
+    """The margins; with none named, as the source of the idea has it: to the right."""
+    if all(px is None for px in sides.values()):
+        return Begin((0, USUAL, 0, 0))
+    left, right, top, bottom = (sides[name] or 0 for name in PLACES)
+    if not left + right + top + bottom:
+        raise ParameterError("no side is extended; give at least one of --left, --right, --top and --bottom, in px.")
+    return Begin((left, right, top, bottom))
+
+
+@click.command(
+    name="extend",
+    epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
+)
+@gathered(*SIDES, into="begin", make=_begin)
+@gathered(*(o for o in OWN if o.field not in ("size", "level")), *PARAMETERS, into="wish", make=wish_of)
+@named_target_options("extended")
+@input_options(
+    opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, without=("several", "flatten")
+)
+@work_options
+@common
+@report_options
+def command(
+    inputs: Inputs,
+    targets: Targets,
+    wish: Wish,
+    begin: Begin,
+    work: Work,
+    report: Report,
+    threads: int | None,
+) -> None:
+    """Continue IMAGE beyond its borders, 100 px to the right if no side is named.
+
+    \b
+    intarsia extend wall.png -o wide.png --right 300
+    intarsia extend wall.png -o around.png --left 64 --right 64 --top 64 --bottom 64
+    intarsia extend meadow.png -o mixed.png --bottom 200 --from gravel.png
+    """
+    carry_out(inputs, targets, replace(wish, begin=begin), work, report, threads)

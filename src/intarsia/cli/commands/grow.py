@@ -1,0 +1,144 @@
+"""``intarsia grow``: a larger, tileable texture from an example. Imports nothing heavy before the work starts."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from ...choosing.auto import AUTO_METHOD
+from ...errors import ParameterError, ResourceError
+from ...levelling import Finish, Levelling
+from ...methods.base import METHODS
+from ..choosing import EXPLAIN, TRIALS, Union, chosen_of
+from ..options import (
+    FILE,
+    MAGNIFY,
+    common,
+    gathered,
+    input_options,
+    method_option,
+    method_parameters,
+    named_target_options,
+    opt,
+    report_options,
+    work_options,
+)
+from ..pictures import named_pictures
+from ..report import Report
+from ..request import Inputs, Targets, Wish, Work
+from ..values import Size
+
+MOST_PASSES = 1000  # as tasks.repair.MOST_PASSES; asking it here would import numpy for a help text
+SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
+"""As files.sample_names() lists them; asking it here would import numpy for a help text."""
+
+OWN = (
+    opt(
+        "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
+        help="Size of the output in px, one number for a square; by default twice the exemplar.",
+    ),
+    opt(
+        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *METHODS]), default=AUTO_METHOD,
+        show_default=True,
+        help="How to grow; auto chooses by what the exemplar is like; `intarsia methods` tells of each.",
+    ),
+    TRIALS,
+    EXPLAIN,
+    opt(
+        "wrap", "--wrap", type=click.Choice(["none", "x", "y", "both"]), default="none", show_default=True,
+        help="Along which axes the output must continue in itself (tile).",
+    ),
+    opt(
+        "feather", "--feather", type=click.IntRange(0, 1024), metavar="PX",
+        help="Soften the seams over so many px; 0 copies exactly. By default as the method means it.",
+    ),
+    opt(
+        "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
+        help="How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
+    ),
+    opt(
+        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
+        help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
+    ),
+    opt(
+        "repair", "--repair", type=click.IntRange(0, MOST_PASSES), default=0, metavar="N",
+        help="Look for the worst seams N times, and cover them anew where that helps; 4 is much. Default: 0.",
+    ),
+)  # fmt: skip
+
+UNION = method_parameters({o.field for o in OWN})
+PARAMETERS = tuple(method_option(p, owners, len(owners) == len(METHODS)) for p, owners in UNION.values())
+
+
+def finish_of(level: int | None) -> tuple[Finish, ...] | None:
+    """Understand --level; None leaves things as they are."""
+    return None if level is None else (Levelling(level),) if level else ()
+
+
+def wish_of(
+    method: str, explain: bool, feather: int | None, mixing: str | None, union: Union = UNION, **given: Any
+) -> Wish:
+    """Understand the options on method and canvas; `union` are the parameters of methods that the command knows."""
+    size, wrap, trials = given.pop("size", None), given.pop("wrap", "none"), given.pop("trials", None)
+    finish, repair, labels = finish_of(given.pop("level", None)), given.pop("repair", 0), given.pop("labels", None)
+    if explain and method != AUTO_METHOD:
+        raise ParameterError("--explain belongs to --method auto; name that, or drop it.")
+    pictures = named_pictures(given, (p for p, _ in union.values()))
+    return Wish(
+        chosen_of(method, trials, given, union), size, wrap, feather, mixing, labels=labels, explain=explain,
+        finish=finish, repair=repair, pictures=pictures,
+    )  # fmt: skip
+
+
+@click.command(
+    name="grow",
+    epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
+    "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
+)
+@gathered(*OWN, *PARAMETERS, into="wish", make=wish_of)
+@named_target_options("grown")
+@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."), MAGNIFY)
+@work_options
+@common
+@report_options
+def command(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report, threads: int | None) -> None:
+    """Grow a larger texture from an EXEMPLAR: a picture, a set of planes, or several.
+
+    \b
+    intarsia grow brick.png -o wall.png --size 2048x1024 --wrap both
+    intarsia grow albedo.png --map normal=n.png --map height=h.exr -o out.png
+        writes out.png, out_normal.png and out_height.exr
+    intarsia grow *.jpg -o "big/{stem}_{seed}.png" --seeds 1..3 --sheet sheet.png
+    """
+    carry_out(inputs, targets, wish, work, report, threads)
+
+
+def carry_out(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report, threads: int | None) -> None:
+    """Do what was asked for, or only plan it: what grow, extend, heal and paint have in common."""
+    check_stdout(targets, report)
+    if work.many is not None and targets.out and "{seed}" not in targets.out:
+        raise ParameterError(f"-o {targets.out}: all seeds would write one file; put {{seed}} into the name.")
+
+    from ..batch import Batch
+
+    batch = Batch.plan(inputs, targets, wish, work.seeds, report)
+    if work.sheet is not None:
+        batch.add_sheet(work.sheet)
+    if work.dry_run:
+        batch.tell_plan()
+    else:
+        batch.carry_out(threads)
+
+
+def check_stdout(targets: Targets, report: Report) -> None:
+    """Refuse what would mix a picture with other things on the standard output."""
+    if not targets.to_stdout:
+        return
+    if report.as_json:
+        raise ParameterError("--json and -o - both want the standard output; write the picture to a file.")
+    if sys.stdout is None:
+        raise ResourceError("-o -: the standard output is closed; name a file.")
+    if sys.stdout.isatty():
+        raise ParameterError("-o - would print a picture on the terminal; redirect it, or name a file.")

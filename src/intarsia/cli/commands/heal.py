@@ -1,0 +1,115 @@
+"""``intarsia heal``: holes filled, objects removed, lost blocks recovered. Imports nothing heavy before the work."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import click
+
+from ...choosing.auto import AUTO_METHOD
+from ...methods.base import METHODS, Ability, method_class
+from ..options import (
+    DONORS,
+    FILE,
+    common,
+    gathered,
+    input_options,
+    named_target_options,
+    opt,
+    report_options,
+    work_options,
+)
+from ..report import Report
+from ..request import Begin, Inputs, Targets, Wish, Work
+from ..values import EnlargedSize
+from .grow import OWN, PARAMETERS, carry_out, wish_of
+
+MOST_GROWN, MOST_EDGE = 1024, 64  # px
+
+HOLES = (
+    opt(
+        "holes", "--mask", multiple=True, type=FILE, metavar="HOLE|alpha", required=True,
+        help="White where the picture is to be healed, of the picture's size; alpha: where the picture is transparent. "
+        "One for all pictures, or one for each.",
+    ),
+    opt(
+        "grow", "--grow", type=EnlargedSize(MOST_GROWN), default="0", metavar="N|auto",
+        help="Enlarge the hole by N px first; auto: as far as a rim of the defect is seen outside of it.",
+    ),
+    opt(
+        "edge", "--edge", type=click.IntRange(0, MOST_EDGE), default=0, metavar="N",
+        help="Fill N px along the edge of holes again, pixel by pixel; slow.",
+    ),
+)  # fmt: skip
+USABLE = opt(
+    "masks", "--usable", multiple=True, type=FILE, metavar="FILE",
+    help="White where pixels may be taken from; one for each picture.",
+)  # fmt: skip
+
+
+def _begin(**given: Any) -> Begin:
+    """The holes, and how far they grow; a negative number stands for auto."""
+    return Begin(**(given | {"grow": given["grow"] if given["grow"] >= 0 else None}))
+
+
+def _wish(**given: Any) -> Wish:
+    """What was asked for; of all patches the best is taken if nothing else is said."""
+    named = given["method"] != AUTO_METHOD
+    if named and given["tolerance"] is None and any(p == "tolerance" for p in _names(given["method"])):
+        given["tolerance"] = "0"
+    return wish_of(feather=None, mixing=None, **given)
+
+
+def _names(slug: str) -> list[str]:
+    from ...params import parameters
+
+    return [p.name for p in parameters(method_class(slug))]
+
+
+def _method() -> list[Any]:
+    """The options of grow on method, choice, wrap and repair; only methods that can continue a picture are offered."""
+    able = [slug for slug in METHODS if {Ability.START, Ability.MASK} <= method_class(slug).supports]
+    options = []
+    for o in OWN:
+        if o.field == "method":
+            offered = click.Choice([AUTO_METHOD, *able])
+            options.append(replace(o, facts=o.facts | {"type": offered, "help": "How to fill the holes."}))
+        elif o.field == "wrap":
+            options.append(replace(o, facts=o.facts | {"help": "Along which axes the picture continues in itself."}))
+        elif o.field in ("explain", "repair"):
+            options.append(o)
+    return options
+
+
+@click.command(
+    name="heal",
+    epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
+)
+@gathered(*HOLES, into="begin", make=_begin)
+@gathered(*_method(), *PARAMETERS, into="wish", make=_wish)
+@named_target_options("healed")
+@input_options(
+    opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, USABLE,
+    without=("several", "masks", "crop", "scale", "flatten"),
+)  # fmt: skip
+@work_options
+@common
+@report_options
+def command(
+    inputs: Inputs,
+    targets: Targets,
+    wish: Wish,
+    begin: Begin,
+    work: Work,
+    report: Report,
+    threads: int | None,
+) -> None:
+    """Fill the holes of IMAGE with what suits there; all other pixels stay, byte for byte.
+
+    \b
+    intarsia heal wall.png --mask graffiti.png -o clean.png
+    intarsia heal scan.png --mask scratches.png --grow 2 -o whole.png
+    intarsia heal cutout.png --mask alpha -o filled.png
+    """
+    carry_out(inputs, targets, replace(wish, begin=begin), work, report, threads)

@@ -1,0 +1,86 @@
+"""``intarsia paint``: a texture whose regions are where you paint them. Imports nothing heavy before the work."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ...choosing.auto import AUTO_METHOD
+from ...methods.base import METHODS, Ability, method_class
+from ..options import (
+    FILE,
+    common,
+    gathered,
+    input_options,
+    method_option,
+    method_parameters,
+    named_target_options,
+    opt,
+    report_options,
+    work_options,
+)
+from ..report import Report
+from ..request import Inputs, Labels, Targets, Wish, Work
+from ..values import Number
+from .grow import OWN as GROWN
+from .grow import SAMPLES, carry_out, wish_of
+
+GUIDED = tuple(slug for slug in METHODS if Ability.GUIDE in method_class(slug).supports)
+
+OWN = (
+    opt(
+        "labels", "--labels", "-l", multiple=True, required=True, type=FILE, metavar="FILE",
+        help="Which pixel of the exemplar is what: one colour for each label; once for each exemplar.",
+    ),
+    opt(
+        "target", "--target", "-t", required=True, type=FILE, metavar="FILE",
+        help="Where each label shall be, in the same colours; the output has its size.",
+    ),
+    opt(
+        "weight", "--weight", type=Number(0, 100), default=2.0, show_default=True,
+        help="How closely boundaries follow the target: 1.5 to 2.5 mostly; 0 takes what joins best.",
+    ),
+    opt(
+        "reach", "--reach", type=click.IntRange(0, 256), default=0, show_default=True, metavar="PX",
+        help="Pixels this near to a boundary count as partly of both labels.",
+    ),
+    opt(
+        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *GUIDED]), default=AUTO_METHOD,
+        show_default=True,
+        help="How to grow; `intarsia methods` tells of each.",
+    ),
+    *(o for o in GROWN if o.field in ("explain", "wrap", "feather", "mixing", "level", "repair")),
+)  # fmt: skip
+
+UNION = {
+    name: (p, [slug for slug in owners if slug in GUIDED])
+    for name, (p, owners) in method_parameters({o.field for o in OWN}).items()
+    if any(slug in GUIDED for slug in owners)
+}
+PARAMETERS = tuple(method_option(p, owners, len(owners) == len(GUIDED)) for p, owners in UNION.values())
+
+
+def _wish(labels: tuple[str, ...], target: str, weight: float, reach: int, **given: Any) -> Wish:
+    return wish_of(labels=Labels(labels, target, weight, reach), union=UNION, **given)
+
+
+@click.command(
+    name="paint",
+    epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{seed}}, {{method}}, "
+    "{w} and {h}; with --seeds every seed makes an output.",
+)
+@gathered(*OWN, *PARAMETERS, into="wish", make=_wish)
+@named_target_options("painted")
+@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
+@work_options
+@common
+@report_options
+def command(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report, threads: int | None) -> None:
+    """Paint with textures: each region of TARGET is grown from the parts of the EXEMPLAR that carry its label.
+
+    \b
+    intarsia paint coast.png --labels coast_labels.png --target island.png -o island_grown.png
+    intarsia paint --several sand.png moss.png -l sand_l.png -l moss_l.png -t map.png -o out.png
+    """
+    carry_out(inputs, targets, wish, work, report, threads)

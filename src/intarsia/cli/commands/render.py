@@ -1,0 +1,175 @@
+"""``intarsia render``: a saved map drawn again. Imports nothing heavy before the work."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...errors import InputError, ParameterError
+from ..exits import CANCEL
+from ..options import FILE, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
+from ..report import Report
+from ..request import Inputs, Targets
+from ..values import Rectangle
+from .grow import check_stdout, finish_of
+
+if TYPE_CHECKING:
+    from ...exemplar import Exemplar
+    from ...sourcemap import SourceMap
+
+
+class View:
+    """Which part of a map to draw, and how soft."""
+
+    def __init__(
+        self,
+        feather: int | None,
+        mixing: str | None,
+        level: int | None,
+        window: tuple[int, int, int, int] | None,
+    ) -> None:
+        self.feather, self.mixing, self.window = feather, mixing, window
+        self.finish = finish_of(level)
+
+
+VIEW_OPTIONS = (
+    opt(
+        "feather", "--feather", type=click.IntRange(0, 1024), metavar="PX",
+        help="Soften the seams over so many px; by default as it was grown.",
+    ),
+    opt(
+        "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
+        help="How pieces mix within the feather; by default as it was grown.",
+    ),
+    opt(
+        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
+        help="Even out steps of light and colour so far to either side of seams, 0: leave them; by default as it was "
+        "grown.",
+    ),
+    opt(
+        "window", "--window", type=Rectangle(),
+        help="Draw this part only; where the map wraps it may reach over the border.",
+    ),
+)  # fmt: skip
+
+
+@click.command(name="render")
+@click.argument("saved", type=FILE, metavar="MAP.npz")
+@target_options
+@gathered(*VIEW_OPTIONS, into="view", make=View)
+@input_options(
+    opt(
+        "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
+    ),
+    MAGNIFY,
+)
+@common
+@report_options
+def command(saved: str, inputs: Inputs, targets: Targets, view: View, report: Report, threads: int | None) -> None:
+    """Draw a map that was saved with --save-map again: with other planes of the same size, softer, or in part."""
+    check_stdout(targets, report)
+    if saved == "-":
+        raise ParameterError("a map is read from a file; give the name of a .npz.")
+    from ...sourcemap import SourceMap
+
+    smap = SourceMap.load(saved)
+    smap.check_sources()
+    if view.window is not None:
+        x, y, width, height = view.window
+        if any(v % inputs.magnify for v in view.window):
+            raise ParameterError(
+                f"--window {x},{y},{width},{height} does not suit --magnify {inputs.magnify}; give multiples of "
+                f"{inputs.magnify}."
+            )
+        _check_window(smap, inputs.magnify, view.window)
+    redraw(smap, _named(inputs, smap), targets, view, report, threads)
+
+
+def _named(inputs: Inputs, smap: SourceMap) -> Inputs:
+    """Return the inputs; maps of built-in exemplars name their own."""
+    from dataclasses import replace
+
+    if inputs.files:
+        return inputs
+    names = tuple(source.name for source in smap.sources)
+    if not names or not all(name.startswith("sample:") for name in names):
+        raise ParameterError("the map needs its exemplars to be drawn; name them with --exemplar FILE.")
+    return replace(inputs, files=names)
+
+
+def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]) -> None:
+    x, y, width, height = window
+    for start, length, whole, closed, axis in (
+        (x, width, smap.width * times, smap.wrap.x, "columns"),
+        (y, height, smap.height * times, smap.wrap.y, "rows"),
+    ):
+        if not closed and (start < 0 or start + length > whole):
+            raise ParameterError(
+                f"--window {x},{y},{width},{height}: {axis} {start} to {start + length} do not lie in 0 to {whole} "
+                f"of the map ({smap.width * times}x{smap.height * times} px); choose a part of it."
+            )
+    if width * height > 1 << 31:
+        raise ParameterError(f"--window {x},{y},{width},{height} is too large; give at most 2**31 px in all.")
+
+
+def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report: Report, threads: int | None) -> None:
+    """Read the exemplars, check them against the map, and draw all of their planes."""
+    from ... import files
+    from ...geometry import Box
+    from ...rendering.render import render
+    from ...run import Run
+    from ...sourcemap import Blend, Mixing
+    from ..exemplars import Shelf, sets_of, stem_of
+    from ..outputs import Staging, check_all, filled, plane_files
+
+    began = time.perf_counter()
+    sets = sets_of(inputs, report)
+    if len(sets) != max(len(smap.sources), 1):
+        raise InputError(f"the map was made of {len(smap.sources)} exemplars, {len(sets)} are given; give as many.")
+    n = inputs.magnify
+    x, y, width, height = view.window or (0, 0, smap.width * n, smap.height * n)
+    part = Box(y // n, x // n, (y + height) // n, (x + width) // n)
+    out = filled(targets.out, {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
+    pictures = plane_files(out, sets[0])
+    check_all(pictures.values(), targets.force, set())
+    exemplars = Shelf([sets], inputs, report).get(0)
+    _check_sizes(smap, exemplars)
+    for name, path in pictures.items():
+        plane = exemplars[0].planes[name]
+        drawn = [side * plane.width // (exemplars[0].width * n) for side in (width, height)]
+        files.check_depth(path, plane, targets.depth, (drawn[0], drawn[1]))
+    blend = Blend(
+        smap.blend.feather if view.feather is None else view.feather,
+        smap.blend.mixing if view.mixing is None else Mixing(view.mixing),
+        smap.blend.finish if view.finish is None else view.finish,
+    )
+    with report.watching(len(pictures)) as meter, Staging(targets.force) as staging:
+        for name, path in pictures.items():
+            run = Run(threads, meter.stage("render", 0.0, 1.0), CANCEL)
+            plane = render(exemplars, smap, name, blend, part, run)
+            files.write(path if path == "-" else staging.place(path), plane, depth=targets.depth)
+            meter.next_part()
+        staging.commit()
+    seconds = time.perf_counter() - began
+    report.note(f"{', '.join(pictures.values())}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
+    answer: dict[str, Any] = {
+        "files": [{"path": path, "holds": name} for name, path in pictures.items()],
+        "size": [width, height],
+        "window": [x, y, width, height],
+        "blend": blend.as_recipe,
+        "exemplars": [{"sha256": e.digest, "size": [e.width, e.height]} for e in exemplars],
+        "timings": {"total": round(seconds, 3)},
+    }
+    report.result(answer)
+
+
+def _check_sizes(smap: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
+    """Other planes are fine, other sizes are not."""
+    for exemplar, source in zip(exemplars, smap.sources, strict=False):
+        if (exemplar.width, exemplar.height) != (source.width, source.height):
+            raise InputError(
+                f"{exemplar.name} is {exemplar.width}x{exemplar.height} px, the map was made of {source.name} of "
+                f"{source.width}x{source.height} px; give a plane of that size (mind --crop, --scale and --magnify)."
+            )

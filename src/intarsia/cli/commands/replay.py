@@ -1,0 +1,244 @@
+"""``intarsia replay``: a picture again, from the recipe that it carries. Imports nothing heavy before the work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import click
+
+from ...errors import InputError, ParameterError
+from ...methods.base import make, method_class
+from ...params import parameters
+from ...version import VERSION
+from ..options import (
+    ALPHA,
+    DEPTHS,
+    DONORS,
+    FILE,
+    common,
+    gathered,
+    grown_target_options,
+    input_options,
+    opt,
+    report_options,
+)
+from ..pictures import with_pictures
+from ..report import Report
+from ..request import Begin, Inputs, Labels, Targets, Wish
+from ..values import Colour, NamedFile, Rectangle, Scale
+from .grow import MOST_PASSES, check_stdout
+from .heal import MOST_EDGE, MOST_GROWN, USABLE
+
+PICTURES = (
+    opt(
+        "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
+    ),
+    opt(
+        "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
+        help="The mask that was given: the hole that was healed, elsewhere the exemplar pixels that could be used.",
+    ),
+    replace(DONORS, facts=DONORS.facts | {"help": "What new pixels were taken from, in place of the picture itself."}),
+)
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Files that were used beside the exemplars, none of which a recipe holds: it knows them by their hashes."""
+
+    usable: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
+    target: str | None = None
+    start: str | None = None
+    pictures: tuple[tuple[str, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.start == "-":
+            raise ParameterError("a map is read from a file; give --start the name of a .npz.")
+
+
+BESIDE = (
+    replace(USABLE, field="usable"),
+    opt("labels", "--labels", "-l", multiple=True, type=FILE, metavar="FILE", help="What paint was given as --labels."),
+    opt("target", "--target", "-t", type=FILE, metavar="FILE", help="What paint was given as --target."),
+    opt("start", "--start", type=FILE, metavar="MAP.npz", help="The map that was continued."),
+    opt(
+        "pictures", "--picture", multiple=True, type=NamedFile(), metavar="PARAMETER=FILE",
+        help="A picture that was given as a parameter, such as jitter_output=calm.png; once for each.",
+    ),
+)
+
+
+@click.command(name="replay")
+@click.argument("picture", type=FILE, metavar="FILE")
+@grown_target_options
+@gathered(*BESIDE, into="beside", make=Beside)
+@input_options(*PICTURES, without=("masks",))
+@common
+@report_options
+def command(
+    picture: str, inputs: Inputs, targets: Targets, beside: Beside, report: Report, threads: int | None
+) -> None:
+    """Make a picture again from the recipe in FILE (or in FILE.recipe.json), pixel for pixel.
+
+    \b
+    intarsia replay floor.png -o again.png --exemplar planks.png
+    intarsia replay clean.png -o again.png --exemplar wall.png --mask graffiti.png
+    intarsia replay island.png -o again.png --exemplar coast.png --labels coast_labels.png --target map.png
+
+    Give the files again that were used, --map, --mask, --from, --labels and --target too, and pictures of parameters
+    as --picture: they are checked against the recipe. Everything else is in it, such as --crop, --flatten, --avoid and
+    --depth, and a hole that was the picture's own alpha. Built-in exemplars (sample:...) need no --exemplar.
+    """
+    check_stdout(targets, report)
+    from ... import files
+    from ..batch import Batch
+    from ..recipe_check import check_scene
+
+    recipe = files.read_recipe(picture)
+    if recipe is None:
+        raise InputError(f"{picture} carries no recipe; give a picture that intarsia wrote, or its .recipe.json.")
+    if "origin" in recipe:
+        raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
+    if "advected" in recipe:
+        raise InputError(f"{picture} was moved by a flow that no recipe holds; run again the program that moved it.")
+    recipe = with_pictures(recipe, dict(beside.pictures), picture)
+    wish, seed = wish_of(recipe, picture)
+    if recipe.get("intarsia") != VERSION:
+        report.warn(
+            f"{picture} was made by intarsia {recipe.get('intarsia', 'of unknown version')}, this is {VERSION}; "
+            "the picture may differ."
+        )
+    wish = with_files(replace(wish, pictures=dict(beside.pictures)), recipe, inputs, beside, picture)
+    if "auto" in recipe:
+        wish = replace(wish, said={"auto": recipe["auto"]})
+    inputs = inputs_of(recipe, inputs, beside, picture)
+    if targets.depth is None and "depth" in recipe:
+        if recipe["depth"] not in DEPTHS:
+            raise InputError(f"the depth in the recipe of {picture} is damaged; grow it again.")
+        targets = replace(targets, depth=recipe["depth"])
+    if wish.size is not None:
+        wish = replace(wish, size=(wish.size[0] * inputs.magnify, wish.size[1] * inputs.magnify))
+    batch = Batch.plan(inputs, targets, wish, (seed,), report, lambda scene: check_scene(recipe, scene, wish))
+    batch.carry_out(threads)
+
+
+def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
+    """Read method, size, wrap, blend, seed, and what the canvas began with."""
+    from ...canvas import Canvas
+    from ...draws import check_seed
+    from ...sourcemap import Blend
+
+    try:
+        kinds = {p.name: p.kind for p in parameters(method_class(recipe["method"]))}
+        given = {k: _value(kinds.get(k, ""), v) for k, v in recipe["parameters"].items()}
+        width, height = (_whole(n) for n in recipe["size"])
+        blend = recipe["blend"]
+        if blend["mixing"] not in ("mean", "variance", "source") or recipe["wrap"] not in ("none", "x", "y", "both"):
+            raise ValueError
+        if not isinstance(recipe["exemplars"], list) or not recipe["exemplars"]:
+            raise ValueError
+        for entry in recipe["exemplars"]:
+            str(entry["sha256"])
+        method, begin = make(recipe["method"], given), _begin(recipe)
+        size = (width, height) if begin is None else None
+        _whole(blend["feather"])
+        joined = Blend.of(blend)
+        if size is not None:
+            Canvas(height, width)
+        wish = Wish(
+            method, size, recipe["wrap"], joined.feather, blend["mixing"], begin, finish=joined.finish,
+            repair=_whole(recipe.get("repair", 0), 0, MOST_PASSES),
+        )  # fmt: skip
+        return wish, check_seed(_whole(recipe["seed"]))
+    except ParameterError as e:
+        raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise _damaged(name) from None
+
+
+def with_files(wish: Wish, recipe: dict[str, Any], inputs: Inputs, beside: Beside, name: str) -> Wish:
+    """Add to a wish what the recipe knows only by its hash: hole, labels and target, start map."""
+    begin = wish.begin
+    healed, painted = begin is not None and begin.margins is None, "guide" in recipe
+    continued = "start" in recipe and begin is None
+    asked: tuple[tuple[str, bool, object], ...] = (
+        ("--labels", painted, beside.labels), ("--target", painted, beside.target),
+        ("--start", continued, beside.start),
+        ("--from", begin is not None and len(recipe["exemplars"]) > 1, inputs.donors),
+        ("--mask", healed and not (begin and begin.holes), inputs.masks),
+    )  # fmt: skip
+    for option, needed, given in asked:
+        if needed and not given:
+            raise ParameterError(f"{name} was made with {option} FILE, which its recipe does not hold; name the file.")
+        if given and not needed and (healed or option != "--mask"):
+            raise ParameterError(f"{name} was made without {option}; drop it.")
+    try:
+        if begin is not None and healed:
+            wish = replace(wish, begin=replace(begin, holes=begin.holes or inputs.masks))
+        if painted and beside.target is not None:
+            guide = recipe["guide"]
+            wish = replace(
+                wish, labels=Labels(beside.labels, beside.target, float(guide["weight"]), _whole(guide["reach"]))
+            )
+        if continued and beside.start is not None:
+            wish = replace(wish, start=(beside.start, None if "rim" not in recipe else _whole(recipe["rim"], 0)))
+    except (KeyError, TypeError, ValueError):
+        raise _damaged(name) from None
+    return wish
+
+
+def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) -> Inputs:
+    """Return the inputs as the recipe had them; what is given now goes first."""
+    named = [entry.get("name", "") for entry in recipe["exemplars"]]
+    sources = given.files
+    if not sources:
+        if not all(isinstance(n, str) and n.startswith("sample:") for n in named):
+            raise ParameterError(f"{name} was grown from pictures of yours; name them with --exemplar FILE.")
+        sources = tuple(named)
+    said = recipe.get("inputs", {})
+    try:
+        return replace(
+            given,
+            files=sources,
+            masks=beside.usable + (() if "heal" in recipe else given.masks),
+            alpha=ALPHA.convert(said.get("alpha", "auto"), None, None) if given.alpha == "auto" else given.alpha,
+            avoid=given.avoid or (Colour()(said["avoid"]) if "avoid" in said else None),
+            toroidal=given.toroidal or bool(said.get("toroidal", False)),
+            crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
+            flatten=given.flatten or bool(said.get("flatten", False)),
+            scale=given.scale if given.scale != 1 else Scale()(str(said.get("scale", "1/1"))),
+            magnify=_whole(said.get("magnify", 1), 1, 64),
+        )
+    except (click.UsageError, TypeError, ValueError, AttributeError):
+        raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None
+
+
+def _begin(recipe: dict[str, Any]) -> Begin | None:
+    """What the canvas began with: margins, or holes; those of the picture's own alpha need no file."""
+    if "extend" in recipe:
+        left, right, top, bottom = (_whole(n) for n in recipe["extend"])
+        return Begin((left, right, top, bottom))
+    if "heal" in recipe:
+        healed = recipe["heal"]
+        holes = ("alpha",) if healed.get("mask") == "alpha" else ()
+        return Begin(None, holes, _whole(healed["grow"], 0, MOST_GROWN), _whole(recipe.get("edge", 0), 0, MOST_EDGE))
+    return None
+
+
+def _damaged(name: str) -> InputError:
+    return InputError(f"the recipe of {name} is damaged, or of an unknown version; grow it again.")
+
+
+def _value(kind: str, value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(reversed(value)) if kind == "extent" else tuple(value)
+    return value
+
+
+def _whole(value: Any, low: int | None = None, high: int | None = None) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError
+    if (low is not None and value < low) or (high is not None and value > high):
+        raise ValueError
+    return value

@@ -1,0 +1,122 @@
+"""``intarsia weave``: pictures too large for memory, streamed and resumed. Imports nothing heavy before the work."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import click
+
+from ...choosing.auto import AUTO_METHOD
+from ...errors import ParameterError
+from ...methods.base import METHODS, Ability, method_class
+from ..options import (
+    FILE,
+    MAGNIFY,
+    SEED,
+    common,
+    gathered,
+    input_options,
+    method_option,
+    method_parameters,
+    opt,
+    report_options,
+)
+from ..report import Report
+from ..request import Inputs, Loom, Wish
+from ..values import Position, Size
+from .grow import OWN as GROWN
+from .grow import wish_of
+
+ABLE = tuple(slug for slug in METHODS if Ability.WINDOW in method_class(slug).supports)
+MOST = 1 << 80  # px; cells and disk set the limit
+
+OWN = (
+    opt(
+        "size", "--size", "-s", type=Size(MOST), required=True, metavar="WIDTHxHEIGHT",
+        help="Size of the output in px, one number for a square; as large as the disk allows.",
+    ),
+    opt(
+        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *ABLE]), default=AUTO_METHOD, show_default=True,
+        help="How to grow; auto chooses, by what the exemplar is like, among those that make windows alone.",
+    ),
+    *(o for o in GROWN if o.field in ("explain", "feather", "mixing", "level")),
+)  # fmt: skip
+
+UNION = {
+    name: (p, [o for o in owners if o in ABLE])
+    for name, (p, owners) in method_parameters({o.field for o in OWN}).items()
+    if set(owners) & set(ABLE)
+}
+PARAMETERS = tuple(method_option(p, owners, len(owners) == len(ABLE)) for p, owners in UNION.values())
+
+
+LOOM = (
+    opt(
+        "out", "-o", "--output", type=FILE, metavar="OUT",
+        help="OUT.zarr, OUT.tif (tiled BigTIFF), or a name without an ending: a folder of DeepZoom tiles. Further "
+        "planes lie beside it as OUT_NAME. Default: NAME_woven.tif in the working folder.",
+    ),
+    opt(
+        "origin", "--origin", type=Position(), default="0,0", metavar="X,Y",
+        help="Which pixel of the endless plane comes first; negative and huge ones too.",
+    ),
+    opt(
+        "chunk", "--chunk", type=click.IntRange(16, 8192), metavar="PX",
+        help="Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
+    ),
+    opt(
+        "executor", "--executor", type=click.Choice(["threads", "processes"]),
+        help="Who draws, as many as --threads says. Default: threads. Never changes a pixel.",
+    ),
+    opt(
+        "dask", "--dask", metavar="local|ADDRESS",
+        help="A dask cluster draws: one that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
+    ),
+    opt("force", "--force", is_flag=True, help="Begin anew where another texture was woven."),
+)  # fmt: skip
+
+
+def loom_of(out: str | None, seed: int | None, **given: Any) -> Loom:
+    """Understand the options on where and how."""
+    if out == "":
+        raise ParameterError("-o: an empty name was given; name a .zarr, a .tif or a folder.")
+    return Loom(out or "", seed=seed or 0, **given)
+
+
+@click.command(
+    name="weave",
+    epilog="What a stopped or killed command began, the same command goes on with. OUT may hold {stem}, {seed}, "
+    "{method}, {w} and {h}.",
+)
+@gathered(*OWN, *PARAMETERS, into="wish", make=partial(wish_of, union=UNION))
+@gathered(SEED, *LOOM, into="loom", make=loom_of)
+@input_options(
+    opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."), MAGNIFY, without=("several",)
+)
+@click.option("--dry-run", is_flag=True, help="Check everything, tell size, memory and time, write nothing.")
+@common
+@report_options
+def command(
+    inputs: Inputs,
+    wish: Wish,
+    loom: Loom,
+    report: Report,
+    threads: int | None,
+    dry_run: bool,
+) -> None:
+    """Weave a texture of any size into a file, piece by piece, on this machine or a dask cluster.
+
+    \b
+    intarsia weave wall.png -o wall.zarr --size 65536 --dask local
+    intarsia weave wall.png -o wall.tif --size 32768x16384 --threads 8
+    intarsia weave wall.png -o wall --size 65536 --origin -4096,1000000
+        writes DeepZoom tiles: wall/image.dzi and wall/image_files/
+    """
+    from ..weaving import Weaving
+
+    weaving = Weaving.plan(inputs, wish, loom, report)
+    if dry_run:
+        weaving.tell_plan(threads)
+    else:
+        weaving.carry_out(threads)

@@ -1,0 +1,1 @@
+"""Parallel controllable synthesis by coordinates: jitter and correction, coarse to fine."""

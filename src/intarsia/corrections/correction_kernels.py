@@ -1,0 +1,265 @@
+"""The correction operation: every pixel of a coordinate map becomes the exemplar pixel whose surroundings fit best.
+
+Lefebvre and Hoppe 2005 and 2006; a memorandum of 2008 on their correction operation (docs/sources-004.md). A coordinate
+map (H, W, 2) holds an exemplar pixel (y, x) for each output pixel. Neighbouring output pixels stand for exemplar pixels
+that are `h` px apart.
+
+All numbers are whole: features int16, distances int32, with the price of a jump int64.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.draws import STEP, mixed
+from ..kernels.jit import kernel
+
+BELOW, ACROSS, SPACING = range(3)
+REACH, LOOKUP_FIRST, FACTOR = range(3)
+ONE = 256  # what FACTOR counts in: the squared price of a jump
+FINE = 12  # bits after the point of a jitter
+MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
+
+
+NOTHING: NDArray[np.int32] = np.zeros(0, np.int32)
+
+
+class Site(NamedTuple):
+    """One level of the exemplar, ready to be compared with.
+
+    The exemplar has a border on all sides; a pixel is named by its *position*, row * stride + column, border included.
+    Of ``packed`` and ``values`` one is empty, which says what is compared.
+    """
+
+    steps: NDArray[np.int64]  # (3,): how far positions lie apart of pixels h px below, h px to the right; h
+    packed: NDArray[np.uint64]  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
+    values: NDArray[np.int16]  # (positions, C): colours
+    mask: NDArray[np.int64]  # (25,): weights of the 5 x 5 colours, 256 = 1
+    table: NDArray[np.int16]  # (positions * n,): the neighbourhood of each exemplar pixel
+    inner: NDArray[np.int32]  # (positions,): the exemplar pixel that the border shows there, or -1 outside
+    open: NDArray[np.uint8]  # (positions,): 1 where a candidate may lie
+    jumps: NDArray[np.int32]  # (positions, k - 1): similar pixels, -1 where there is none
+    shown: NDArray[np.int32] = NOTHING  # (positions * G,): the guide beside the exemplar, as it counts
+    asked: NDArray[np.int32] = NOTHING  # (H * W * G,): the guide under each pixel of the map
+
+
+class Axis(NamedTuple):
+    """How the pixels of a level follow from those above them, along one axis."""
+
+    parent: NDArray[np.int64]  # position in the coarser map
+    step: NDArray[np.int64]  # exemplar px from the parent
+    at: NDArray[np.int64]  # absolute coordinate, which draws belong to
+
+
+class Room(NamedTuple):
+    """Where the coordinates of a map may lie."""
+
+    size: NDArray[np.int64]  # (3,): height, width, 1 if toroidal
+    home: NDArray[np.int32]  # (H * W,): for each exemplar pixel the usable one to take in its place, or empty
+    lattice: NDArray[np.int64]  # (2, 2): vectors (y, x), 1/256 px, by which coordinates move; or empty
+
+
+@kernel
+def snapped(dy: Any, dx: Any, lattice: Any) -> Any:
+    """Return the whole steps of a lattice nearest to a move, in px: T round(T^-1 d) (2005, section 5)."""
+    ay, ax, by, bx = lattice[0, 0], lattice[0, 1], lattice[1, 0], lattice[1, 1]
+    det = ay * bx - ax * by
+    m = (2 * 256 * (dy * bx - dx * by) + det) // (2 * det)
+    n = (2 * 256 * (ay * dx - ax * dy) + det) // (2 * det)
+    return (m * ay + n * by + 128) >> 8, (m * ax + n * bx + 128) >> 8
+
+
+@kernel
+def kept_inside(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
+    """Return (y, x) moved into the exemplar, by whole steps of the lattice from (by, bx) if that can be."""
+    height, width = room.size[0], room.size[1]
+    wy, wx = y % height, x % width
+    if len(room.lattice) == 0:
+        return wy, wx
+    dy, dx = snapped(wy - by, wx - bx, room.lattice)
+    for m in range(3):
+        for n in range(3):
+            i, j = (m + 1) % 3 - 1, (n + 1) % 3 - 1  # 0, 1, -1
+            vy = by + dy + ((i * room.lattice[0, 0] + j * room.lattice[1, 0] + 128) >> 8)
+            vx = bx + dx + ((i * room.lattice[0, 1] + j * room.lattice[1, 1] + 128) >> 8)
+            if 0 <= vy < height and 0 <= vx < width:
+                return vy, vx
+    return wy, wx
+
+
+@kernel
+def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: bool, room: Any, out: Any) -> None:
+    """Hand coordinates down to the next finer level, and jitter them by draws that belong to places.
+
+    S[p] = S_coarse[parent] + step + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the
+    draws before the place is mixed in (uint64); ``spread`` (H, W): h r in 1 / 4096 px, over `out` or a single number
+    for all; ``free``: whether the jitter need not keep to the lattice.
+    """
+    height, width = room.size[0], room.size[1]
+    everywhere, half, home = spread.size == 1, np.int64(1) << (FINE + 30), room.home
+    for i in range(out.shape[0]):
+        z = mixed((state ^ np.uint64(rows.at[i])) + STEP)
+        py, dy = rows.parent[i], rows.step[i]
+        for j in range(out.shape[1]):
+            px = cols.parent[j]
+            by, bx = parents[py, px, 0] + dy, parents[py, px, 1] + cols.step[j]
+            y, x = by, bx
+            r = np.int64(spread[0, 0] if everywhere else spread[i, j])
+            if r:
+                bits = mixed((z ^ np.uint64(cols.at[j])) + STEP)
+                low, high = np.int64(bits & np.uint64(0xFFFFFFFF)), np.int64(bits >> np.uint64(32))
+                y += (r * (high - 2147483648) + half) >> (FINE + 31)
+                x += (r * (low - 2147483648) + half) >> (FINE + 31)
+                if free:
+                    by, bx = y, x
+            if y != by or x != bx or y < 0 or y >= height or x < 0 or x >= width:
+                y, x = kept_inside(y, x, by, bx, room)
+            if len(home):
+                flat = np.int64(home[y * width + x])
+                y, x = flat // width, flat % width
+            out[i, j, 0], out[i, j, 1] = y, x
+
+
+@kernel
+def colours_here(work: Any, at: Any, stride: Any, site: Any, here: Any) -> None:
+    """Write the 5 x 5 colours around the pixel `at`, weighted by the mask."""
+    channels = site.values.shape[1]
+    for k in range(25):
+        u = work[at + (k // 5 - 2) * stride + k % 5 - 2]
+        for c in range(channels):
+            here[k * channels + c] = (site.values[u, c] * site.mask[k]) >> 8
+
+
+@kernel
+def looked_up(work: Any, at: Any, stride: Any, site: Any, reach: Any, found: Any, count: int) -> int:
+    """Append the jumps of 2005: what is similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
+    below, across = site.steps[BELOW], site.steps[ACROSS]
+    for dy in range(-reach, reach + 1):
+        for dx in range(-reach, reach + 1):
+            v = work[at + dy * stride + dx]
+            for i in range(site.jumps.shape[1]):
+                u = np.int64(site.jumps[v, i])
+                if u >= 0:
+                    u = np.int64(site.inner[u - dy * below - dx * across])
+                fresh = u >= 0
+                for m in range(count):
+                    fresh = fresh and found[m] != u
+                if fresh:
+                    found[count] = u
+                    count += 1
+    return count
+
+
+@kernel
+def correct(coords: Any, rows: Any, cols: Any, low: int, high: int, site: Any, rule: Any, out: Any) -> None:
+    """Find better positions for the pixels (rows[low:high], cols) of a map (H, W), into `out` (rows, cols).
+
+    The candidates are the different continuations of what lies around, S[p + D] - h D, and jumps to similar places,
+    whose squared distance is multiplied by rule[FACTOR] / 256 (none if it is negative). The nearest wins; of equal ones
+    the first, the pixel's own before others, continuations before jumps; where no candidate may be used the pixel
+    stays. The map is only read: what is found goes into it when all pixels of the subpass are done.
+    The squared difference between the guide beside a candidate and under the pixel is added, for jumps at no price:
+    they break up what lies around, not the guide.
+
+    The appearance around a pixel is that of four diagonal points, each foretold three times and added: for D in
+    (+-1, +-1) the sum of F[S[p + D + D'] - h D'] over D' in 0, (D_y, 0), (0, D_x) (2006, section 4). Four 16-bit values
+    lie in one word; three of at most 2046 add up without reaching the next.
+    """
+    # All in one piece: calls that take arrays would count references for every pixel, for all threads at once.
+    stride, factor, reach, first = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], rule[LOOKUP_FIRST]
+    below, across = site.steps[BELOW], site.steps[ACROSS]
+    work, packed, table, inner, may, jumps = (
+        coords.reshape(coords.size), site.packed, site.table, site.inner, site.open, site.jumps
+    )  # fmt: skip
+    appearance, more, n = len(packed) > 0, jumps.shape[1], np.int64(len(table) // len(inner))
+    shown, asked, guides = site.shown, site.asked, np.int64(len(site.shown) // len(inner))
+    words = np.zeros((n + 3) // 4, np.uint64)
+    here = words.view(np.int16)[:n]
+    found = np.empty((2 * reach + 1) ** 2 * (1 + more), np.int64)
+    for i in range(low, high):
+        for j in range(len(cols)):
+            at = rows[i] * stride + cols[j]
+            if appearance:
+                for q in range(4):
+                    dy, dx = (q & 2) - 1, 2 * (q & 1) - 1
+                    p = at + dy * stride + dx
+                    r0 = np.uint64(work[np.uint64(p)])
+                    r1 = np.uint64(work[np.uint64(p + dy * stride)] - dy * below)
+                    r2 = np.uint64(work[np.uint64(p + dx)] - dx * across)
+                    words[2 * q] = packed[r0, 0] + packed[r1, 0] + packed[r2, 0]
+                    words[2 * q + 1] = packed[r0, 1] + packed[r1, 1] + packed[r2, 1]
+            else:
+                colours_here(work, at, stride, site, here)
+            own = np.int64(work[np.uint64(at)])
+            found[0], near = own, 1
+            for dy in range(-reach, reach + 1):
+                for dx in range(-reach, reach + 1):
+                    v = np.int64(work[np.uint64(at + dy * stride + dx)]) - dy * below - dx * across
+                    if v != own:
+                        u = np.int64(inner[np.uint64(v)])
+                        fresh = u >= 0
+                        for m in range(near):
+                            fresh = fresh and found[m] != u
+                        if fresh:
+                            found[near] = u
+                            near += 1
+            best, kept, count, price, begin = np.int64(1) << 62, own, near, np.int64(ONE), 0
+            for kind in range(2):
+                if kind:
+                    if factor < 0 or best == 0:
+                        break
+                    begin, price = near, factor
+                    if first:
+                        count = looked_up(work, at, stride, site, reach, found, near)
+                    else:
+                        for c in range(near):
+                            for k in range(more):
+                                u = np.int64(jumps[np.uint64(found[c]), k])
+                                fresh = u >= 0
+                                for m in range(count):
+                                    fresh = fresh and found[m] != u
+                                if fresh:
+                                    found[count] = u
+                                    count += 1
+                for c in range(begin, count):
+                    u = found[c]
+                    if may[np.uint64(u)]:
+                        total, row = np.int32(0), np.uint64(u * n)
+                        for k in range(n):
+                            d = np.int16(here[k] - table[row + np.uint64(k)])
+                            total = np.int32(total + np.int32(d) * np.int32(d))
+                        cost = np.int64(total) * price
+                        for k in range(guides):
+                            e = np.int64(shown[u * guides + k]) - np.int64(asked[at * guides + k])
+                            cost += ONE * e * e
+                        if cost < best:
+                            best, kept = cost, u
+            out[i, j] = kept
+
+
+@kernel
+def put(coords: Any, rows: Any, cols: Any, found: Any) -> None:
+    """Write what a subpass found into the map."""
+    for i in range(len(rows)):
+        for j in range(len(cols)):
+            coords[rows[i], cols[j]] = found[i, j]
+
+
+@kernel
+def positions(coords: Any, border: int, stride: int, out: Any) -> None:
+    """Turn exemplar pixels (H, W, 2) into positions (H, W)."""
+    for i in range(coords.shape[0]):
+        for j in range(coords.shape[1]):
+            out[i, j] = (coords[i, j, 0] + border) * stride + coords[i, j, 1] + border
+
+
+@kernel
+def pixels(work: Any, low: int, border: int, stride: int, out: Any) -> None:
+    """Turn positions back into exemplar pixels (H, W, 2), all but `low` px at each side of the map."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            u = np.uint32(work[low + i, low + j])
+            out[i, j, 0], out[i, j, 1] = u // np.uint32(stride) - border, u % np.uint32(stride) - border

@@ -1,0 +1,300 @@
+"""Any window of an endless map, from coarse to fine: upsampled, jittered, corrected (Lefebvre and Hoppe 2005).
+
+A pixel of the map depends on its absolute place, the seed and the parameters alone. To compute a window, every level
+is made a little larger: by what the corrections of the next finer one read.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..draws import seed_state
+from ..run import Run
+from .correction_kernels import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
+from .guide import StackGuide
+from .jitter import EVERYWHERE, Shares, spread_over
+from .orientation import Orientation, origins
+from .orientation_kernels import AROUND, UNIT, correct_framed, handed_down, remainders
+from .pins import Pin, pinned
+from .scatter_kernels import SEEN, TURNS, scatter
+from .span import Span, at_rest, place_in, place_of, places_of
+from .stack import ExemplarStack
+
+REACH = 2  # px that a correction reads on each side
+FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice
+ALWAYS = 3  # levels of 1, 2 and 4 px, which are corrected even where nothing was moved
+DRAWN = 8  # places drawn for each piece of half the exemplar, to choose from
+BAND = 32  # rows that are worth a thread
+RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}  # reach of the candidates, and whether looked up first
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Corrections:
+    """How a map is corrected: `passes` of `subpasses` each, which candidates, and what a jump costs.
+
+    ``jitter``: px of each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser ones.
+    ``factor``: of squared distances of jumps, 256 = 1; -1: no jumps.
+    """
+
+    jitter: tuple[int, ...]
+    factor: int
+    passes: int
+    subpasses: int
+    rule: str
+    lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
+    pins: tuple[Pin, ...] = ()
+    lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
+    shares: Shares = EVERYWHERE  # where less than all of the jitter holds
+
+    @classmethod
+    def of(cls, method: Any) -> Corrections:
+        """Take the settings from the fields of a method."""
+        jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
+        factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
+        steps, shares = tuple(round((1 << FINE) * r) for r in jitter), Shares.of(*method.calmed)
+        pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
+        return cls(steps, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, lie, shares)
+
+    @property
+    def margin(self) -> int:
+        """How many px around a window the corrections of a level read."""
+        return REACH * self.passes * self.subpasses
+
+    @property
+    def border(self) -> int:
+        """How far beyond the exemplar a correction may read, in steps of the level."""
+        return REACH if self.lie is None else self.lie.reach
+
+    def spread(self, level: int) -> int:
+        """Jitter of a level, in 1 / 4096 px."""
+        return self.jitter[min(level, len(self.jitter) - 1)] << level
+
+
+@dataclass(frozen=True)
+class Descent:
+    """A window of the endless map, from the coarsest level to the finest."""
+
+    sites: ExemplarStack
+    rules: Corrections
+    seed: int
+    stage: int
+    wanted: StackGuide | None = None  # the guide of a canvas whose first pixel is (0, 0)
+
+    def window(self, rows: Span, cols: Span, run: Run) -> Array:
+        """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32."""
+        spans = self._spans(rows, cols)
+        top = len(spans) - 1
+        if self.wanted is not None:
+            self.wanted.lay([places_of(level, spans) for level in range(len(spans))])
+        frame = self._frame(top, spans)
+        coords = self._first(spans, frame)
+        for level in range(top, -1, -1):
+            run.tick(top - level, top + 1)
+            if level < top:
+                frame = self._frame(level, spans)
+                coords = self._handed_down(coords, level, spans, frame)
+            if level < self._mended:
+                coords = self._corrected(coords, level, spans[level], run, frame)
+            elif edge := self._margin(level):
+                coords = coords[edge:-edge, edge:-edge]
+        run.tick(top + 1, top + 1)
+        return coords
+
+    def asked(self, rows: Span, cols: Span) -> list[list[Array]]:
+        """Return the places that fields over the output are asked for: rows and columns in px, for each level.
+
+        Those of a window lie among those of any larger one around it.
+        """
+        spans = self._spans(*self._wider(rows, cols))
+        return [places_of(level, spans) for level in range(len(spans))]
+
+    def framed(self, rows: Span, cols: Span, run: Run) -> tuple[Array, Array, Array]:
+        """Return the same of a turned or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
+
+        The remainder, (H, W, 2) float32, is what whole coordinates leave out of a pixel's place, in px.
+        """
+        coords, frame = self.window(*self._wider(rows, cols), run), self._frame(0, [(rows, cols)])
+        assert frame is not None
+        size, one = frame.shape[:2], np.float32(1 << UNIT)
+        sub = np.empty((*size, 2), np.int32)
+        remainders(coords, frame, self._room.size, sub)
+        whole = np.ascontiguousarray(coords[AROUND:-AROUND, AROUND:-AROUND])
+        return whole, (frame / one).reshape(*size, 2, 2), sub / one
+
+    def _wider(self, rows: Span, cols: Span) -> tuple[Span, Span]:
+        """What must be known of the finest level: where pixels are read between others, those around as well."""
+        around = 0 if self.rules.lie is None else AROUND
+        return rows.wider(around), cols.wider(around)
+
+    def _frame(self, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
+        """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
+        return None if self.rules.lie is None else self.rules.lie.at(*places_of(level, spans))
+
+    @cached_property
+    def _mended(self) -> int:
+        """How many levels are corrected: up to the coarsest one on which pixels were moved."""
+        most = len(self.sites.levels)
+        moved = [level + 1 for level in range(most) if self.rules.spread(level)]
+        return max([min(ALWAYS, most), *moved])
+
+    def _scattered(self, level: int) -> bool:
+        """Whether a level is that of the large pieces, half the exemplar, and they are moved."""
+        return level == self.sites.count - 2 and level >= self._mended and self.rules.spread(level) > 0
+
+    def _margin(self, level: int) -> int:
+        if level < self._mended:  # a guide reads 1 px around before the first correction
+            return self.rules.margin + (self.wanted is not None)
+        return SEEN * (TURNS - 1) if self._scattered(level) else 0
+
+    def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
+        """What must be known of each level, from the finest to the coarsest, before it is corrected."""
+        spans = [(rows.wider(self._margin(0)), cols.wider(self._margin(0)))]
+        for level in range(1, self.sites.count):
+            above = [span.above().wider(self._margin(level)) for span in spans[-1]]
+            spans.append((above[0], above[1]))
+        return spans
+
+    def _first(self, every: list[tuple[Span, Span]], frame: Array | None) -> Array:
+        """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
+        room, top, spans = self._room, self.sites.count - 1, every[-1]
+        places = places_of(top, every)
+        if frame is not None:
+            start = origins(frame, places[0], places[1], room.size, room.lattice)
+        elif len(room.lattice):
+            down, across = (_residues(place, room.lattice, axis) for axis, place in enumerate(places))
+            start = (down[:, None] + across[None, :] + 128) >> 8
+        else:
+            start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
+        coords = self._descended(start, [at_rest(span) for span in spans], top, places)
+        return self._pinned(self._guided(coords, top, spans), top, every, frame)
+
+    @cached_property
+    def _room(self) -> Room:
+        exemplar = self.sites.exemplar
+        size = np.array([exemplar.height, exemplar.width, exemplar.toroidal], np.int64)
+        return Room(size, self.sites.home, _whole_lattice(self.rules.lattice))
+
+    def _handed_down(
+        self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None
+    ) -> Array:
+        """A level from the next coarser one, whose pixels stand for twice as many px (2006, equation 2)."""
+        axes = []
+        for span, above, whole in zip(spans[level], spans[level + 1], spans[0], strict=True):
+            parent = Span(0, above.period, above.period) if above.period else above
+            up = span.at >> 1
+            step = place_in(span, level, whole.period) - place_of(up, parent, level + 1, whole.period)
+            axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
+        if frame is not None:
+            parents, coords = coords, np.empty((*frame.shape[:2], 2), np.int64)
+            handed_down(parents, axes[0], axes[1], frame, coords)
+            axes = [at_rest(span) for span in spans[level]]
+        coords = self._descended(coords, axes, level, places_of(level, spans))
+        return self._pinned(self._guided(coords, level, spans[level]), level, spans, frame)
+
+    def _guided(self, coords: Array, level: int, spans: tuple[Span, Span]) -> Array:
+        """Where the guide asks for something else, begin again at a place that shows it."""
+        if self.wanted is None:
+            return coords
+        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
+        return self.wanted.led(coords, level, (spans[0].at, spans[1].at), (self.seed, self.stage + 1), lattice)
+
+    def _pinned(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
+        """Show features where they were dragged to, on coarse levels only: what is finer follows from them."""
+        for pin in self.rules.pins if level >= FREE else ():
+            periods = spans[0][0].period, spans[0][1].period
+            pinned(coords, places_of(level, spans), periods, pin, self.sites.exemplar, frame)
+        return coords
+
+    @cached_property
+    def _calm(self) -> Array:
+        exemplar = self.sites.exemplar
+        return self.rules.shares.over_exemplar(exemplar.height, exemplar.width)
+
+    def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
+        drawn = DRAWN if self._scattered(level) else 1
+        out = np.empty((drawn, len(axes[0].at), len(axes[1].at), 2), np.int32)
+        spread = np.array([[self.rules.spread(level)]], np.int64)
+        if spread.any() and self.rules.shares != EVERYWHERE:
+            output = self.rules.shares.over_output(places)
+            spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
+        free = not len(self._room.lattice) or level < FREE
+        for number in range(drawn):
+            state = np.uint64(seed_state(self.seed, self.stage, level + number * self.sites.count))
+            descend(coords, axes[0], axes[1], state, spread, free, self._room, out[number])
+        if drawn > 1:
+            choices, out = out, np.empty_like(out[:1])
+            scatter(choices, axes[0].at, axes[1].at, np.int64(1 << level), self._room.size, out[0])
+        return np.asarray(out[0])
+
+    def _corrected(
+        self, coords: Array, level: int, spans: tuple[Span, Span], run: Run, frame: Array | None = None
+    ) -> Array:
+        """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
+        place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
+        site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        if self.wanted is not None:
+            site = self.wanted.beside(site, level)
+        work: Array = np.empty(coords.shape[:2], np.int32)
+        positions(coords, place.border, place.stride, work)
+        classes = [span.at % side for span in spans]
+        lie = None if frame is None else (frame, place.stride)
+        with run.pool() as each:
+            for number in range(self.rules.passes * self.rules.subpasses):
+                here, edge = divmod(number % self.rules.subpasses, side), REACH * (number + 1)
+                rows, cols = (
+                    edge + np.flatnonzero(own[edge : len(own) - edge] == want)
+                    for own, want in zip(classes, here, strict=True)
+                )
+                _subpass(work, (rows, cols), site, rule, lie, each)
+        margin = self._margin(level)
+        out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
+        pixels(work, margin, place.border, place.stride, out)
+        return out
+
+
+def _subpass(
+    work: Array, where: tuple[Array, Array], site: Site, rule: Array, lie: tuple[Array, int] | None, each: Any
+) -> None:
+    rows, cols = where
+    found = np.empty((len(rows), len(cols)), np.int32)
+
+    def band(low: int) -> None:
+        high = min(low + BAND, len(rows))
+        if lie is None:
+            correct(work, rows, cols, low, high, site, rule, found)
+        else:
+            correct_framed(work, rows, cols, low, high, site, rule, *lie, found)
+
+    each(band, range(0, len(rows), BAND))
+    put(work, rows, cols, found)
+
+
+def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
+    """Two lattice vectors as (y, x) in 1/256 px, right-handed; a single one gets one px across to it as the second."""
+    if not vectors:
+        return np.zeros((0, 2), np.int64)
+    whole = [[round(256 * y), round(256 * x)] for x, y in vectors]
+    if len(whole) == 1:
+        (y, x), length = whole[0], math.hypot(*whole[0])
+        whole.append([round(-256 * x / length), round(256 * y / length)])
+    (ay, ax), (by, bx) = whole
+    return np.array(whole if ay * bx > ax * by else whole[::-1], np.int64)
+
+
+def _residues(places: Array, lattice: Array, axis: int) -> Array:
+    """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2), 1/256 px, at any distance."""
+    (ay, ax), (by, bx) = lattice.tolist()
+    det, out = ay * bx - ax * by, []
+    for place in places.tolist():
+        y, x = (256 * place, 0) if axis == 0 else (0, 256 * place)
+        m, n = (y * bx - x * by) // det, (ay * x - ax * y) // det
+        out.append((y - m * ay - n * by, x - m * ax - n * bx))
+    return np.array(out, np.int64)

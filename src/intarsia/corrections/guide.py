@@ -1,0 +1,155 @@
+"""A guide as corrections see it: what it shows beside the exemplar and asks of the canvas, level by level.
+
+Labels and target pictures are feature channels of the synthesizer (Lefebvre and Hoppe 2006, section 5). Both sides go
+through the same Gaussian stack: near a boundary a pixel of a coarse level is partly of both labels, so that
+boundaries come to lie on boundaries before the finer levels decide pixel by pixel.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..draws import seed_state
+from ..search.guide import ONE, codes_of
+from .appearance import BITS, bordered, filled, places_along
+from .correction_kernels import Site
+from .guide_kernels import Choice, begin_again, blur, scaled
+from .stack import ExemplarStack
+
+TRIES = 8  # hashed places of which the best is taken
+ENOUGH = 4  # one part in so many of a full difference is near enough
+NEAR = 3  # levels, from the finest on, on which pixels around may offer a place first
+EDGE = 2  # level whose blur tells finer ones how far a boundary is
+SOME = 4096  # neighbourhoods of which the spread is measured
+FULL = ONE << BITS
+FINE = 32  # bits after the point of a scale
+
+Array = NDArray[Any]
+
+
+class StackGuide:
+    """The guide of one canvas.
+
+    Attributes
+    ----------
+    unit : int
+        The squared difference of a pixel that differs fully from what is wanted.
+    enough : int
+        The squared difference up to which a pixel shows what is wanted. Of pictures the smaller, the more they count:
+        tones that no candidate shows can only come from places that are looked for. Of labels not: on coarse levels
+        only what lies far from all boundaries would do for the inside of a region, and repeat.
+    """
+
+    def __init__(self, canvas: Canvas, sites: ExemplarStack) -> None:
+        assert canvas.guide is not None
+        exemplar = sites.exemplar
+        self._sites, self._weight, self._wraps = sites, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
+        closed = (exemplar.toroidal, exemplar.toroidal)
+        (source,), self._target = codes_of(canvas.guide, canvas.wrap)
+        source, channels = filled(source, exemplar), source.shape[2]
+        self.unit = (min(channels, 2) if canvas.guide.is_labels else channels) * FULL * FULL
+        strict = 1.0 if canvas.guide.is_labels else max(self._weight, 1.0)
+        self.enough = int(self.unit / (ENOUGH * strict) ** 2)
+        self._edge = min(EDGE, sites.count - 1) if canvas.guide.is_labels and not canvas.guide.reach else 0
+        whole = [np.arange(exemplar.height), np.arange(exemplar.width)]
+        shown = stacked(source, [whole] * sites.count, closed, self._edge)
+        self._choices = [_choice(values, _open(sites, level)) for level, values in enumerate(shown)]
+        self._asked: list[Array] = []
+
+    def lay(self, places: list[list[Array]]) -> None:
+        """Read the target at the places (rows, columns) of every level, px; beyond the canvas that of its border."""
+        sides = self._target.shape[:2]
+        inside = [[np.clip(at, 0, n - 1) for at, n in zip(pair, sides, strict=True)] for pair in places]
+        asked = stacked(self._target, inside, self._wraps, self._edge)
+        self._asked = [values.reshape(-1, values.shape[2]) for values in asked]
+
+    def led(self, coords: Array, level: int, at: tuple[Array, Array], drawn: tuple[int, int], lattice: Array) -> Array:
+        """Return a map (H, W, 2) in which what is not wanted begins again elsewhere.
+
+        ``at``: absolute rows and columns, ``drawn``: seed and stage, of the draws; ``lattice`` to keep to, or empty.
+        """
+        states = np.array([seed_state(*drawn, level * TRIES + n) for n in range(TRIES)], np.uint64)
+        near = 1 << level if level < min(NEAR, len(self._sites.levels)) else 0
+        rule = np.array([self.enough, near, self._sites.exemplar.toroidal], np.int64)
+        choice, asked = self._choices[level], self._asked[level]
+        return np.asarray(begin_again(coords, at[0], at[1], states, choice, asked, rule, lattice))
+
+    def beside(self, site: Site, level: int) -> Site:
+        """Return the site of a level with the guide on both sides, multiplied by what it counts there.
+
+        A pixel that differs fully counts like `weight` times how far any two places of the exemplar differ in
+        appearance, by the root of the mean square: appearance has no full range, and is stretched on every level.
+        """
+        exemplar, table = self._sites.exemplar, site.table.reshape(len(site.inner), -1)
+        counts = self._weight * math.sqrt(2 * _variance(table[site.open > 0]) / self.unit)
+        scale, choice, asked = round(counts * (1 << FINE)), self._choices[level], self._asked[level]
+        shown: Array = np.empty(choice.shown.shape, np.int32)
+        scaled(choice.shown, scale, shown)
+        shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._sites.levels[level].border, False)
+        under: Array = np.empty(asked.shape, np.int32)
+        scaled(asked, scale, under)
+        return site._replace(shown=shown.ravel(), asked=under.ravel())
+
+
+def _variance(vectors: Array) -> float:
+    """Return the mean squared distance of vectors (N, n) from their mean, measured on some of them, in whole sums."""
+    some = vectors[:: max(1, len(vectors) // SOME)].astype(np.int64)
+    total = some.sum(axis=0)
+    return max((len(some) * int((some * some).sum()) - int((total * total).sum())) / len(some) ** 2, 1.0)
+
+
+def _open(sites: ExemplarStack, level: int) -> Array:
+    """Where candidates of a level may lie: (H, W), 1 or 0; on levels that are not corrected that of the coarsest."""
+    exemplar = sites.exemplar
+    height, width = exemplar.height, exemplar.width
+    if not sites.levels:
+        return np.ones((height, width), np.uint8) if exemplar.usable is None else exemplar.usable.astype(np.uint8)
+    place = sites.levels[min(level, len(sites.levels) - 1)]
+    rows, cols = (slice(place.border, place.border + n) for n in (height, width))
+    return np.ascontiguousarray(place.site.open.reshape(-1, place.stride)[rows, cols])
+
+
+def _choice(shown: Array, may: Array) -> Choice:
+    """Sort the open places of a level into groups of equal rounded values; each channel is rounded to a few steps."""
+    flat, places = shown.reshape(-1, shown.shape[2]), np.flatnonzero(may)
+    bits = min(4 if flat.shape[1] < 3 else 3, 62 // flat.shape[1])
+    key = np.zeros(len(places), np.int64)
+    for c in range(flat.shape[1]):
+        key = (key << bits) | ((flat[places, c].astype(np.int64) << bits) // (FULL + 1))
+    order = np.argsort(key, kind="stable")
+    begins = np.append(np.flatnonzero(np.diff(key[order], prepend=-1)), len(order))
+    sums = np.add.reduceat(flat[places[order]].astype(np.int64), begins[:-1], axis=0)
+    means = sums // np.diff(begins)[:, None]
+    return Choice(flat, may, places[order].astype(np.int32), begins.astype(np.int64), means.astype(np.int16))
+
+
+def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool], edge: int = 0) -> list[Array]:
+    """Read the Gaussian stack of a picture (H, W, C) at places (rows, columns) of each level: int16 in 1 / 16.
+
+    As :func:`.appearance.stack_of`, but a channel at a time, so that no level is kept whole; ``closed``: which axes
+    go on in themselves. Levels finer than ``edge`` hold its channels, too. They tell how far away a boundary is: what
+    lies along it in the exemplar, a rim or a shadow, comes to lie along the new one, and the sharp ones keep it in its
+    place.
+    """
+    sharp: list[list[Array]] = []
+    soft: list[list[Array]] = []
+    for channel in np.moveaxis(picture, 2, 0):
+        blurred: Array = np.ascontiguousarray(channel.astype(np.int16) << BITS)
+        sharp.append([])
+        for level, at in enumerate(places):
+            if level:
+                step, before = 1 << (level - 1), blurred
+                rows, cols = (np.array([places_along(n, t * step, on) for t in (-2, -1, 0, 1, 2)])
+                              for n, on in zip(channel.shape, closed, strict=True))  # fmt: skip
+                blurred = np.empty_like(before)
+                blur(before, rows, cols, blurred)
+            sharp[-1].append(blurred[np.ix_(*at)])
+            if level == edge:
+                soft.append([blurred[np.ix_(*finer)] for finer in places[:edge]])
+    return [np.stack([c[level] for c in (sharp + soft if level < edge else sharp)], axis=2)
+            for level in range(len(places))]  # fmt: skip

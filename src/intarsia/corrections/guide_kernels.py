@@ -1,0 +1,125 @@
+"""What a guide does to a coordinate map: pixels that show what is not wanted begin again at a place that does."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.draws import STEP, below, mixed
+from ..kernels.jit import kernel
+from .correction_kernels import snapped
+
+
+class Choice(NamedTuple):
+    """Exemplar places of one level, sorted by what the guide shows there.
+
+    Places that show about the same are one group.
+    """
+
+    shown: NDArray[np.int16]  # (H * W, G): the guide beside the exemplar
+    may: NDArray[np.uint8]  # (H, W): 1 where a candidate may lie
+    places: NDArray[np.int32]  # exemplar pixels y * W + x, group after group
+    begins: NDArray[np.int64]  # (groups + 1,): where each group begins, and the end
+    means: NDArray[np.int16]  # (groups, G)
+
+
+@kernel
+def blur(picture: Any, rows: Any, cols: Any, out: Any) -> None:
+    """Weight five places along each axis by 1, 4, 6, 4, 1 (H, W); ``rows`` (5, H), ``cols`` (5, W) say which."""
+    height, width = picture.shape
+    line = np.empty(width, np.int32)
+    for y in range(height):
+        a, b, c, d, e = rows[0, y], rows[1, y], rows[2, y], rows[3, y], rows[4, y]
+        for x in range(width):
+            outer, inner = picture[a, x] + picture[e, x], picture[b, x] + picture[d, x]
+            line[x] = (outer + 4 * inner + 6 * picture[c, x] + 8) >> 4
+        for x in range(width):
+            outer, inner = line[cols[0, x]] + line[cols[4, x]], line[cols[1, x]] + line[cols[3, x]]
+            out[y, x] = (outer + 4 * inner + 6 * line[cols[2, x]] + 8) >> 4
+
+
+@kernel
+def scaled(values: Any, scale: Any, out: Any) -> None:
+    """Multiply whole values (N, G) by `scale`, 2**32 = 1."""
+    for n in range(values.shape[0]):
+        for c in range(values.shape[1]):
+            out[n, c] = (np.int64(values[n, c]) * scale + 2147483648) >> 32
+
+
+@kernel
+def apart(choice: Any, u: Any, target: Any, p: Any) -> Any:
+    """Return the squared difference of the guide at an exemplar pixel and under an output pixel."""
+    total = np.int64(0)
+    for c in range(target.shape[1]):
+        d = np.int64(choice.shown[u, c]) - np.int64(target[p, c])
+        total += d * d
+    return total
+
+
+@kernel
+def group_of(choice: Any, target: Any, p: Any) -> int:
+    """Return the group whose mean is nearest to what is wanted, the first of equal ones."""
+    best, found = np.int64(1) << 62, 0
+    for n in range(len(choice.means)):
+        total = np.int64(0)
+        for c in range(target.shape[1]):
+            d = np.int64(choice.means[n, c]) - np.int64(target[p, c])
+            total += d * d
+        if total < best:
+            best, found = total, n
+    return found
+
+
+@kernel
+def offered(coords: Any, i: int, j: int, h: Any, choice: Any, target: Any, torus: bool, enough: Any) -> bool:
+    """Return whether one of the eight pixels around goes on to a place that shows what is wanted."""
+    height, width = choice.may.shape
+    p = i * coords.shape[1] + j
+    for dy in range(-1, 2):
+        for dx in range(-1, 2):
+            if 0 <= i + dy < coords.shape[0] and 0 <= j + dx < coords.shape[1]:
+                y, x = coords[i + dy, j + dx, 0] - h * dy, coords[i + dy, j + dx, 1] - h * dx
+                if torus:
+                    y, x = y % height, x % width
+                inside = 0 <= y < height and 0 <= x < width and choice.may[y, x]
+                if inside and apart(choice, y * width + x, target, p) <= enough:
+                    return True
+    return False
+
+
+@kernel
+def begin_again(
+    coords: Any, rows: Any, cols: Any, states: Any, choice: Any, target: Any, rule: Any, lattice: Any
+) -> Any:
+    """Return a map in which pixels whose guide differs by more than ``rule[0]`` lie at the best of some hashed places.
+
+    ``rows``, ``cols``: absolute coordinates, which draws belong to; ``states``: of one draw each, before the place is
+    mixed in. ``rule``: what is near enough; the spacing h if pixels around may offer a place, else 0; 1 for a torus.
+    A place must differ by less than half of what was there. With a lattice pixels move by whole steps of it.
+    """
+    enough, h, torus = rule[0], rule[1], rule[2] > 0
+    height, width = choice.may.shape
+    out = coords.copy()
+    for i in range(coords.shape[0]):
+        for j in range(coords.shape[1]):
+            y, x, p = np.int64(coords[i, j, 0]), np.int64(coords[i, j, 1]), i * coords.shape[1] + j
+            best = apart(choice, y * width + x, target, p)
+            if best <= enough or (h and offered(coords, i, j, h, choice, target, torus, enough)):
+                continue
+            group, best = group_of(choice, target, p), (best + 1) // 2
+            first, count = choice.begins[group], choice.begins[group + 1] - choice.begins[group]
+            for state in states:
+                bits = mixed((mixed((state ^ np.uint64(rows[i])) + STEP) ^ np.uint64(cols[j])) + STEP)
+                u = np.int64(choice.places[first + below(count, bits)])
+                if len(lattice):
+                    dy, dx = snapped(u // width - y, u % width - x, lattice)
+                    if not (0 <= y + dy < height and 0 <= x + dx < width and choice.may[y + dy, x + dx]):
+                        continue
+                    u = (y + dy) * width + x + dx
+                d = apart(choice, u, target, p)
+                if d < best:
+                    best = d
+                    out[i, j, 0], out[i, j, 1] = u // width, u % width
+    return out

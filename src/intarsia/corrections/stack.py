@@ -1,0 +1,199 @@
+"""An exemplar on all levels, for corrections: what is compared, which pixels may be candidates, and the jump sets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_cdt, distance_transform_edt
+
+from ..analysis.features import features
+from ..exemplar import Exemplar
+from ..search.sizes import elements
+from . import appearance_kernels as kernels
+from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked
+from .correction_kernels import MIDDLE, Site
+from .outlines import Outlines
+from .similar import similar_places
+
+CLOUDS = 16  # px
+KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Level:
+    """A level of the exemplar: `site` with a border of `border` px, rows of `stride`, pixels `h` px apart."""
+
+    h: int
+    border: int
+    stride: int
+    site: Site
+
+    def ready(self) -> Site:
+        """Return the site with its table, which may be too large to be kept."""
+        return self.site if len(self.site.table) else self.site._replace(table=table_of(self).ravel())
+
+
+def table_of(level: Level) -> Array:
+    """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions, n) int16."""
+    site, positions = level.site, len(level.site.inner)
+    if len(site.packed):
+        table = np.zeros((positions, 4 * AXES), np.int16)
+        kernels.diagonal_table(unpacked(site.packed, level.stride), level.h, level.border, table)
+    else:
+        table = np.zeros((positions, 25 * site.values.shape[1]), np.int16)
+        values = site.values.reshape(-1, level.stride, site.values.shape[1])
+        kernels.colour_table(values, level.h, level.border, site.mask, table)
+    return table
+
+
+@dataclass(frozen=True)
+class ExemplarStack:
+    """The levels of an exemplar: pixels 1, 2, 4, ... px apart; `count` of them, the coarsest one a pixel in all.
+
+    ``levels``: those that are corrected, the finest first; coarser ones would see more than the exemplar holds.
+    ``home``: for each pixel the usable one in its place, or empty.
+    """
+
+    exemplar: Exemplar
+    count: int
+    levels: tuple[Level, ...]
+    home: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Look:
+    """What of an exemplar is compared, and how.
+
+    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, weighted by ``mask`` (25 numbers of
+    0 to 1, or None: a Gaussian); ``k`` - 1 jumps for each pixel; ``weights`` of the channels; with ``outlines`` the
+    distance to them is compared as well; ``reach``: how far beyond the exemplar corrections read, in steps of a level.
+    """
+
+    neighbourhood: str = "appearance"
+    k: int = 2
+    weights: tuple[float, ...] | None = None
+    mask: tuple[float, ...] | None = None
+    outlines: Outlines | None = None
+    reach: int = 2
+
+    @classmethod
+    def of(cls, method: Any, reach: int = 2) -> Look:
+        """Take the settings from the fields of a method."""
+        settings = method.neighbourhood, method.k, method.channel_weights, method.neighbourhood_mask, method.outlines
+        return cls(*settings, reach)
+
+
+def exemplar_stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
+    """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine."""
+    known = look if look.outlines is None else replace(look, outlines=look.outlines.over(exemplar))
+    return exemplar.memo(("sites", known), lambda: _sites(exemplar, known))
+
+
+def _sites(exemplar: Exemplar, look: Look) -> ExemplarStack:
+    picture = filled(features([exemplar], look.weights).pictures[0], exemplar)
+    if look.outlines is not None:
+        picture = np.concatenate([picture, look.outlines.channel(exemplar, picture)], axis=2)
+    height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
+    count = (max(height, width) - 1).bit_length() + 1
+    corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
+    far, levels, cloudy = depths(exemplar), [], is_cloudy(exemplar)
+    for number, blurred in enumerate(stack_of(picture, corrected, torus)):
+        h = 1 << number
+        closed = far <= left_out(h, far, cloudy)
+        level = _compared(blurred, h, torus, look, closed)
+        table = table_of(level)
+        jumps = np.full((len(table), look.k - 1), -1, np.int32)
+        search = partial(similar_places, table, (height, width, torus), level.border, h, closed, look.k - 1)
+        cells = exemplar.memo(("jumps", replace(look, reach=0), h), search)
+        inner = level.site.inner.reshape(-1, level.stride)
+        kernels.spread_jumps(cells, max(1, h // 2), level.border, inner, jumps)
+        keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
+        levels.append(replace(level, site=level.site._replace(table=keep, jumps=jumps)))
+    return ExemplarStack(exemplar, count, tuple(levels), _home(exemplar))
+
+
+def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) -> Level:
+    """A level without its jumps and table: features, and where candidates may lie."""
+    height, width, _ = blurred.shape
+    border = look.reach * h
+    stride = width + 2 * border
+    packing: Array = np.zeros((0, 2), np.uint64)
+    values: Array = np.zeros((0, 1), np.int16)
+    if look.neighbourhood == "appearance":
+        packing = packed(bordered(transformed(blurred, h, torus), border, torus) + np.int16(MIDDLE))
+    else:
+        values = np.ascontiguousarray(bordered(((blurred + 8) >> 4).astype(np.int16), border, torus))
+        values = values.reshape(-1, values.shape[2])
+    own = np.arange(border, border + height)[:, None] * stride + np.arange(border, border + width)
+    inner = bordered(own, border, True) if torus else np.pad(own, border, constant_values=-1)
+    open_ = np.pad(~closed, border).astype(np.uint8).ravel()
+    none = np.zeros((0, 0), np.int32)
+    steps = np.array([h * stride, h, h], np.int64)
+    no_table = np.zeros(0, np.int16)
+    mask = WEIGHTS if look.mask is None else np.rint(np.array(look.mask) * 256).astype(np.int64)
+    site = Site(steps, packing, values, mask, no_table, inner.astype(np.int32).ravel(), open_, none)
+    return Level(h, border, stride, site)
+
+
+def levels_within(exemplar: Exemplar) -> int:
+    """Return how many levels there are, the finest first, whose pixels lie at most a quarter of an element apart."""
+    return (elements(exemplar).size // 4).bit_length()
+
+
+def is_cloudy(exemplar: Exemplar) -> bool:
+    """Return whether what is wider than 16 px makes up a third of the picture: clouds, stains, large shades.
+
+    Such textures are put right on coarse levels, or nowhere.
+    """
+    return exemplar.memo("cloudy", lambda: _cloudy(exemplar))
+
+
+def _cloudy(exemplar: Exemplar) -> bool:
+    if min(exemplar.height, exemplar.width) < 4 * CLOUDS:
+        return False
+    picture = filled(features([exemplar], None).pictures[0], exemplar)
+    stack = stack_of(picture, CLOUDS.bit_length(), exemplar.toroidal)
+    fine, coarse = (_variance(stack[n].astype(np.int64).reshape(-1, picture.shape[2])) for n in (0, -1))
+    return 10 * coarse >= 3 * fine > 0
+
+
+def _variance(vectors: Array) -> int:
+    """Sum of the channels' variances, times N**2, in whole numbers."""
+    return sum(len(vectors) * int((c * c).sum()) - int(c.sum()) ** 2 for c in vectors.T)
+
+
+def left_out(h: int, far: Array, cloudy: bool) -> int:
+    """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
+
+    Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods are its
+    own, the middle is shown twice as often as on average, and the border hardly ever; only clouds need it. With h / 4
+    left out, the exemplar's straight border was seen as an edge in rock; with h it was not, and nearly as much is used.
+    """
+    return min(2 * h if cloudy else max(2, h), int(far.max()) // 4)
+
+
+def depths(exemplar: Exemplar) -> Array:
+    """Return how far, along rows, columns and diagonals, each pixel is from what is unusable or outside; 0 there."""
+    height, width = exemplar.height, exemplar.width
+    usable = np.ones((height, width), bool) if exemplar.usable is None else exemplar.usable
+    if exemplar.toroidal and usable.all():
+        return np.full((height, width), 1 << 30)
+    tops, lefts = (height, width) if exemplar.toroidal else (1, 1)
+    sides = (tops, tops), (lefts, lefts)
+    around = np.pad(usable, sides, mode="wrap") if exemplar.toroidal else np.pad(usable, sides)
+    far = distance_transform_cdt(around, metric="chessboard")
+    return np.asarray(far[tops : tops + height, lefts : lefts + width], np.int64)
+
+
+def _home(exemplar: Exemplar) -> NDArray[np.int32]:
+    """For each pixel itself, or the nearest usable one."""
+    if exemplar.usable is None:
+        return np.zeros(0, np.int32)
+    y, x = distance_transform_edt(~exemplar.usable, return_distances=False, return_indices=True)
+    return np.asarray(y * exemplar.width + x, np.int32).ravel()

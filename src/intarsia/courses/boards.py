@@ -1,0 +1,146 @@
+"""Courses without joints, such as boards: one course of the exemplar is copied on and on, with leaps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..draws import below, deck, draw
+from ..lattice.vectors import UNIT
+from . import chain_kernels
+from .brickwork import Brickwork
+from .chains import STAGE, Piece
+from .rows import CourseRows
+from .wall_kernels import OPEN
+
+Array = NDArray[Any]
+
+LONG = 1024  # px from anchor to anchor
+LEAPS = 10  # leaps from every column
+OVERLAP = 10  # columns compared on each side of a leap
+SPARE = 32  # columns on each side of a leap in which its cut may wander
+LONGEST = 1024  # columns of a course that are used
+SMALL = 64  # columns of a course so short that it may leap from anywhere to anywhere
+LOOP = 45  # percent of its columns that a leap must at least go, so that no knot returns soon
+SHADE = 60  # what a change of colour counts, where a difference of single pixels counts 16
+
+
+@dataclass(eq=False)
+class Boards:
+    """Courses without joints along the rows of an endless canvas; each shows one course of the exemplar."""
+
+    picture: NDArray[np.int16]
+    work: Brickwork
+    rows: CourseRows
+    seed: int
+    _known: dict[tuple[int, int], list[Piece]] = field(default_factory=dict)
+    _leaps: dict[int, tuple[Array, Array, int]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.parts = max(1, round(self.rows.width / LONG)) if self.rows.width else 0
+
+    def pieces(self, i: int, first: int, end: int) -> list[Piece]:
+        """The pieces of course i that touch some columns, from left to right."""
+        s = (first * self.parts // self.rows.width if self.parts else first // LONG) - 1
+        found: list[Piece] = []
+        while self._anchor(i, s)[0] < end:
+            found += [p for p in self._chain(i, s) if p.end > first and p.first < end]
+            s += 1
+        return found
+
+    def course(self, i: int) -> int:
+        """The exemplar's course that a course shows: dealt from shuffled decks, no two alike side by side."""
+        turn, around = self.rows.turn, self.rows.around
+        closed = math.gcd(turn, around) if around else abs(turn)
+        i = i % closed if turn else (i % around if around else i)  # once around a board meets itself
+        courses = self.work.courses
+        n = len(courses)
+        deck, at = divmod(i, n)
+        order = self._deck(deck)
+        if n > 2 and order[0] == self._deck(deck - 1)[-1]:
+            order[0], order[1] = order[1], order[0]
+        if around and n > 2 and i == around - 1 and order[at] == self._deck(0)[0]:
+            at = (at + 1) % n
+        return courses[order[at]]
+
+    def _deck(self, number: int) -> list[int]:
+        return deck(len(self.work.courses), self.seed, STAGE, 64, number, 0)
+
+    def _name(self, i: int, s: int) -> tuple[int, int, int]:
+        if not self.parts:
+            return self.rows.named(i, 0), s, 0
+        turns, s = divmod(s, self.parts)
+        return self.rows.named(i, turns), s, turns * self.rows.width
+
+    def _anchor(self, i: int, s: int) -> tuple[int, int]:
+        """The canvas column of anchor s of course i, and the column of the board that is shown there."""
+        i, s, by = self._name(i, s)
+        costs, _, half = self._table(self.course(i))
+        step = self.rows.width // self.parts if self.parts else LONG
+        at = s * self.rows.width // self.parts if self.parts else s * LONG
+        late = below(max(1, step // 2), draw(self.seed, STAGE, 1, i, s))
+        shown = half + below(max(1, len(costs) - 3 * half), draw(self.seed, STAGE, 2, i, s))
+        return at + late + by, shown
+
+    def _chain(self, i: int, s: int) -> list[Piece]:
+        i, s, by = self._name(i, s)
+        if (i, s) not in self._known:
+            self._known[i, s] = self._walked(i, s)
+        return [p.moved(by) for p in self._known[i, s]]
+
+    def _walked(self, i: int, s: int) -> list[Piece]:
+        k = self.course(i)
+        costs, leaps, _ = self._table(k)
+        (first, here), (end, there) = self._anchor(i, s), self._anchor(i, s + 1)
+        length = end - first
+        known = costs[costs < chain_kernels.FAR]
+        fee = int(np.quantile(known, 0.1)) if len(known) else 1
+        out = np.empty((length + 1, 3), np.int64)
+        key = np.uint64(draw(self.seed, STAGE, 3, i, s))
+        count = chain_kernels.leap(length, costs, leaps, np.array([here, there], np.int64), max(fee, 1), key, out)
+        x0, x1 = self._span(k)
+        pieces, at, shown = [], 0, here
+        for u, _, to in [*out[:count][::-1].tolist(), (length, 0, 0)]:
+            if u > at:
+                low = x0 + shown
+                pieces.append(Piece(first + at, first + u, low, k, OPEN, OPEN, x0, x1, k))
+            at, shown = u, to
+        return pieces
+
+    def _span(self, k: int) -> tuple[int, int]:
+        x0, x1 = self.work.spans[k]
+        spare = max(0, x1 - x0 - LONGEST) // 2
+        return x0 + spare, x1 - spare
+
+    def _table(self, k: int) -> tuple[Array, Array, int]:
+        """What leaps in a course cost, and the best from every column."""
+        if k not in self._leaps:
+            x0, x1 = self._span(k)
+            x = np.arange(x0, x1)
+            above, below_ = self.work.beds[k], self.work.beds[k + 1]
+            tall = max(1, self.work.line.pitch // UNIT)
+            y = (above[x] + below_[x] - tall) // 2 + np.arange(tall)[:, None]
+            strip = self.picture[np.clip(y, 0, self.picture.shape[0] - 1), x]
+            n = x1 - x0
+            half = max(1, min(SPARE, n // 6))
+            costs = chain_kernels.leap_costs(np.ascontiguousarray(strip), min(OVERLAP, half), half)
+            costs[costs < chain_kernels.FAR] += _shades(strip, 2 * half)[costs < chain_kernels.FAR]
+            apart, keep = (1, n) if n <= SMALL else (LOOP * n // 100, LEAPS)
+            self._leaps[k] = costs, chain_kernels.best_leaps(costs, apart, keep), half
+        return self._leaps[k]
+
+
+def _shades(strip: Array, wide: int) -> NDArray[np.int64]:
+    """How much the colour of a board changes at each leap: before column x and from column z on, (n, n)."""
+    mean = strip.mean(axis=0)
+    total = np.concatenate([np.zeros((1, mean.shape[1])), np.cumsum(mean, axis=0)])
+    at = np.arange(len(mean))
+    first, end = np.maximum(at - wide, 0), np.minimum(at + wide, len(mean))
+    before = (total[at] - total[first]) / np.maximum(at - first, 1)[:, None]
+    after = (total[end] - total[at]) / np.maximum(end - at, 1)[:, None]
+    gap = np.sqrt(((before[:, None] - after) ** 2).sum(axis=2))
+    return np.asarray(np.rint(SHADE * gap), np.int64)

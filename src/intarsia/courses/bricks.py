@@ -1,0 +1,144 @@
+"""The bricks of an exemplar as pieces for new courses: their sizes, and how their joints lie over one another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from .brickwork import Brickwork
+from .wall_kernels import FACE
+
+Array = NDArray[Any]
+Brick = tuple[int, int, int, int, int]
+
+MARGIN = 3  # px of a brick that the border of the exemplar cuts, left for the seam
+BROKEN = 0.3  # what is smaller than this share of the usual brick is none
+HALF = 0.45  # the least share of the usual brick that one cut by the border must show, where whole ones are few
+FEW, ENOUGH = 8, 16  # whole bricks; from which on none is shown that the border cuts
+LEANING = 2.5  # px by which the two ends of a brick may lie off the course
+STRAYING = 70  # how little its beds may look like mortar, of 255
+STACKED, UNUSUAL = 500, 240  # what joints cost that lie over one another, or as they never do in the exemplar
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """The bricks of an exemplar.
+
+    Attributes
+    ----------
+    table : int64 array (n, 5)
+        Of every brick its course, first column and end in the exemplar, and what lies at both ends: the number of a
+        joint, or FACE where the border of the exemplar cuts it.
+    usual : float
+        The mean length of a whole brick, px.
+    least : int
+        The shortest piece of a brick that looks like one, px.
+    beside, beyond : int64 array
+        What a joint costs by its distance (px) from the nearest one in the next course, and in the next but one.
+    common : int
+        The distance from joints of the next course that is the most usual.
+    """
+
+    table: NDArray[np.int64]
+    usual: float
+    least: int
+    beside: NDArray[np.int64]
+    beyond: NDArray[np.int64]
+    common: int
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """Length of every brick, px."""
+        return np.asarray(self.table[:, 2] - self.table[:, 1], np.int64)
+
+
+def bricks_of(work: Brickwork) -> Bricks | None:
+    """List the bricks; None where the courses are not made of bricks."""
+    places = {k: _places(work, k) for k in work.courses}
+    if sum(len(p) for p in places.values()) < max(2, len(work.courses) // 2):
+        return None
+    whole: list[Brick] = []
+    cut: list[Brick] = []
+    for k in work.courses:
+        names, at, (x0, x1) = work.of_course[k], places[k], work.spans[k]
+        half, begin, end = work.thickness // 2, x0 + MARGIN, x1 - MARGIN
+        while at and at[0] < x0 + half:  # only half of the joint is there
+            begin, names, at = max(begin, at[0] + half), names[1:], at[1:]
+        while at and at[-1] >= x1 - half:
+            end, names, at = min(end, at[-1] - half), names[:-1], at[:-1]
+        whole += [(k, at[n], at[n + 1], names[n], names[n + 1]) for n in range(len(at) - 1)]
+        if at:
+            cut += [(k, begin, at[0], FACE, names[0]), (k, at[-1], end, names[-1], FACE)]
+    whole, cut = (_straight(work, [e for e in some if e[2] - e[1] >= 3]) for some in (whole, cut))
+    lengths = np.array([b - a for _, a, b, _, _ in whole or cut])
+    usual = float(np.median(lengths))
+    whole = [e for e in whole if e[2] - e[1] >= max(BROKEN * usual, 3)]
+    if whole:
+        usual = float(np.mean([e[2] - e[1] for e in whole]))
+    shortest = min((e[2] - e[1] for e in whole), default=0)
+    least = HALF * usual if len(whole) < FEW else 0.9 * shortest
+    cut = [] if len(whole) >= ENOUGH else cut  # its end is straight, and its corners are sharp
+    table = np.array(whole + [e for e in cut if e[2] - e[1] >= max(least, 3)], np.int64).reshape(-1, 5)
+    if not len(table) or not (table[:, 3] != FACE).any():
+        return None
+    beside, common = _costs(_distances(places, 1), usual)
+    beyond, _ = _costs(_distances(places, 2), usual)
+    return Bricks(table, usual, max(2, int(min(least, HALF * usual))), beside, beyond // 4, common)
+
+
+def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
+    """Leave out bricks that lean off the courses, or whose beds leave the mortar, while enough are left."""
+    if len(some) <= FEW:
+        return some
+    off = []
+    for k, a, b, _, _ in some:
+        x = np.arange(a, b)
+        lean = (work.beds[k][x] + work.beds[k + 1][x]) / 2 - x * work.line.slope[0] / work.line.slope[1]
+        third = max(1, len(x) // 3)
+        beds = np.clip(np.stack([work.beds[k][x], work.beds[k + 1][x]]), 0, work.faces.shape[0] - 1)
+        off.append((abs(lean[-third:].mean() - lean[:third].mean()), work.faces[beds, x].mean()))
+    good = [e for e, (lean, face) in zip(some, off, strict=True) if lean <= LEANING and face <= STRAYING]
+    if len(good) >= FEW:
+        return good
+    order = sorted(range(len(some)), key=lambda n: off[n][0] / LEANING + off[n][1] / STRAYING)
+    return [some[n] for n in sorted(order[:FEW])]
+
+
+def _places(work: Brickwork, k: int) -> list[int]:
+    """The columns of the joints of a course, in the middle of it."""
+    x0, x1 = work.spans[k]
+    y = int(np.median(work.beds[k][x0:x1] + work.beds[k + 1][x0:x1])) // 2
+    height = work.joints.shape[1]
+    low, high = np.clip([y - 2, y + 3], 0, height - 1)
+    return [int(np.median(work.joints[j, low : high + 1])) for j in work.of_course[k]]
+
+
+def _distances(places: dict[int, list[int]], step: int) -> list[int]:
+    """How far each joint lies from the nearest of another course."""
+    found = []
+    for k, some in places.items():
+        other = places.get(k + step)
+        if some and other:
+            found += [min(abs(a - b) for b in other) for a in some]
+            found += [min(abs(a - b) for a in some) for b in other]
+    return found
+
+
+def _costs(distances: list[int], usual: float) -> tuple[NDArray[np.int64], int]:
+    """What a distance costs: the more the rarer it is, and dear below what nearly all keep."""
+    reach = int(2 * usual) + 2
+    if not distances:
+        return np.zeros(reach, np.int64), int(usual / 2)
+    seen = np.array([d for d in distances if d < reach], np.int64)
+    count = np.bincount(seen, minlength=reach).astype(np.float64)
+    density = gaussian_filter1d(count, max(1.5, 0.08 * usual), mode="reflect")
+    common = int(np.argmax(density))
+    cost = np.clip(-60 * np.log((density + 1e-9) / density.max()), 0, UNUSUAL)
+    low = max(float(np.quantile(np.array(distances), 0.1)), 1.0)
+    d = np.arange(reach)
+    cost += np.where(d < low, STACKED * (1 - d / low), 0)
+    return np.asarray(np.rint(cost), np.int64), common

@@ -1,0 +1,85 @@
+"""How mortar looks, and how little each pixel of an exemplar looks like it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+
+Array = NDArray[Any]
+
+FACE = 255  # what a pixel of a face counts; one of mortar counts 0
+NOISE = 16.0  # variance that every channel is thought to have at least
+SHARP = 4096  # the largest weight of a channel, in whole numbers
+
+
+def model(smooth: Array, usable: NDArray[np.bool_], beds: Array, pitch: float) -> tuple[NDArray[np.int16], float]:
+    """How little each pixel looks like mortar, by the mixture of channels that parts it from faces best; and how well.
+
+    Fisher's linear discriminant between the pixels on the beds (n, W) and those in the middle between them. The
+    weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
+    """
+    height, width = usable.shape
+    mortar, face = _along(beds, height, width) & usable, _between(beds, height, width, pitch) & usable
+    plain = np.full(usable.shape, FACE, np.int16)
+    if mortar.sum() < 4 or face.sum() < 4:
+        return plain, 0.0
+    one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
+    a, b = np.median(one, axis=0), np.median(two, axis=0)
+    spread = np.atleast_2d(np.cov(one, rowvar=False) + np.cov(two, rowvar=False)) / 2
+    weights = np.linalg.solve(spread + NOISE * np.eye(smooth.shape[2]), b - a)
+    score = float((weights * (b - a)).sum())
+    if score < 1e-9:
+        return plain, 0.0
+    whole = np.rint(weights * (SHARP / np.abs(weights).max())).astype(np.int64)
+    low, high = int((a * whole).sum()), int((b * whole).sum())
+    value = (smooth.astype(np.int64) * whole).sum(axis=2) - low
+    # A tenth of the way is still mortar, eight tenths are all face.
+    faces = (value * 10 - (high - low)) * FACE // (7 * max(high - low, 1))
+    return np.asarray(np.clip(faces, 0, FACE), np.int16), score
+
+
+def _along(beds: Array, height: int, width: int) -> NDArray[np.bool_]:
+    """The pixels on the beds."""
+    on = np.zeros((height, width), bool)
+    x = np.arange(width)
+    for bed in beds:
+        for dy in (-1, 0):
+            ok = (bed + dy >= 1) & (bed + dy < height - 1)
+            on[(bed + dy)[ok], x[ok]] = True
+    return on
+
+
+def _between(beds: Array, height: int, width: int, pitch: float) -> NDArray[np.bool_]:
+    """The pixels in the middle of the courses."""
+    on = np.zeros((height, width), bool)
+    x = np.arange(width)
+    for above, below in pairwise(beds):
+        for part in np.linspace(0.3, 0.7, max(2, int(pitch * 0.4))):
+            y = np.rint(above + part * (below - above)).astype(np.int64)
+            ok = (y >= 0) & (y < height)
+            on[y[ok], x[ok]] = True
+    return on
+
+
+def levelled(faces: Array, pitch: int) -> NDArray[np.int16]:
+    """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
+    side = max(3, 2 * pitch)
+    part = faces > FACE // 3
+    count = uniform_filter(part.astype(np.float64), side)
+    mean = uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
+    factor = FACE / np.clip(mean, 0.6 * FACE, FACE)
+    return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
+
+
+def mortar_at(row: Array, x: int) -> tuple[int, int]:
+    """The pixels around x that look like mortar: first, end; none where x itself does not."""
+    a = b = min(max(x, 0), len(row) - 1)
+    while a > 0 and row[a - 1] < FACE // 2:
+        a -= 1
+    while b < len(row) and row[b] < FACE // 2:
+        b += 1
+    return a, b

@@ -1,0 +1,240 @@
+"""Which course each pixel of an exemplar lies in, where courses slant, converge or bow: a smooth phase.
+
+The strongest wave of the texture is followed from window to window, first its direction and pitch, then its phase. What
+remains is a polynomial of few numbers, rounded, so that no last bit of a transform decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..lattice.correlation_map import Pictures
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+
+TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
+"""Powers (across, along) of the polynomial: what perspective and a bow need."""
+TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses
+SHORTEST, LONGEST = 6, 3  # px of the shortest wave, and how often the longest one fits into the shorter side
+WINDOWS = 5  # windows along each side, in which pitch and direction are measured
+SPREAD = 0.35  # how far the wave of a window may be from that of the whole
+WAVES = 2  # waves of the whole that are tried
+SQUARES = 6  # terms up to the second degree
+FINER = 3  # spectra are sampled so many times finer than windows need
+ROUNDS = 5  # times that phases are measured and fitted
+STRAY = 0.2  # courses: phases this far off count half
+DOUBT = 0.1  # waves off by this share count half
+RIDGE, FAINT_RIDGE = 0.02, 0.001  # keep what windows do not tell near to nothing
+FITS = 4  # times that weights follow from what is left over
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Powers of windows (n, F, F / 2), their middles (n, 2) px, frequencies (F, 1) and (F / 2,) per px."""
+
+    powers: Floats
+    middles: Floats
+    rows: Floats
+    columns: Floats
+
+
+@dataclass(frozen=True)
+class Phase:
+    """The course that each pixel lies in, as a polynomial of its place.
+
+    Attributes
+    ----------
+    factors : tuple of int
+        Of TERMS, in 1 / TURN courses; places run from -1 to 1 over the exemplar.
+    upright : bool
+        The courses run down the rows: across them is x.
+    strength : float
+        Share of what is seen that is one wave of this phase.
+    """
+
+    factors: tuple[int, ...]
+    upright: bool
+    strength: float
+
+    def at(self, across: Array, along: Array) -> Floats:
+        """The phase at places from -1 to 1, in 1 / TURN courses; products one by one, the same on every machine."""
+        total = np.zeros(np.broadcast_shapes(across.shape, along.shape))
+        for factor, (i, j) in zip(self.factors, TERMS, strict=True):
+            term = np.full(total.shape, float(factor))
+            for place, power in ((across, i), (along, j)):
+                for _ in range(power):
+                    term = term * place
+            total = total + term
+        return total
+
+
+def phases(prepared: Pictures) -> list[Phase]:
+    """Follow the strongest waves of an exemplar; the best first, none where no wave goes through it."""
+    layers = _layers(prepared)
+    if layers is None:
+        return []
+    spectra = _spectra(layers)
+    found = [one for wave in _waves(spectra, layers.shape) if (one := _followed(layers, spectra, wave)) is not None]
+    return sorted(found, key=lambda one: -one.strength)
+
+
+def samples(n: int, seen: int | None = None) -> Floats:
+    """The middles of n pixels, from -1 to 1 where `seen` of them are looked at."""
+    seen = n if seen is None else seen
+    return (2.0 * np.arange(n) + 1 - seen) / seen
+
+
+def _layers(prepared: Pictures) -> Floats | None:
+    """Colours and edges (C, H, W), each of variance 1 or nothing."""
+    edges = prepared.edges
+    known = np.ones(edges.shape[:2], bool) if prepared.inner is None else prepared.inner
+    if not known.any():
+        return None
+    edges = (edges - edges[known].mean()) * known[..., None]
+    stack = np.moveaxis(np.concatenate([prepared.colours, edges], axis=2), 2, 0)
+    deviation = stack.std(axis=(1, 2))
+    if not (deviation > 0).any():
+        return None
+    shares = np.sqrt(np.array([0.5 / (len(stack) - 1)] * (len(stack) - 1) + [0.5]))
+    return np.asarray(stack * (shares / np.maximum(deviation, 1e-9))[:, None, None])
+
+
+def _spectra(layers: Floats) -> Spectra:
+    """Transform overlapping windows, each without its mean."""
+    from scipy.fft import fftfreq, fftshift, rfft2
+
+    height, width = layers.shape[1:]
+    side = max(16, min(height, width) // 2)
+    hann = np.sin(np.pi * (np.arange(side) + 0.5) / side) ** 2
+    powers, middles = [], []
+    for y in np.linspace(0, height - side, WINDOWS).astype(int):
+        for x in np.linspace(0, width - side, WINDOWS).astype(int):
+            part = layers[:, y : y + side, x : x + side]
+            part = (part - part.mean(axis=(1, 2), keepdims=True)) * (hann[:, None] * hann)
+            power = (np.abs(rfft2(part, (FINER * side, FINER * side))) ** 2).sum(axis=0)
+            powers.append(fftshift(power, axes=0))
+            middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
+    rows = fftshift(fftfreq(FINER * side))
+    return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1])
+
+
+def _waves(spectra: Spectra, shape: tuple[int, ...]) -> list[tuple[float, float]]:
+    """The strongest waves of all windows together, cycles per px (y, x)."""
+    rows, columns = spectra.rows, spectra.columns
+    length = np.hypot(rows, columns)
+    ok = (length <= 1 / SHORTEST) & (length >= LONGEST / min(shape[1:])) & ((columns > 0) | (rows > 0))
+    total = np.where(ok, spectra.powers.mean(axis=0), 0)
+    found: list[tuple[float, float]] = []
+    for _ in range(WAVES):
+        i, j = np.unravel_index(int(total.argmax()), total.shape)
+        if total[i, j] <= 0:
+            break
+        y, x = float(rows[i, 0]), float(columns[j])
+        found.append((y, x))
+        for sign in (1, -1):  # the half plane ends somewhere: both ends of a wave may be seen
+            total[np.hypot(rows - sign * y, columns - sign * x) < SPREAD * length[i, j]] = 0
+    return found
+
+
+def _followed(layers: Floats, spectra: Spectra, wave: tuple[float, float]) -> Phase | None:
+    """Fit the phase that follows one wave."""
+    height, width = layers.shape[1:]
+    upright = abs(wave[1]) > abs(wave[0])
+    if wave[upright] < 0:
+        wave = -wave[0], -wave[1]
+    fit: tuple[int, ...] | None = _from_windows(spectra, (height, width), wave, upright)
+    pitch = 1 / abs(wave[upright])
+    if upright:
+        layers = np.ascontiguousarray(layers.swapaxes(1, 2))
+        height, width = width, height
+    strength = 0.0
+    for n in range(ROUNDS):
+        if fit is None:
+            return None
+        angle = Phase(fit, upright, 0.0).at(samples(height)[:, None], samples(width)) / TURN
+        step = max(4, min(int(pitch * (1.5 if n < 2 else 1.0)), min(height, width) // 4))
+        fit, strength = _moved(layers, angle, step, fit)
+    return None if fit is None else Phase(fit, upright, strength)
+
+
+def _from_windows(
+    spectra: Spectra, shape: tuple[int, int], wave: tuple[float, float], upright: bool
+) -> tuple[int, ...]:
+    """The polynomial of second degree whose slopes are the waves of the windows."""
+    length = float(np.hypot(*wave))
+    near = np.zeros(spectra.powers.shape[1:], bool)
+    for sign in (1, -1):
+        near |= np.hypot(spectra.rows - sign * wave[0], spectra.columns - sign * wave[1]) < SPREAD * length
+    design, target, sure = [], [], []
+    for power, (y, x) in zip(spectra.powers, spectra.middles, strict=True):
+        part = np.where(near, power, 0)
+        i, j = np.unravel_index(int(part.argmax()), part.shape)
+        f = [float(spectra.rows[i, 0]), float(spectra.columns[j])]
+        sign = 1 if f[0] * wave[0] + f[1] * wave[1] > 0 else -1
+        place = [(2 * y + 1 - shape[0]) / shape[0], (2 * x + 1 - shape[1]) / shape[1]]
+        for axis in (0, 1):  # 0: across the courses
+            k = axis ^ upright
+            design.append([_slope(p, place[upright], place[1 - upright], axis) for p in TERMS[1:SQUARES]])
+            target.append(sign * f[k] * shape[k] / 2)
+            sure.append(float(part[i, j]) ** 0.5)
+    a, b, base = np.array(design), np.array(target), np.rint(1000 * np.array(sure) / max(*sure, 1e-12))
+    ridge = RIDGE * np.diag([0.0, 0.0] + [1.0] * (SQUARES - 3))
+    w, scale = base, DOUBT * length * min(shape) / 2
+    for _ in range(FITS):
+        factors = np.linalg.solve(np.einsum("ki,kj,k->ij", a, a, w) + ridge * w.sum(), np.einsum("ki,k,k->i", a, b, w))
+        w = np.maximum(np.rint(base / (1 + ((a @ factors - b) / scale) ** 2)), 1)
+    return (0, *(int(v) for v in np.rint(factors * TURN)), *([0] * (len(TERMS) - SQUARES)))
+
+
+def _slope(powers: tuple[int, int], s: float, t: float, axis: int) -> float:
+    i, j = powers
+    if axis == 0:
+        return i * s ** (i - 1) * t**j if i else 0.0
+    return j * s**i * t ** (j - 1) if j else 0.0
+
+
+def _moved(layers: Floats, angle: Floats, step: int, fit: tuple[int, ...]) -> tuple[tuple[int, ...] | None, float]:
+    """The polynomial with the phases that are left over added, and how much of the layers it explains."""
+    height, width = angle.shape
+    down, across = _begins(height, step), _begins(width, step)
+    above, beside = _windows(height, down, step), _windows(width, across, step)
+    parts = [layers * f(2 * np.pi * angle) for f in (np.cos, np.sin)]
+    rows = [np.einsum("ny,cyx->cnx", above, part) for part in parts]
+    one, other = (np.einsum("mx,cnx->cnm", beside, part) for part in rows)
+    sums = one - 1j * other
+    total = parts[0].sum(axis=(1, 2)) ** 2 + parts[1].sum(axis=(1, 2)) ** 2
+    whole = sums.sum(axis=(1, 2))
+    energy = float((layers**2).sum())
+    strength = float(total.sum()) / max(energy * height * width, 1e-9)
+    local = (sums * whole.conj()[:, None, None]).sum(axis=0)
+    size = np.abs(local)
+    if size.max() <= 0:
+        return None, 0.0
+    off = np.rint(np.angle(local) / (2 * np.pi) * TURN) / TURN
+    s = (2 * (down[:, None] + step) - height) / height + 0 * across
+    t = (2 * (across + step) - width) / width + 0 * down[:, None]
+    a = np.stack([s.ravel() ** i * t.ravel() ** j for i, j in TERMS], axis=1)
+    b = off.ravel()
+    base = np.rint(1000 * size.ravel() / size.max())
+    w, ridge = base, FAINT_RIDGE * np.diag([0.0] * 3 + [1.0] * (len(TERMS) - 3))
+    for _ in range(FITS):
+        factors = np.linalg.solve(np.einsum("ki,kj,k->ij", a, a, w) + ridge * w.sum(), np.einsum("ki,k,k->i", a, b, w))
+        w = np.maximum(np.rint(base / (1 + ((a @ factors - b) / STRAY) ** 2)), 1)
+    return tuple(int(f) + int(d) for f, d in zip(fit, np.rint(factors * TURN), strict=True)), strength
+
+
+def _begins(n: int, step: int) -> NDArray[np.int64]:
+    """Where windows of 2 step px begin."""
+    count = max(3, round((n - 2 * step) / step * 1.5) + 1)
+    return np.linspace(0, max(n - 2 * step, 0), count).astype(np.int64)
+
+
+def _windows(n: int, begins: NDArray[np.int64], step: int) -> Floats:
+    """How much each of n pixels counts in windows of 2 step px, (windows, n)."""
+    x = np.arange(n) - begins[:, None]
+    return np.where((x >= 0) & (x < 2 * step), np.sin(np.pi * (x + 0.5) / (2 * step)) ** 2, 0.0)

@@ -1,0 +1,118 @@
+"""The exemplar that blocks are taken from, as it is or with its courses laid straight, and the lattice of that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import features
+from ..exemplar import Exemplar
+from ..lattice.lattice import find_lattice
+from ..lattice.vectors import check_lattice, lattice_of, lattices_of, vectors_of
+from ..lattice.verdict import Lattice
+from .rectify import Straight, straight_of
+
+GAIN = 1.15  # times the confidence of the exemplar as it is: so much better must the straight one be;
+CLEAR = 2.0  # times what is asked of a lattice, where the exemplar has none as it is
+LOOSE = 0.5  # px: two vectors that fit better than this are straight enough
+LEVEL = 2.0  # px over the exemplar: courses that lean less are level
+Vectors = tuple[tuple[float, float], ...]
+Weights = tuple[float, ...] | None
+
+
+class CourseSettings(Protocol):
+    """The parameters that decide it."""
+
+    @property
+    def slug(self) -> str:
+        """The name of the method."""
+
+    @property
+    def lattice(self) -> Vectors | None:
+        """The vectors that are given, (x, y) px; None where they are to be found."""
+
+    @property
+    def straighten(self) -> str:
+        """auto, on or off."""
+
+    @property
+    def channel_weights(self) -> Weights:
+        """How much each channel counts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rectified:
+    """The exemplar that blocks are read from, its lattice (x, y) px, and how it was laid straight, if it was."""
+
+    exemplar: Exemplar
+    lattice: Vectors
+    straight: Straight | None
+
+    def to_exemplar(self, yx: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Turn pixels of it into pixels of the exemplar as it was given."""
+        return yx if self.straight is None else self.straight.to_exemplar(yx)
+
+
+def rectified_for(method: CourseSettings, exemplar: Exemplar) -> Rectified:
+    """Decide whether courses are laid straight, and find the lattice; MethodError where there is none.
+
+    With given vectors ``auto`` leaves the exemplar as it is; with ``on`` they are those of the straight one.
+    """
+    weights, choice = method.channel_weights, method.straighten
+    if method.lattice is not None:
+        straight = straight_of(exemplar, weights) if choice == "on" else None
+        laid = exemplar if straight is None else straight.exemplar
+        check_lattice(method.lattice, laid)
+        return Rectified(laid, method.lattice, straight)
+    better = None
+    if choice != "off":
+        better = improved(exemplar, weights) if choice == "auto" else levelled(exemplar, weights)
+    if better is not None:
+        return Rectified(better[0].exemplar, vectors_of(better[1]), better[0])
+    return Rectified(exemplar, lattice_of(exemplar, method.slug, weights), None)
+
+
+def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
+    """The exemplar laid straight and its lattice, where it is much surer than as it is; else None."""
+    plain = lattices_of(exemplar, weights).accepted
+    if plain is not None and plain.kind == "2-D" and plain.residual < LOOSE:
+        return None
+    found = levelled(exemplar, weights)
+    if found is None or found[0].off < 1:
+        return None
+    if plain is None:
+        return found if found[1].share >= CLEAR else None
+    alike = found[1].kind == plain.kind
+    return found if alike and found[1].confidence >= GAIN * plain.confidence else None
+
+
+def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
+    """The exemplar laid straight and its lattice; None where it is straight already, or has none.
+
+    Courses stay courses; where the exemplar has no lattice as it is, that of one or two vectors is taken that is surer.
+    """
+    straight = straight_of(exemplar, weights)
+    if straight is None:
+        return None
+    laid, plain = straight.exemplar, lattices_of(exemplar, weights).accepted
+    two = None
+    if plain is None or plain.kind == "2-D":
+        two = lattices_of(laid, weights).accepted
+        if two is not None and (two.kind == "1-D" or plain is not None):
+            return straight, _level(two, laid)
+    one = find_lattice(features([laid], weights).pictures[0], laid.usable, "courses").accepted
+    best = max((found for found in (one, two) if found is not None), key=lambda found: found.share, default=None)
+    return None if best is None else (straight, _level(best, laid))
+
+
+def _level(found: Lattice, laid: Exemplar) -> Lattice:
+    """Courses that hardly lean, made level."""
+    if found.kind == "2-D":
+        return found
+    ((y, x),) = found.vectors
+    if abs(x) * laid.width < LEVEL * abs(y):
+        return replace(found, vectors=((abs(y), 0),))
+    return replace(found, vectors=((0, abs(x)),)) if abs(y) * laid.height < LEVEL * abs(x) else found

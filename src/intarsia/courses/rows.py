@@ -1,0 +1,95 @@
+"""Where the courses of a canvas lie: straight rows at exact places, which close around a wrapped canvas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..errors import ParameterError
+from ..lattice.vectors import UNIT
+from .brickwork import Line
+
+STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
+
+
+@dataclass(frozen=True)
+class CourseRows:
+    """The courses of an endless canvas, which run along x and may lean.
+
+    Attributes
+    ----------
+    phase : int
+        The row at which course 0 begins in column 0, 1/256 px.
+    pitch, slope : (int, int)
+        Px from course to course, and px down for each px along, as fractions.
+    around : int
+        Courses around a canvas that wraps down the rows, else 0.
+    width : int
+        Columns of a canvas that wraps along the courses, else 0.
+    turn : int
+        Once around along the courses, course i goes on as course i + turn.
+    """
+
+    phase: int
+    pitch: tuple[int, int]
+    slope: tuple[int, int]
+    around: int
+    width: int
+    turn: int
+
+    @classmethod
+    def of(cls, line: Line, canvas: Canvas, upright: bool) -> CourseRows:
+        """Lay the rows of an exemplar on a canvas (`upright`: the courses run down the canvas); ParameterError."""
+        down, along = (canvas.wrap.x, canvas.wrap.y) if upright else (canvas.wrap.y, canvas.wrap.x)
+        height, width = (canvas.width, canvas.height) if upright else (canvas.height, canvas.width)
+        pitch, around, slope, turn = (line.pitch, UNIT), 0, line.slope, 0
+        if down:
+            around = max(1, round(height * UNIT / line.pitch))
+            strain = height * UNIT / (around * line.pitch) - 1
+            if abs(strain) > STRAIN:
+                name = "width" if upright else "height"
+                fitting = [round(n * line.pitch / UNIT) for n in (around - 1, around, around + 1) if n > 0]
+                good = [str(n) for n in sorted(sorted(fitting, key=lambda n: abs(n - height))[:2])]
+                raise ParameterError(
+                    f"wrap: {name}={height} px is no whole number of courses (strain {100 * strain:.1f} %, at most "
+                    f"2 %); choose {' or '.join(good)} px."
+                )
+            pitch = (height, around)
+        if along:
+            turn = round(width * line.slope[0] * pitch[1] / (line.slope[1] * pitch[0]))
+            slope = (turn * pitch[0], pitch[1] * width)
+        return cls(line.phase, pitch, slope, around, width if along else 0, turn)
+
+    def row(self, twice: int, u: int) -> int:
+        """The row at which course `twice` / 2 begins in a column; exact however far out."""
+        return self.place(twice, u) // UNIT
+
+    def place(self, twice: int, u: int) -> int:
+        """The same in 1/256 px."""
+        (a, b), (c, d) = self.pitch, self.slope
+        return self.phase + (twice * UNIT * a * d + u * c * 2 * UNIT * b) // (2 * b * d)
+
+    def rows(self, i: int, first: int, count: int, y0: int) -> NDArray[np.int64]:
+        """The rows, counted from `y0`, at which course i begins in `count` columns."""
+        if self.slope[0] == 0:
+            return np.full(count, self.row(2 * i, first) - y0, np.int64)
+        return np.array([self.row(2 * i, first + k) - y0 for k in range(count)], np.int64)
+
+    def course_at(self, y: int, u: int) -> int:
+        """The course that covers a pixel."""
+        (a, b), (c, d) = self.pitch, self.slope
+        return (y * UNIT * b * d - self.phase * b * d - u * c * UNIT * b) // (UNIT * a * d)
+
+    def named(self, i: int, turns: int) -> int:
+        """The number of a course `turns` times around; around a canvas numbers return."""
+        i += self.turn * turns
+        return i % self.around if self.around else i
+
+    def rank(self, name: int) -> int:
+        """When a course is laid: after those of lower rank, of which at most two lie side by side."""
+        if self.around and name >= self.around - self.around % 4:
+            return 4 + name % 4
+        return (0, 2, 1, 3)[name % 4]

@@ -1,0 +1,226 @@
+"""Textures of courses: rows of whole bricks or of boards, at one pitch, with joints wherever they may be.
+
+What lies where depends only on its place and the seed: any window of the endless texture can be made alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import features
+from ..analysis.usable import nearest
+from ..blocks.settings import Settings
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..kernels import paths
+from ..lattice.vectors import UNIT, cell_of
+from ..run import Run
+from . import wall_kernels as kernels
+from .boards import Boards
+from .bricks import bricks_of
+from .brickwork import Brickwork, brickwork_of
+from .chains import Chains, Piece
+from .mortar import FACE
+from .rows import CourseRows
+
+Array = NDArray[Any]
+
+CHUNK = 256  # columns of a bed that are cut at once
+RUN_UP = 48  # columns on both sides that decide where the cut crosses from one chunk to the next
+OPEN_REACH = 32  # px that a cut between two boards may wander
+LEAST_REACH, MOST_REACH = 6, 24  # and one in a joint
+DEAR = 3  # how much more a face out of place counts than a seam across it
+Strip = tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """An endless wall of courses.
+
+    Attributes
+    ----------
+    work : Brickwork
+        What the exemplar holds; its courses run along x.
+    layout : Chains or Boards
+        Which piece lies where.
+    rows : CourseRows
+        Where the courses lie.
+    scene : tuple of arrays
+        What the kernels show (see :mod:`intarsia.courses.wall_kernels`).
+    upright : bool
+        The courses of the exemplar and of the canvas run down the rows: axes are swapped.
+    known : int array (2, H, W) or None
+        For every pixel the nearest usable one; None where all are.
+    """
+
+    work: Brickwork
+    layout: Chains | Boards
+    rows: CourseRows
+    scene: tuple[Any, ...]
+    upright: bool
+    known: NDArray[np.intp] | None
+
+    @classmethod
+    def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
+        """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
+        picture = features([exemplar], method.channel_weights).pictures[0]
+        usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
+        vector = cell_of(method.lattice, picture.shape[:2])[0]
+        upright = abs(vector[1]) > abs(vector[0])
+        if upright:
+            picture, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, usable))
+            vector = (vector[1], vector[0])
+        work = brickwork_of(picture, usable, vector)
+        rows = CourseRows.of(work.line, canvas, upright)
+        bricks = bricks_of(work)
+        layout = Boards(picture, work, rows, seed) if bricks is None else Chains(work, bricks, rows, seed)
+        spare = 1 if work.thickness > 2 else 0  # so that no sliver of a neighbour is let in
+        halves = np.array([(work.thickness + 1) // 2 - spare, work.thickness // 2 - spare], np.int64)
+        scene = (picture, usable, _weighted(picture, work), work.beds, work.joints, halves)
+        return cls(work, layout, rows, scene, upright, nearest(usable))
+
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
+        """The exemplar pixels (height, width, 2) of a window of the wall."""
+        if self.upright:
+            y0, x0, height, width = x0, y0, width, height
+        out = np.zeros((height, width, 2), np.int32)
+        run = run or Run()
+        chunks = range(self._chunk_at(x0) - 1, self._chunk_at(x0 + width - 1) + 2)
+        chunks = range(*(m for m in _ends([m for m in chunks if self._touches(m, x0, width)])))
+        corners = [self.rows.course_at(y, x) for y in (y0, y0 + height) for x in (x0, x0 + width)]
+        courses = range(min(corners) - 2, max(corners) + 3)
+        done, total = 0, len(chunks) * (2 * len(courses) + 1)
+        with run.pool() as each:
+            for m in chunks:
+                run.tick(done, total)
+                # Chains know one another, so they are made in turn; what is cut from them is not shared.
+                laid = [self._pieces(i, m) for i in courses]
+                done += 1
+                strips: list[Any] = [None] * len(courses)
+                cuts: list[Any] = [None] * len(courses)
+
+                def lay(k: int, m: int = m, laid: Any = laid, strips: Any = strips) -> None:
+                    strips[k] = self._strip(courses[k], m, laid[k], y0)
+
+                def cut(k: int, m: int = m, strips: Any = strips, cuts: Any = cuts) -> None:
+                    cuts[k] = self._cut(strips[k - 1], strips[k])
+
+                for task, items in ((lay, range(len(courses))), (cut, range(1, len(courses)))):
+                    run.tick(done, total)
+                    each(task, items)
+                    done += len(items)
+                for k in range(1, len(courses) - 1):
+                    self._pour(strips[k], strips[k + 1], cuts[k], cuts[k + 1], out, self._from(m) - x0)
+        run.tick(total, total)
+        return self._shown(out)
+
+    def _shown(self, out: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Exemplar pixels that exist and are usable, with the axes of the exemplar."""
+        height, width = self.scene[1].shape
+        y, x = np.clip(out[:, :, 0], 0, height - 1), np.clip(out[:, :, 1], 0, width - 1)
+        if self.known is not None:
+            y, x = self.known[0][y, x], self.known[1][y, x]
+        if self.upright:
+            y, x = x.T, y.T
+        return np.ascontiguousarray(np.stack([y, x], axis=2), np.int32)
+
+    @property
+    def _reach(self) -> int:
+        """How far a bed may lie from its line, px."""
+        return max(2, min(24, self.work.line.pitch // UNIT // 4))
+
+    def _from(self, m: int) -> int:
+        """The first column of a chunk of columns."""
+        if not self.rows.width:
+            return m * CHUNK
+        return m * self.rows.width // max(1, self.rows.width // CHUNK)
+
+    def _chunk_at(self, u: int) -> int:
+        if not self.rows.width:
+            return u // CHUNK
+        return u * max(1, self.rows.width // CHUNK) // self.rows.width
+
+    def _touches(self, m: int, x0: int, width: int) -> bool:
+        return self._from(m) < x0 + width and self._from(m + 1) > x0
+
+    def _pieces(self, i: int, m: int) -> list[Piece]:
+        """The pieces of a course that show in a chunk."""
+        spare = RUN_UP + 2 * OPEN_REACH
+        return self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare)
+
+    def _strip(self, i: int, m: int, pieces: list[Piece], y0: int) -> Strip:
+        """Lay a course: its pixels (R, w, 2), what does not belong there (R, w), the row of its first one (w,)."""
+        first = self._from(m) - RUN_UP
+        wide = self._from(m + 1) + RUN_UP + 1 - first
+        reach = self._reach
+        top = self.rows.rows(i, first, wide, y0)
+        below = self.rows.rows(i + 1, first, wide, y0)
+        tall = int((below - top).max()) + 2 * reach + 1
+        table = np.array([self._row(i, p, first, y0) for p in pieces], np.int64)
+        spans = np.array([self._span(i, k, pieces, y0) for k in range(len(pieces))], np.int64)
+        out, wrong = np.empty((tall, wide, 2), np.int32), np.empty((tall, wide), np.int64)
+        kernels.lay(self.scene, table, top - reach, spans, out, wrong)
+        return out, wrong, top - reach
+
+    def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
+        """A piece as the kernels read it, its beds as far from the line above as from the one below."""
+        line = self.work.line
+        here, away = p.source + (p.end - p.first) // 2, (p.first + p.end) // 2
+        x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
+        if p.left == kernels.OPEN:  # a board lies still: only its whole length tells where it is
+            x = np.arange(p.low, p.high)
+        off = (self.work.beds[p.course][x] + self.work.beds[p.course + 1][x]) * UNIT - 2 * line.lean(x)
+        place = int(off.sum()) // (2 * len(x)) + int(line.lean(np.array(here)))
+        ty = (place - self.rows.place(2 * i + 1, away) + UNIT // 2) // UNIT + y0
+        return (
+            p.first - first, p.end - first, p.source - p.first + first, ty, p.course, p.left, p.right, p.low, p.high, 0,
+        )  # fmt: skip
+
+    def _span(self, i: int, k: int, pieces: list[Piece], y0: int) -> tuple[int, int, int]:
+        """Of the junction before a piece the first row, how many, and how far its cut may wander."""
+        if k == 0:
+            return 0, 1, 0
+        left, right = pieces[k - 1], pieces[k]
+        wander = OPEN_REACH
+        if left.right != kernels.OPEN:
+            wander = min(max(self.work.thickness + 4, LEAST_REACH), MOST_REACH)
+        wander = max(0, min(wander, (left.end - left.first) // 2 - 1, (right.end - right.first) // 2 - 1))
+        ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
+        return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
+
+    def _cut(self, upper: Strip, lower: Strip) -> NDArray[np.int64]:
+        """Cut two courses together: for every column of the chunk, how many rows of the band the upper one keeps."""
+        cost, gap = kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
+        wide, both = len(cost), 2 * RUN_UP + 1
+        pins = [paths.least_cut(cost[part], gap[part])[RUN_UP] for part in (slice(both), slice(wide - both, wide))]
+        inner = cost[RUN_UP : wide - RUN_UP].copy()
+        for end, pin in zip((0, -1), pins, strict=True):
+            kept = inner[end, pin]
+            inner[end] = paths.BARRED
+            inner[end, pin] = kept
+        return np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64)
+
+    def _pour(self, strip: Strip, following: Strip, top: Array, end: Array, out: Array, at: int) -> None:
+        """Write what a course shows in a chunk."""
+        inner = slice(RUN_UP, RUN_UP + len(top))
+        end = end + (following[2] - strip[2])[inner]
+        kernels.pour(strip[0][:, inner], strip[2][inner], top, end, out, at)
+
+
+def _ends(numbers: list[int]) -> tuple[int, int]:
+    return numbers[0], numbers[-1] + 1
+
+
+def _weighted(picture: Array, work: Brickwork) -> NDArray[np.int64]:
+    """What showing a pixel out of place costs: as much as it differs from mortar, in the units of colour."""
+    faces = work.faces
+    mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]
+    contrast = 0.0
+    if len(mortar) and len(face):
+        contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0))
+    return np.asarray(faces.astype(np.int64) * int(DEAR * max(contrast, 64.0)) // FACE, np.int64)

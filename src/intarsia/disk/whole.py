@@ -1,0 +1,220 @@
+"""The one place for temporary files: files appear whole or not at all, and what killed runs left is swept.
+
+A temporary name says who writes there: ``.intarsia-HOST-PID-CHANCE`` beside an output, ``intarsia-HOST-PID-CHANCE``
+below TMPDIR. So the next run sees which writers are dead. A name is chosen before anything is made under it, and the
+``try`` that takes it away again begins before that, too: a signal finds no moment in between.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from ..errors import ParameterError, ResourceError, printable
+
+PathLike = str | os.PathLike[str]
+
+HIDDEN, PLAIN = ".intarsia-", "intarsia-"
+"""How temporary names begin: beside outputs, and below TMPDIR."""
+
+_NAME = re.compile(r"(\.?intarsia-)([0-9a-f]{8})-([1-9][0-9]{0,8})-[0-9a-f]{16}")
+_FOLLOW_NOTHING = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+_swept: set[tuple[int, str]] = set()
+_asked: dict[str, str] = {}  # file under way -> the name that was asked for
+
+
+@cache
+def host() -> str:
+    """Name this machine and its space of process ids, in 8 digits: where it is equal, a pid means the same process."""
+    space, node = "", getattr(os, "uname", lambda: None)()
+    with suppress(OSError):
+        space = os.readlink("/proc/self/ns/pid")
+    place = f"{getattr(node, 'nodename', '')} {space}".encode(errors="replace")
+    return hashlib.blake2b(place, digest_size=4).hexdigest()
+
+
+def name_in(folder: PathLike, mark: str = HIDDEN) -> str:
+    """Choose a new temporary name in a folder, that nobody can guess; nothing is made yet."""
+    return os.path.join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
+
+
+def create(path: PathLike) -> BinaryIO:
+    """Make a new file and open it for writing; FileExistsError where anything lies, even a link that leads nowhere."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FOLLOW_NOTHING
+    return os.fdopen(os.open(path, flags, 0o666), "wb")
+
+
+def is_file(path: PathLike) -> bool:
+    """Tell whether an ordinary file lies here, False for nothing; ParameterError for links, folders, pipes and devices.
+
+    For files whose names are ours: whoever put something else there is not followed, and loses nothing.
+    """
+    try:
+        mode = os.lstat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    if stat.S_ISREG(mode):
+        return True
+    found = "a link" if stat.S_ISLNK(mode) else "a folder" if stat.S_ISDIR(mode) else "a pipe, a socket or a device"
+    raise ParameterError(f"{printable(path)} is {found}, no ordinary file; move it elsewhere, or name another place.")
+
+
+def open_again(path: PathLike, mode: str = "r+b", new: bool = False) -> BinaryIO:
+    """Open an ordinary file to read and change it, or to append ("ab"); follows no link, waits for no pipe."""
+    kind = os.O_WRONLY | os.O_APPEND if mode == "ab" else os.O_RDONLY if mode == "rb" else os.O_RDWR
+    is_file(path)
+    number = os.open(path, kind | (os.O_CREAT if new else 0) | _FOLLOW_NOTHING, 0o666)
+    file = cast(BinaryIO, os.fdopen(number, mode))
+    if not stat.S_ISREG(os.fstat(number).st_mode):  # put there since it was looked at
+        file.close()
+        is_file(path)
+    return file
+
+
+def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None = None) -> None:
+    """Write a file whole or not at all, in the place of the ordinary file that may be there.
+
+    `durable`: on return it has survived a loss of power, name and content. `by`: the folder to prepare it in, of the
+    same file system. OSError where that fails, ParameterError where no ordinary file lies; what was there is untouched.
+    """
+    folder = os.path.dirname(os.path.abspath(path))
+    draft = name_in(folder if by is None else by)
+    try:
+        fill(draft, data, durable)
+        is_file(path)
+        os.replace(draft, path)
+    except BaseException:
+        take_away(draft)
+        raise
+    if durable:
+        settle(folder)
+
+
+def fill(path: PathLike, data: bytes, durable: bool = True) -> None:
+    """Write a new file; with `durable`, its content has reached the disk."""
+    with create(path) as file:
+        file.write(data)
+        if durable:
+            sync(file)
+
+
+def sync(file: BinaryIO) -> None:
+    """Wait until what was written lies on the disk."""
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def settle(folder: PathLike) -> None:
+    """Wait until the names in a folder lie on the disk, where the system can do that."""
+    with suppress(OSError):
+        number = os.open(folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
+
+
+def take_away(path: PathLike) -> None:
+    """Remove a temporary file or folder, if it is there; never fails, follows no link."""
+    try:
+        _remove(path)
+    except BaseException:  # a signal, just now: once more, so that nothing stays
+        _remove(path)
+        raise
+
+
+@contextmanager
+def working_folder() -> Iterator[str]:
+    """Lend an empty folder below TMPDIR; it is gone afterwards, however the work ends."""
+    parent = tempfile.gettempdir()
+    sweep(parent, PLAIN)
+    name = name_in(parent, PLAIN)
+    try:
+        try:
+            os.mkdir(name, 0o700)
+        except OSError as e:
+            reason = (e.strerror or str(e)).lower()
+            raise ResourceError(f"no folder can be made in {printable(parent)} ({reason}); set TMPDIR.") from None
+        yield name
+    finally:
+        try:
+            _remove(name)
+        except BaseException:
+            _remove(name)
+            raise
+
+
+def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
+    """Take away what runs of this user and machine left that were killed; once for each folder and process.
+
+    Only what bears exactly such a name, belongs to us, and whose process is gone; never a link, never anything else.
+    """
+    place = os.path.join(os.path.abspath(folder), mark)
+    if not hasattr(os, "getuid") or (os.getpid(), place) in _swept:
+        return
+    _swept.add((os.getpid(), place))
+    with suppress(OSError), os.scandir(folder) as found:
+        for name in [e.name for e in found if e.name.startswith(mark)]:
+            if left_over(os.path.join(folder, name)):
+                take_away(os.path.join(folder, name))
+
+
+def left_over(path: PathLike) -> bool:
+    """Say whether a run left this that does not live any more: by its name, its owner, and what it is."""
+    match = _NAME.fullmatch(os.path.basename(path))
+    if match is None or match[2] != host() or not hasattr(os, "getuid"):
+        return False
+    try:
+        state = os.lstat(path)
+    except OSError:
+        return False
+    ordinary = stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode)
+    return ordinary and state.st_uid == os.getuid() and not _lives(int(match[3]))
+
+
+def is_temporary(name: str) -> bool:
+    """Say whether a file name is one of those that are given here."""
+    return _NAME.fullmatch(name) is not None
+
+
+def asked_for(path: PathLike, name: PathLike | None = None) -> str:
+    """The name that messages give to a file: the one that was asked for, which `name` tells beforehand."""
+    text = os.fspath(path)
+    if name is not None:
+        _asked[text] = os.fspath(name)
+    for staged, asked in _asked.items():  # the file, or a recipe beside it
+        if text == staged or text.startswith(staged + "."):
+            return asked + text[len(staged) :]
+    return text
+
+
+def forget(path: PathLike) -> None:
+    """A file under way is done; its name means itself again."""
+    _asked.pop(os.fspath(path), None)
+
+
+def _lives(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # it is another user's, or no number of a process here
+        return True
+    return True
+
+
+def _remove(path: PathLike) -> None:
+    with suppress(OSError):
+        if stat.S_ISDIR(os.lstat(path).st_mode):
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            Path(path).unlink()

@@ -1,0 +1,205 @@
+"""What a PNG states and holds, checked part by part: whoever unpacks it afterwards finds nothing to complain of."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from ..disk.limits import check_size
+from ..errors import InputError
+from .formats import PNG_SIDE
+from .headers import damaged
+
+PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"
+
+MAX_UNPACKED = 1 << 26
+"""Compressed texts and profiles inside a PNG may unpack to this many bytes together."""
+
+SLICE = 1 << 16
+"""Packed bytes that are looked at together."""
+
+GRAY, RGB, PALETTE, GRAY_ALPHA, RGBA = 0, 2, 3, 4, 6
+CHANNELS = {GRAY: 1, RGB: 3, PALETTE: 1, GRAY_ALPHA: 2, RGBA: 4}
+_DEPTHS = {GRAY: (1, 2, 4, 8, 16), RGB: (8, 16), PALETTE: (1, 2, 4, 8), GRAY_ALPHA: (8, 16), RGBA: (8, 16)}
+_KEYS = {GRAY: 2, RGB: 6}
+"""How long the colour is that counts as clear; palettes have a list of opacities."""
+
+_PASSES = ((0, 0, 8, 8), (0, 4, 8, 8), (4, 0, 8, 4), (0, 2, 4, 4), (2, 0, 4, 2), (0, 1, 2, 2), (1, 0, 2, 1))
+"""Adam7: first row and column, steps between rows and between columns."""
+
+
+@dataclass
+class PngFacts:
+    """What a PNG states, its pixels as they are packed, and the same file without texts and profiles."""
+
+    width: int = 0
+    height: int = 0
+    depth: int = 8
+    colour: int = GRAY
+    interlaced: bool = False
+    key: bool = False
+    icc: bytes | None = None
+    exif: bytes | None = None
+    texts: dict[str, str] = field(default_factory=dict)
+    head: list[bytes] = field(default_factory=list)
+    packed: list[memoryview] = field(default_factory=list)
+    dirty: bool = False
+
+    @property
+    def channels(self) -> int:
+        """Channels that the pixels will have."""
+        return (3 if self.colour == PALETTE else CHANNELS[self.colour]) + self.key
+
+    def clean(self) -> bytes:
+        """The file, with nothing in it but the pixels and what they mean."""
+        body = [bytes(part) for part in self.packed]
+        return b"".join([PNG_START, *self.head, *(chunk(b"IDAT", part) for part in body), PNG_END])
+
+
+def chunk(kind: bytes, body: bytes) -> bytes:
+    """Return a part of a PNG with its length and its checksum."""
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(body, zlib.crc32(kind)))
+
+
+def png(data: bytes, name: str) -> PngFacts:
+    """Check every part of a PNG by its checksum, and that the file has an end."""
+    facts, pos, budget, last = PngFacts(), 8, MAX_UNPACKED, b""
+    view = memoryview(data)
+    while last != b"IEND":
+        head = data[pos : pos + 8]
+        end = pos + 12 + int.from_bytes(head[:4], "big")
+        if len(head) < 8 or end > len(data):
+            raise damaged(name, "it has no end")
+        kind, body = head[4:], view[pos + 8 : end - 4]
+        if zlib.crc32(view[pos + 4 : end - 4]) != int.from_bytes(data[end - 4 : end], "big"):
+            raise damaged(name, f"the checksum of its part {kind.decode('latin-1')!r} is wrong")
+        if pos == 8:
+            _ihdr(facts, kind, bytes(body), name)
+        if kind == b"IDAT":
+            if facts.packed and last != b"IDAT":
+                raise damaged(name, "its pixels are torn apart")
+            facts.packed.append(body)
+        elif kind in (b"iCCP", b"zTXt", b"iTXt", b"tEXt"):
+            budget -= _text(facts, kind, bytes(body), name, budget)
+        elif kind == b"eXIf":
+            facts.exif = bytes(body)
+        elif pos > 8 and kind != b"IEND":
+            _meaning(facts, kind, bytes(body), name)
+        facts.dirty |= kind not in (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
+        pos, last = end, kind
+    if not facts.packed:
+        raise damaged(name, "it holds no pixels")
+    if facts.colour == PALETTE and len(facts.head) < 2:
+        raise damaged(name, "it has no palette")
+    return facts
+
+
+def _ihdr(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
+    if kind != b"IHDR" or len(body) != 13:
+        raise damaged(name, "it has no header")
+    facts.width, facts.height, facts.depth, facts.colour, *ways = struct.unpack(">IIBBBBB", body)
+    check_size(name, facts.width, facts.height, side=PNG_SIDE)
+    if facts.depth not in _DEPTHS.get(facts.colour, ()) or ways not in ([0, 0, 0], [0, 0, 1]):
+        raise damaged(name, "its header states what no PNG can be")
+    facts.interlaced = ways[2] == 1
+    facts.head = [chunk(kind, body)]
+
+
+def _meaning(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
+    """Keep a palette or a clear colour where it says something, and nothing else."""
+    known = [part[4:8] for part in facts.head]
+    if kind == b"IHDR":
+        raise damaged(name, "it has two headers")
+    fits = not facts.packed and kind not in known
+    if kind == b"PLTE" and fits and facts.colour == PALETTE:
+        if not body or len(body) % 3 or len(body) > 3 << facts.depth:
+            raise damaged(name, "its palette is broken")
+    elif kind == b"tRNS" and fits and _says_what_is_clear(facts, len(body)):
+        facts.key = True
+    else:
+        facts.dirty = True
+        return
+    facts.head.append(chunk(kind, body))
+
+
+def _says_what_is_clear(facts: PngFacts, length: int) -> bool:
+    if facts.colour == PALETTE:  # an opacity for each colour, the last may be left out
+        return len(facts.head) == 2 and 0 < length <= (len(facts.head[1]) - 12) // 3
+    return length == _KEYS.get(facts.colour)
+
+
+def check_rows(facts: PngFacts, name: str) -> None:
+    """Unpack the pixels, keeping none, and refuse what libpng would complain of on the terminal."""
+    unpacker, rows = zlib.decompressobj(), _rows(facts)
+    count, size = next(rows)  # rows that are left of a pass, and their bytes
+    at = done = 0  # where the next row begins, and how much has come
+    try:
+        for number, part in enumerate(facts.packed):
+            for start in range(0, len(part), SLICE):
+                packed: bytes | memoryview = part[start : start + SLICE]
+                while packed and not unpacker.eof:
+                    out = unpacker.decompress(packed, 1 << 20)
+                    packed, stop = unpacker.unconsumed_tail, done + len(out)
+                    while at < stop:
+                        if not count:
+                            raise damaged(name, "it holds more than its pixels")
+                        here = min(count, -(-(stop - at) // size))
+                        if max(out[at - done : stop - done : size][:here]) > 4:
+                            raise damaged(name, "a row is packed in an unknown way")
+                        count, at = count - here, at + here * size
+                        if not count:
+                            count, size = next(rows, (0, 1))
+                    done = stop
+                if unpacker.eof:
+                    _cut(facts, number, min(start + SLICE, len(part)) - len(unpacker.unused_data))
+                    break
+            if unpacker.eof:
+                break
+    except zlib.error:
+        raise damaged(name, "its pixels cannot be unpacked") from None
+    if count or at != done or not unpacker.eof:
+        raise damaged(name, "it ends within its pixels")
+
+
+def _cut(facts: PngFacts, number: int, stop: int) -> None:
+    """Leave out what comes behind the packed pixels."""
+    if stop < len(facts.packed[number]) or number + 1 < len(facts.packed):
+        facts.packed = [*facts.packed[:number], facts.packed[number][:stop]]
+        facts.dirty = True
+
+
+def _rows(facts: PngFacts) -> Iterator[tuple[int, int]]:
+    """How many rows of how many bytes are packed, one pass after another; each begins with its filter."""
+    bits = CHANNELS[facts.colour] * facts.depth
+    for y, x, dy, dx in _PASSES if facts.interlaced else ((0, 0, 1, 1),):
+        height, width = -(-(facts.height - y) // dy), -(-(facts.width - x) // dx)
+        if height > 0 and width > 0:
+            yield height, 1 + (width * bits + 7) // 8
+
+
+def _text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int) -> int:
+    """Keep a text or a profile; return how many bytes it unpacked to."""
+    key, _, rest = body.partition(b"\0")
+    word = key.decode("latin-1")
+    if kind == b"tEXt":
+        facts.texts.setdefault(word, rest.decode("latin-1"))
+        return len(rest)
+    if kind == b"iTXt":
+        packed, rest = rest[:1] == b"\1", rest[2:].partition(b"\0")[2].partition(b"\0")[2]
+    else:
+        packed, rest = True, rest[1:]
+    if packed:
+        unpacker = zlib.decompressobj()
+        try:
+            rest = unpacker.decompress(rest, max(budget, 1))  # 0 would be without a limit
+        except zlib.error:
+            return 0
+        if unpacker.unconsumed_tail:
+            raise InputError(f"{name} unpacks to over {MAX_UNPACKED >> 20} MiB of text; save it without metadata.")
+    if kind == b"iCCP":
+        facts.icc = rest
+    else:
+        facts.texts.setdefault(word, rest.decode("utf-8", "replace"))
+    return len(rest)

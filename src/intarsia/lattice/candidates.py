@@ -1,0 +1,178 @@
+"""Guesses at the lattice of a texture: pairs of offsets at which it agrees with itself, and pairs of waves.
+
+A texture that repeats has peaks in its correlation at every lattice vector, and peaks in its spectrum at every
+wave that fits the lattice. Each alone misses some textures; together they miss few. Neither is trusted: both
+only propose, a score decides.
+
+Source: Lopez Recas 2011, section 3.3 (peaks, pairs, reduction); regions of dominance: Liu, Collins and Tsin,
+"A computational model for periodic pattern perception", PAMI 2004. Departures: the waves are ours.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .correlation_map import CorrelationMap, Pictures
+
+Floats = NDArray[np.float64]
+Int64 = NDArray[np.int64]
+
+UNIT = 256  # lattice vectors are whole numbers of 1/256 px
+SHORTEST = 4  # px: shorter vectors are grain, not elements
+PEAKS = 45  # correlation peaks that are paired
+LOOKED_AT = 1000  # strongest peaks whose dominance is known
+EQUAL = 10_000  # millionths: peaks that differ less are equally high
+WAVES = 10  # spectral peaks that are paired, of each picture
+LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
+
+
+def canonical(vectors: Int64) -> Int64:
+    """Reduce pairs of vectors (n, 2, 2), whole numbers, to the shortest pair of the same lattice (Gauss).
+
+    The shorter first; both with dx > 0, or dx = 0 and dy > 0; so that equal lattices are equal pairs, but for
+    ties of length.
+    """
+    v, w = vectors[:, 0].copy(), vectors[:, 1].copy()
+    for _ in range(64):
+        longer = (v * v).sum(axis=1) > (w * w).sum(axis=1)
+        v[longer], w[longer] = w[longer], v[longer]
+        square = np.maximum((v * v).sum(axis=1), 1)
+        times = (2 * (v * w).sum(axis=1) + square) // (2 * square)  # round half up
+        times[2 * np.abs((v * w).sum(axis=1)) <= square] = 0
+        if not times.any():
+            break
+        w -= times[:, None] * v
+    result = np.stack([v, w], axis=1)
+    y, x = result[..., 0], result[..., 1]
+    result[(x < 0) | ((x == 0) & (y < 0))] *= -1
+    return result
+
+
+def sensible(vectors: Int64, height: int, width: int) -> NDArray[np.bool_]:
+    """Say which reduced pairs could be the lattice of a picture: not too short, not flat, some cells in it."""
+    lengths = np.sqrt((vectors * vectors).sum(axis=2).astype(np.float64)) / UNIT
+    area = np.abs(vectors[:, 0, 0] * vectors[:, 1, 1] - vectors[:, 0, 1] * vectors[:, 1, 0]) / UNIT**2
+    flat = area < 0.25 * lengths[:, 0] * lengths[:, 1]
+    result: NDArray[np.bool_] = (lengths[:, 0] >= SHORTEST) & ~flat & (area > 0) & (area <= 0.6 * height * width)
+    return result
+
+
+def correlation_peaks(found: CorrelationMap) -> Floats:
+    """Find the offsets of one half plane at which the texture agrees with itself best: (n, 2), px.
+
+    Ranked by height times dominance, the distance to the next peak that is as high or higher: a peak of the
+    lattice dominates a cell, what lies between its peaks does not.
+    """
+    smooth, share = found.smooth, found.share
+    height, width = smooth.shape
+    inner = smooth[1:-1, 1:-1]
+    top = (share[1:-1, 1:-1] >= 200) & (inner > 0)
+    for k, (i, j) in enumerate((i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)):
+        other = smooth[i : i + height - 2, j : j + width - 2]
+        top &= inner >= other if k < 4 else inner > other
+    at = np.argwhere(top) + 1 - (height // 2, width // 2)
+    value = smooth[at[:, 0] + height // 2, at[:, 1] + width // 2].astype(np.int64)
+    square = (at * at).sum(axis=1)
+    order = np.lexsort((at[:, 1], at[:, 0], square, -value))[:LOOKED_AT]
+    at, value, square = at[order], value[order], square[order]
+    apart = ((at[:, None] - at[None]) ** 2).sum(axis=2)
+    apart[value[None, :] < value[:, None] - EQUAL] = np.iinfo(np.int64).max
+    np.fill_diagonal(apart, np.iinfo(np.int64).max)
+    dominance = np.minimum(apart.min(axis=1, initial=np.iinfo(np.int64).max), square)
+    half = (square >= SHORTEST**2) & ((at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0)))
+    at, value, dominance, square = at[half], value[half], dominance[half], square[half]
+    rank = value * value // 1000 * dominance  # the square of height x distance
+    order = np.lexsort((at[:, 1], at[:, 0], square, -rank))[:PEAKS]
+    return _refined(smooth, at[order])
+
+
+def _refined(values: NDArray[Any], at: NDArray[Any]) -> Floats:
+    """Move peaks to the tops of the parabolas along both axes."""
+    i, j = at[:, 0] + values.shape[0] // 2, at[:, 1] + values.shape[1] // 2
+    here = 2 * values[i, j].astype(np.float64)
+    result = at.astype(np.float64)
+    for axis, (di, dj) in enumerate(((1, 0), (0, 1))):
+        before, after = (values[i - s * di, j - s * dj].astype(np.float64) for s in (1, -1))
+        bend = here - before - after
+        result[:, axis] += np.where(bend > 0, 0.5 * (after - before) / np.where(bend > 0, bend, 1.0), 0.0)
+    return result
+
+
+def spectral_peaks(picture: Floats) -> Floats:
+    """Find the waves that a picture (H, W, C) is made of, strongest first: (n, 2), cycles per px.
+
+    Only periods of at least 4 px that fit 1.5 times or more into the short side.
+    """
+    from scipy.fft import next_fast_len, rfft2
+
+    height, width = picture.shape[:2]
+    window = [0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in (height, width)]
+    size = [int(next_fast_len(2 * height)), int(next_fast_len(2 * width, real=True))]
+    power = np.zeros((size[0], size[1] // 2 + 1))
+    for c in range(picture.shape[2]):
+        wave = rfft2(picture[..., c] * window[0][:, None] * window[1], size)
+        power += wave.real**2 + wave.imag**2
+    power = np.fft.fftshift(power, axes=0)
+    opposite = power[::-1] if size[0] % 2 else np.roll(power[::-1], 1, axis=0)
+    power = np.concatenate([opposite[:, 2:0:-1], power], axis=1)  # two columns of what lies beyond fx = 0
+    scale = power.max()
+    if scale <= 0:
+        return np.zeros((0, 2))
+    level = np.rint(np.sqrt(power / scale) * 1e6).astype(np.int64)
+    low = size[0] // 2
+    inner = level[1:-1, 1:-1]
+    fy = (np.arange(1, size[0] - 1) - low)[:, None] / size[0]
+    fx = (np.arange(1, level.shape[1] - 1) - 2)[None, :] / size[1]
+    f = np.hypot(fy, fx)
+    top = (f >= LONGEST_WAVE / min(height, width)) & (f <= 1 / SHORTEST) & ((fx > 0) | ((fx == 0) & (fy > 0)))
+    top &= inner > 0
+    for k, (i, j) in enumerate((i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)):
+        other = level[i : i + level.shape[0] - 2, j : j + level.shape[1] - 2]
+        top &= inner >= other if k < 4 else inner > other
+    at = np.argwhere(top) + 1
+    order = np.lexsort((at[:, 1], at[:, 0], -level[at[:, 0], at[:, 1]]))[:WAVES]
+    middle = np.array([level.shape[0] // 2, level.shape[1] // 2])
+    peaks = _refined(level, at[order] - middle) + middle
+    result: Floats = (peaks - (low, 2)) / size
+    return result
+
+
+def candidates(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
+    """Pair peaks with peaks and waves with waves; (n, 2, 2) in 1/256 px, reduced, each lattice once."""
+    peaks = correlation_peaks(found)
+    i, j = np.triu_indices(len(peaks), 1)
+    pairs = [np.stack([peaks[i], peaks[j]], axis=1)]
+    for f in waves:
+        i, j = np.triu_indices(len(f), 1)
+        a, b = f[i], f[j]
+        determinant = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        good = np.abs(determinant) > 1e-7
+        a, b, determinant = a[good], b[good], determinant[good]
+        # The vectors v with v1.a = 1, v1.b = 0, v2.a = 0, v2.b = 1.
+        v1 = np.stack([b[:, 1], -b[:, 0]], axis=1) / determinant[:, None]
+        v2 = np.stack([-a[:, 1], a[:, 0]], axis=1) / determinant[:, None]
+        pairs.append(np.stack([v1, v2], axis=1))
+    whole = np.concatenate(pairs)
+    whole = whole[np.abs(whole).max(axis=(1, 2), initial=0) < 1e6]
+    return distinct(canonical(np.rint(UNIT * whole).astype(np.int64)), height, width)
+
+
+def distinct(lattices: Int64, height: int, width: int) -> Int64:
+    """Keep the first of lattices that agree to half a px, and only sensible ones."""
+    lattices = lattices[sensible(lattices, height, width)]
+    coarse = (lattices + UNIT // 4) // (UNIT // 2)
+    _, first = np.unique(coarse.reshape(-1, 4), axis=0, return_index=True)
+    return lattices[np.sort(first)]
+
+
+def waves_of(prepared: Pictures) -> list[Floats]:
+    """Find the waves of both pictures."""
+    edges = prepared.edges
+    if prepared.inner is None:
+        edges = edges - edges.mean()
+    elif prepared.inner.any():
+        edges = (edges - edges[prepared.inner].mean()) * prepared.inner[..., None]
+    return [spectral_peaks(prepared.colours), spectral_peaks(edges)]

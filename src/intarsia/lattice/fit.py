@@ -1,0 +1,239 @@
+"""How good a guessed lattice is, and where exactly its vectors end.
+
+The score asks four questions: does the texture agree with itself at the lattice points; does it agree less
+anywhere else in the cell; do enough points say so; and do peaks lie where the points are. The last one also
+gives the vectors to a fraction of a px.
+
+Source: Lopez Recas 2011, eq. 3.22 (mean at the lattice points). Departures: contrast with the rest of the
+cell, the penalty for few points, sub-pixel vectors by least squares over all peaks.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .candidates import UNIT, canonical, distinct
+from .correlation_map import CorrelationMap
+from .scoring_kernels import NOTHING, fit_step, means, rings
+
+Floats = NDArray[np.float64]
+Int64 = NDArray[np.int64]
+
+HALVES = np.array([(4, 0), (0, 4), (4, 4)])
+RING = np.array(
+    [
+        (i, j)
+        for i in range(8)
+        for j in range(8)
+        if max(min(i, 8 - i), min(j, 8 - j)) >= 2 and (i, j) <= ((8 - i) % 8, (8 - j) % 8)
+    ]
+)
+"""Phases of the cell, in eighths, away from the lattice points; of opposite ones, which agree, one."""
+ENOUGH = 4  # lattice points of a half plane that do not agree by chance
+PROMISING = 400  # lattices whose mean is best: only they are compared with half cells,
+FITTED = 60  # and only so many with the whole ring
+RIVAL, FAR_BETTER = 85, 130  # per cent: of the confidence, and of the mean correlation of the most confident
+RADIUS = 0.12  # of the shorter vector: peaks are looked for within
+LEAST_RADIUS = 1.5  # px
+LOOSE = 0.01  # of the shorter vector: peaks further off make a lattice loose,
+LOOSE_BLUR = 0.05  # and its map is blurred by this much
+DRIFT = 0.15  # of the shorter vector, + 2 px: a fit that moves a vector further found something else
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Lattices and how good they are.
+
+    Attributes
+    ----------
+    vectors : int64 array, shape (n, 2, 2)
+        In 1/256 px, rows (dy, dx).
+    mean, contrast, confidence : int64 arrays, shape (n,)
+        Millionths: M at the points, C = M - the best of the ring, K = C (1 - 1 / sqrt(points)).
+    points : int64 array, shape (n,)
+        Lattice points in one half plane whose offset leaves enough overlap.
+    """
+
+    vectors: Int64
+    mean: Int64
+    contrast: Int64
+    confidence: Int64
+    points: Int64
+
+    def best(self, most: int) -> Int64:
+        """Return which are most confident, ties in order of size, then of their numbers."""
+        v = self.vectors
+        area = np.abs(v[:, 0, 0] * v[:, 1, 1] - v[:, 0, 1] * v[:, 1, 0])
+        keys = [v[:, i, j] for i in (1, 0) for j in (1, 0)]
+        result: Int64 = np.lexsort([*keys, area, -self.confidence])[:most]
+        return result
+
+    def ranked(self, most: int) -> Int64:
+        """Return the best, first of all one that is about as confident as the most confident but agrees far better.
+
+        A cell of many small tiles, equal but for their colour, has more points; that of the colours agrees.
+        """
+        order = self.best(most)
+        if len(order):
+            top = order[0]
+            rivals = order[
+                (self.points[order] >= ENOUGH)
+                & (100 * self.confidence[order] >= RIVAL * self.confidence[top])
+                & (100 * self.mean[order] >= FAR_BETTER * self.mean[top])
+            ]
+            if len(rivals) and self.confidence[top] > 0:
+                top = rivals[np.argmax(self.mean[rivals])]
+            finer = [k for k in order if self._refines(int(k), int(top))]
+            top = finer[0] if finer else top
+            order = np.concatenate([[top], order[order != top]])
+        return order
+
+    def _refines(self, k: int, top: int) -> bool:
+        """Say whether lattice k holds all points of the top one and more, and is about as good.
+
+        The ring of eighths sees the double cell of a lattice, but not its sevenfold one.
+        """
+        if 100 * self.confidence[k] < 80 * self.confidence[top] or 100 * self.mean[k] < 90 * self.mean[top]:
+            return False
+        small, large = (self.vectors[i].astype(np.float64) for i in (k, top))
+        (p, q), (r, s) = small
+        times = large @ np.array([[s, -q], [-r, p]]) / (p * s - q * r)
+        whole = np.rint(times)
+        index = abs(round(float(whole[0, 0] * whole[1, 1] - whole[0, 1] * whole[1, 0])))
+        return index > 1 and bool(np.abs(times - whole).max() < 0.1)
+
+
+def score(found: CorrelationMap, vectors: Int64, phases: NDArray[np.int64]) -> Scored:
+    """Score lattices against the phases given."""
+    n = len(vectors)
+    mean, points = np.empty(n, np.int64), np.empty(n, np.int64)
+    means(found.values, found.weights, vectors, mean, points)
+    return _contrasted(found, vectors, mean, points, phases)
+
+
+def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
+    """Keep the lattices worth a closer look: by their mean, then by contrast with their half cells."""
+    n = len(vectors)
+    mean, points = np.empty(n, np.int64), np.empty(n, np.int64)
+    means(found.values, found.weights, vectors, mean, points)
+    keep = np.flatnonzero((points >= 2) & (mean > 0))
+    hope = mean[keep] * _few(points[keep]) // 1000
+    keep = keep[np.argsort(-hope, kind="stable")[:PROMISING]]
+    scored = _contrasted(found, vectors[keep], mean[keep], points[keep], HALVES)
+    return scored.vectors[scored.best(FITTED)]
+
+
+def _few(points: Int64) -> Int64:
+    """1 - 1 / sqrt(n), in thousandths; roots are rounded alike everywhere."""
+    return np.asarray(1000 - np.rint(1000 / np.sqrt(np.maximum(points, 1))), np.int64)
+
+
+def _contrasted(
+    found: CorrelationMap, vectors: Int64, mean: Int64, points: Int64, phases: NDArray[np.int64]
+) -> Scored:
+    aside = np.empty(len(vectors), np.int64)
+    rings(found.values, found.weights, vectors, phases, aside)
+    known = (points > 0) & (aside > NOTHING)
+    contrast = np.where(known, mean - aside, -1_000_000)
+    return Scored(vectors, mean, contrast, contrast * _few(points) // 1000, points)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Vectors (2, 2) in px that agree best with the peaks, and how far the peaks lie from them (rms, px)."""
+
+    vectors: Floats
+    residual: float
+    used: int
+
+
+def fit(found: CorrelationMap, vectors: Int64, smooth: NDArray[np.int32] | None = None) -> Fit | None:
+    """Move the vectors of a lattice to where the peaks are; None where there are none, or elsewhere.
+
+    Weighted least squares over the peaks near the lattice points up to index 2, then 5, then all: the further
+    out, the more exact a vector must be to find the right peak, and the more exact it becomes. `smooth` replaces
+    the map whose peaks are looked for.
+    """
+    smooth = found.smooth if smooth is None else smooth
+    start = vectors / float(UNIT)
+    current = start
+    length = min(math.hypot(*row) for row in start)
+    sums = np.empty(9)
+    used = 0
+    for most in (2, 5, 1 << 20):
+        radius = max(LEAST_RADIUS, RADIUS * length)
+        used, tried = fit_step(smooth, found.weights, current, most, radius, sums)
+        moved = _solved(sums, current)
+        if moved is None or 2 * used < tried:
+            return None
+        current = moved
+        if np.hypot(*(current - start).T).max() > DRIFT * length + 2:
+            return None
+    fit_step(smooth, found.weights, current, 1 << 20, max(LEAST_RADIUS, RADIUS * length), sums)
+    return Fit(current, math.sqrt(sums[7] / sums[8]) if sums[8] > 0 else 0.0, used)
+
+
+def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
+    """Fit loose lattices once more, to wider peaks: each single peak is then a matter of chance.
+
+    Where the peaks lie further than a hundredth of the shorter vector from the lattice points, the map is
+    blurred by a twentieth of it first.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    length = min(math.hypot(*row) for row in vectors / float(UNIT))
+    sigma = LOOSE_BLUR * length
+    if residual <= LOOSE * length or sigma < 1.5:
+        return vectors
+    blurred = np.rint(gaussian_filter(found.values.astype(np.float64), sigma, mode="nearest")).astype(np.int32)
+    one = fit(found, vectors, blurred)
+    if one is None or one.residual >= residual:
+        return vectors
+    result: Int64 = canonical(np.rint(UNIT * one.vectors).astype(np.int64)[None])[0]
+    return result
+
+
+def regularity(one: Fit) -> float:
+    """Say how far the peaks lie from the lattice points: 0 on them, 1 as far as peaks found by chance would.
+
+    Chance spreads them evenly over the disc in which they are looked for. 1 for less than 3 peaks, which every
+    lattice can be fitted to.
+    """
+    if one.used < 3:
+        return 1.0
+    radius = max(LEAST_RADIUS, RADIUS * min(math.hypot(*row) for row in one.vectors))
+    return min(1.0, one.residual * math.sqrt(2 * one.used / (one.used - 2)) / radius)
+
+
+def _solved(sums: Floats, current: Floats) -> Floats | None:
+    """Solve the normal equations; along what only one vector is known of, the other stays."""
+    aa, ab, bb = sums[0], sums[1], sums[2]
+    determinant = aa * bb - ab * ab
+    if determinant > 1e-6 * max(aa, bb) ** 2:
+        v1 = [(bb * sums[3 + k] - ab * sums[5 + k]) / determinant for k in (0, 1)]
+        v2 = [(aa * sums[5 + k] - ab * sums[3 + k]) / determinant for k in (0, 1)]
+        return np.array([v1, v2])
+    return None
+
+
+def fitted(found: CorrelationMap, vectors: Int64, size: tuple[int, int]) -> tuple[Int64, dict[tuple[int, ...], Fit]]:
+    """Fit many lattices, dropping those whose fit fails; returns them in 1/256 px, and each one's fit."""
+    fits = {}
+    for lattice in vectors:
+        one = fit(found, lattice)
+        if one is not None:
+            exact = canonical(np.rint(UNIT * one.vectors).astype(np.int64)[None])
+            fits[tuple(exact.ravel().tolist())] = one
+    return distinct(np.array(list(fits), np.int64).reshape(-1, 2, 2), *size), fits
+
+
+def relatives(vectors: Int64) -> Int64:
+    """List the lattices of twice the cell and of half the cell: what guesses are most often wrong by."""
+    v, w = vectors[:, 0], vectors[:, 1]
+    double = [(2 * v, w), (v, 2 * w), (v + w, v - w)]
+    half = [(v // 2, w), (v, w // 2), ((v + w) // 2, w)]
+    return canonical(np.concatenate([np.stack(pair, axis=1) for pair in (*double, *half)]))

@@ -1,0 +1,140 @@
+"""Textures that repeat in one direction only: courses of stones, planks, lines of text.
+
+Stones of free length make rows that lie one pitch apart; along the row nothing returns. What is known is the
+pitch, a vector across the rows: moved by it along any line parallel to the rows, the texture agrees with
+itself, and half a pitch further it does not.
+
+Source: no paper; our own rule, as two vectors must be wrong on such textures.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .candidates import SHORTEST, UNIT
+from .correlation_map import CorrelationMap
+from .scoring_kernels import course_profile, pitch_contrasts
+
+Floats = NDArray[np.float64]
+Int64 = NDArray[np.int64]
+
+TURN = 9 / 1024  # about half a degree
+TURNS = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees
+TURNED = 6  # best waves that are refined
+STRETCH = 12  # steps of 1/4 % by which the pitch is made longer and shorter
+
+
+@dataclass(frozen=True)
+class RowPitch:
+    """Rows that lie one pitch apart.
+
+    Attributes
+    ----------
+    pitch : (dy, dx)
+        Across the rows, px.
+    contrast : int
+        Millionths: the mean correlation along the rows minus that halfway between.
+    lines : int
+        Rows, on one side of the origin, whose offset leaves enough overlap.
+    residual : float
+        How far the rows lie from whole pitches, rms, px.
+    """
+
+    pitch: tuple[float, float]
+    contrast: int
+    lines: int
+    residual: float
+
+
+def courses(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
+    """Try every wave as courses, the best ones turned and stretched; best first, nearly equal ones once."""
+    vectors = [np.rint(UNIT * f / (f @ f)) for f in np.concatenate(waves)]
+    vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
+    tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
+    tried.sort(key=_rank)
+    kept: list[RowPitch] = []
+    for one, _ in sorted([_refined(found, v, one) for one, v in tried[:TURNED]], key=_rank):
+        if all(_apart(one.pitch, other.pitch) > 1 + 0.02 * math.hypot(*one.pitch) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _rank(tried: tuple[RowPitch, Floats]) -> tuple[int, tuple[float, float]]:
+    return -tried[0].contrast, tried[0].pitch
+
+
+def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
+    return min(math.hypot(a[0] - b[0], a[1] - b[1]), math.hypot(a[0] + b[0], a[1] + b[1]))
+
+
+def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> tuple[RowPitch, Floats]:
+    """Turn the direction: first by half degrees, then by eighths of that."""
+    turn = 0.0
+    for step in (TURN, TURN / 8):
+        middle = turn
+        for k in range(-TURNS, TURNS + 1):
+            one = _turned(found, v, middle + k * step)
+            if one is not None and one.contrast > best.contrast:
+                best, turn = one, middle + k * step
+    return best, v
+
+
+def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
+    """Find the best pitch about as long as v (1/256 px) across the direction v + turn * (v turned by 90 degrees)."""
+    length = math.sqrt(float(v @ v)) / UNIT
+    y, x = v[0] - turn * v[1], v[1] + turn * v[0]
+    norm = math.sqrt(y * y + x * x)
+    direction = np.rint(np.array([y, x]) * 65536 / norm).astype(np.int64)
+    mean, mass = profile(found, direction)
+    lengths = np.rint(2 * UNIT * length * (1 + np.arange(-STRETCH, STRETCH + 1) / 400)).astype(np.int64)
+    contrasts = np.empty(len(lengths), np.int64)
+    pitch_contrasts(mean, mass, lengths, contrasts)
+    k = int(np.argmax(contrasts))
+    pitch, residual, lines = _fit(mean, mass, float(lengths[k]) / (2 * UNIT))
+    if lines < 1 or contrasts[k] <= 0:
+        return None
+    return RowPitch((float(pitch * y / norm), float(pitch * x / norm)), int(contrasts[k]), lines, residual)
+
+
+def profile(found: CorrelationMap, direction: Int64) -> tuple[Int64, Int64]:
+    """Average the map along the lines across a direction of length 65536; a line for every half px."""
+    high, wide = found.values.shape[0] // 2, found.values.shape[1] // 2
+    n = 2 * int((high * abs(direction[0]) + wide * abs(direction[1])) >> 16)
+    mean, mass = np.empty(n, np.int64), np.empty(n, np.int64)
+    course_profile(found.values, found.weights, direction, mean, mass)
+    return mean, mass
+
+
+def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
+    """Fit the pitch to the peaks of the profile near its multiples: pitch, rms residual (px), lines seen."""
+    top, bottom, found, lines = 0.0, 0.0, [], 0
+    k = 1
+    while 2 * k * pitch < len(mean) - 2:
+        at = 2 * k * pitch
+        if mass[round(at)] <= 0:
+            break
+        lines = k
+        reach = max(2, int(0.24 * pitch))
+        low = max(1, round(at) - reach)
+        window = mean[low : min(len(mean) - 1, round(at) + reach + 1)]
+        i = low + int(np.argmax(window))
+        before, here, after = (float(m) for m in mean[i - 1 : i + 2])
+        if here >= max(before, after) and here > 0 and mass[i + 1] > 0:
+            bend = 2 * here - before - after
+            peak = (i + (0.5 * (after - before) / bend if bend > 0 else 0.0)) / 2
+            weight = here * float(mass[i])
+            top += weight * k * peak
+            bottom += weight * k * k
+            found.append((weight, k, peak))
+        k += 1
+    if bottom <= 0:
+        return pitch, 0.0, lines
+    exact = top / bottom
+    if abs(exact - pitch) > 0.03 * pitch:
+        return pitch, 0.0, lines
+    square = sum(w * (p - k * exact) ** 2 for w, k, p in found) / sum(w for w, _, _ in found)
+    return exact, math.sqrt(square), lines

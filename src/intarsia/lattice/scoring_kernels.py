@@ -1,0 +1,243 @@
+"""How well lattices agree with a correlation map: sums over their points, whole numbers throughout.
+
+A map holds the correlation at every offset, in millionths, offset 0 in its middle; its weights are 0 where too
+little overlaps. Positions are in 1/2048 px: an eighth of a 1/256 px, so that phases are whole numbers too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.jit import kernel
+
+NOTHING = -(1 << 40)  # the mean of no point at all
+
+
+@kernel
+def sample(values: NDArray[np.int32], y: int, x: int) -> int:
+    """Read a map between its pixels, at (y, x) in 1/2048 px from its middle; bilinear, rounded down."""
+    height, width = values.shape
+    y += (height >> 1) << 11
+    x += (width >> 1) << 11
+    i, j = y >> 11, x >> 11
+    fy, fx = y & 2047, x & 2047
+    k = i + 1 if i + 1 < height else i
+    m = j + 1 if j + 1 < width else j
+    above = np.int64(values[i, j]) * (2048 - fx) + np.int64(values[i, m]) * fx
+    below = np.int64(values[k, j]) * (2048 - fx) + np.int64(values[k, m]) * fx
+    return int((above * (2048 - fy) + below * fy) >> 22)
+
+
+@kernel
+def weight_at(weights: NDArray[np.int32], y: int, x: int) -> int:
+    """Read the weight of the nearest offset; 0 outside of the map."""
+    height, width = weights.shape
+    i = ((y + 1024) >> 11) + (height >> 1)
+    j = ((x + 1024) >> 11) + (width >> 1)
+    if y < -((height >> 1) << 11) or x < -((width >> 1) << 11) or i >= height or j >= width:
+        return 0
+    if y > (height >> 1) << 11 or x > (width >> 1) << 11:
+        return 0
+    return int(weights[i, j])
+
+
+@kernel
+def lattice_mean(
+    values: NDArray[np.int32], weights: NDArray[np.int32], lattice: NDArray[np.int64], i: int, j: int
+) -> tuple[int, int]:
+    """Average the map over all points (a + i/8) v1 + (b + j/8) v2; returns the mean and the number of points.
+
+    `lattice` holds v1 and v2 as rows (dy, dx) in 1/256 px. At phase (0, 0) one half plane is read, without the
+    origin: the other half says the same.
+    """
+    p, q, r, s = lattice[0, 0], lattice[0, 1], lattice[1, 0], lattice[1, 1]
+    determinant = abs(p * s - q * r)
+    high, wide = (values.shape[0] >> 1) << 8, (values.shape[1] >> 1) << 8
+    most = (high * abs(s) + wide * abs(r)) // determinant + 2
+    whole = i == 0 and j == 0
+    total, mass, count = 0, 0, 0
+    for a in range(0 if whole else -most, most + 1):
+        y0, x0 = (8 * a + i) * p + j * r, (8 * a + i) * q + j * s
+        # The b between which y0 + 8 b r stays in the map, or x0 + 8 b s where v2 is flat.
+        if abs(r) * wide >= abs(s) * high:
+            step, start, reach = 8 * r, y0, 8 * high
+        else:
+            step, start, reach = 8 * s, x0, 8 * wide
+        if step < 0:
+            step, start = -step, -start
+        first, last = -((reach + start) // step), (reach - start) // step
+        if whole and a == 0:
+            first = 1
+        for b in range(first, last + 1):
+            y, x = y0 + 8 * b * r, x0 + 8 * b * s
+            w = weight_at(weights, y, x)
+            if w > 0:
+                total += w * sample(values, y, x)
+                mass += w
+                count += 1
+    return (total // mass if mass > 0 else NOTHING), count
+
+
+@kernel
+def means(
+    values: NDArray[np.int32],
+    weights: NDArray[np.int32],
+    lattices: NDArray[np.int64],
+    mean: NDArray[np.int64],
+    count: NDArray[np.int64],
+) -> None:
+    """Fill in the mean and the number of points of every lattice."""
+    for k in range(len(lattices)):
+        mean[k], count[k] = lattice_mean(values, weights, lattices[k], 0, 0)
+
+
+@kernel
+def rings(
+    values: NDArray[np.int32],
+    weights: NDArray[np.int32],
+    lattices: NDArray[np.int64],
+    phases: NDArray[np.int64],
+    best: NDArray[np.int64],
+) -> None:
+    """Fill in the best mean of every lattice shifted by the phases (n, 2), in eighths of its vectors."""
+    for k in range(len(lattices)):
+        best[k] = NOTHING
+        for m in range(len(phases)):
+            shifted, count = lattice_mean(values, weights, lattices[k], phases[m, 0], phases[m, 1])
+            if count > 0 and shifted > best[k]:
+                best[k] = shifted
+
+
+@kernel
+def course_profile(
+    values: NDArray[np.int32],
+    weights: NDArray[np.int32],
+    direction: NDArray[np.int64],
+    mean: NDArray[np.int64],
+    mass: NDArray[np.int64],
+) -> None:
+    """Average the map along straight lines: entry s is the line s/2 px from the middle, 0 where none is seen.
+
+    `direction` (dy, dx) points across the lines and has length 65536; lines are read every px.
+    """
+    p, q = direction[0], direction[1]
+    high, wide = (values.shape[0] >> 1) << 17, (values.shape[1] >> 1) << 17
+    for s in range(len(mean)):
+        total, weight = 0, 0
+        y0, x0 = s * p, s * q
+        # The t between which the line stays in the map.
+        step, start, reach = (2 * p, x0, wide) if abs(p) * high >= abs(q) * wide else (-2 * q, y0, high)
+        if step < 0:
+            step, start = -step, -start
+        for t in range(-((reach + start) // step), (reach - start) // step + 1):
+            y, x = (y0 - 2 * t * q) >> 6, (x0 + 2 * t * p) >> 6
+            w = weight_at(weights, y, x)
+            if w > 0:
+                total += w * sample(values, y, x)
+                weight += w
+        mean[s] = total // weight if weight > 0 else 0
+        mass[s] = weight
+
+
+@kernel
+def pitch_contrasts(
+    mean: NDArray[np.int64], mass: NDArray[np.int64], pitches: NDArray[np.int64], contrast: NDArray[np.int64]
+) -> None:
+    """Fill in the mean of a profile at whole pitches minus that at half pitches; pitches in 1/256 of a step."""
+    seen = len(mass) - 1
+    while seen > 0 and mass[seen] == 0:
+        seen -= 1
+    for k in range(len(pitches)):
+        level = np.zeros(2, np.int64)
+        for half in range(2):
+            at = pitches[k] >> half
+            total, weight = 0, 0
+            while (at >> 8) + 1 <= seen:
+                low, part = at >> 8, at & 255
+                total += mass[low] * ((mean[low] * (256 - part) + mean[low + 1] * part) >> 8)
+                weight += mass[low]
+                at += pitches[k]
+            level[half] = total // weight if weight > 0 else NOTHING
+        contrast[k] = level[0] - level[1] if min(level) > NOTHING else NOTHING
+
+
+@kernel
+def peak_near(
+    smooth: NDArray[np.int32], y: float, x: float, radius: float, found: NDArray[np.float64]
+) -> bool:
+    """Find the peak of a map near (y, x), px from its middle; False where none lies within `radius` px.
+
+    The highest whole px that is no lower than its eight neighbours; then the top of the parabola through it
+    and its neighbours along each axis.
+    """
+    height, width = smooth.shape
+    cy, cx = y + (height >> 1), x + (width >> 1)
+    reach = int(np.ceil(radius))
+    best, bi, bj = -(1 << 31), -1, -1
+    for i in range(max(1, int(cy) - reach), min(height - 1, int(cy) + reach + 2)):
+        for j in range(max(1, int(cx) - reach), min(width - 1, int(cx) + reach + 2)):
+            if smooth[i, j] > best and (i - cy) ** 2 + (j - cx) ** 2 <= radius * radius:
+                best, bi, bj = smooth[i, j], i, j
+    if bi < 0:
+        return False
+    for i in range(bi - 1, bi + 2):
+        for j in range(bj - 1, bj + 2):
+            if smooth[i, j] > best:
+                return False
+    here = float(best)
+    dy = smooth[bi + 1, bj] - 2.0 * here + smooth[bi - 1, bj]
+    dx = smooth[bi, bj + 1] - 2.0 * here + smooth[bi, bj - 1]
+    found[0] = bi - (height >> 1)
+    found[1] = bj - (width >> 1)
+    if dy < 0:
+        found[0] -= 0.5 * (float(smooth[bi + 1, bj]) - float(smooth[bi - 1, bj])) / dy
+    if dx < 0:
+        found[1] -= 0.5 * (float(smooth[bi, bj + 1]) - float(smooth[bi, bj - 1])) / dx
+    found[2] = here
+    return True
+
+
+@kernel
+def fit_step(
+    smooth: NDArray[np.int32],
+    weights: NDArray[np.int32],
+    vectors: NDArray[np.float64],
+    most: int,
+    radius: float,
+    sums: NDArray[np.float64],
+) -> tuple[int, int]:
+    """Gather the normal equations of v1 and v2 from the peaks near their points up to index `most`.
+
+    `sums`: w aa, w ab, w bb, w a y, w a x, w b y, w b x, w residual^2, w. Returns how many points had a peak,
+    and how many were tried. Points weigh by overlap and height; those below 0 count as without a peak.
+    """
+    sums[:] = 0.0
+    found = np.empty(3)
+    used, tried = 0, 0
+    high, wide = smooth.shape[0] >> 1, smooth.shape[1] >> 1
+    p, q, r, s = vectors[0, 0], vectors[0, 1], vectors[1, 0], vectors[1, 1]
+    determinant = abs(p * s - q * r)
+    top_a = min(most, int((high * abs(s) + wide * abs(r)) / determinant) + 1)
+    top_b = min(most, int((high * abs(q) + wide * abs(p)) / determinant) + 1)
+    for a in range(top_a + 1):
+        for b in range(-top_b if a > 0 else 1, top_b + 1):
+            y, x = a * p + b * r, a * q + b * s
+            w = float(weight_at(weights, int(np.floor(2048 * y)), int(np.floor(2048 * x))))
+            if w <= 0:
+                continue
+            tried += 1
+            if not peak_near(smooth, y, x, radius, found) or found[2] <= 0:
+                continue
+            used += 1
+            w *= found[2]
+            sums[0] += w * a * a
+            sums[1] += w * a * b
+            sums[2] += w * b * b
+            sums[3] += w * a * found[0]
+            sums[4] += w * a * found[1]
+            sums[5] += w * b * found[0]
+            sums[6] += w * b * found[1]
+            sums[7] += w * ((found[0] - y) ** 2 + (found[1] - x) ** 2)
+            sums[8] += w
+    return used, tried

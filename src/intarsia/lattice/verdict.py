@@ -1,0 +1,174 @@
+"""What a lattice is called: sure, faint or refused, and why.
+
+Textures without a lattice agree with themselves somewhere by chance. How well chance can do depends on how
+many points must agree, and on whether the peaks lie on the points or merely somewhere near.
+
+Source: no paper; thresholds set on photographs with and without a lattice, and checked on other crops of them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .candidates import UNIT
+from .correlation_map import MILLION, Pictures
+from .fit import ENOUGH, Fit, Scored, regularity
+from .row_pitch import RowPitch
+from .support import support
+
+Verdict = Literal["sure", "faint", "refused"]
+SURE: Verdict = "sure"
+FAINT: Verdict = "faint"
+REFUSED: Verdict = "refused"
+
+LEAST = 0.05  # confidence K of a lattice of two vectors
+LEAST_COURSES = 0.145  # contrast of courses,
+LEAST_TWO_COURSES = 0.18  # where only two are seen
+FEW = {2: 0.5, 3: 0.2}  # less than four lattice points must have this contrast, and agree everywhere:
+EVERYWHERE = 0.6  # the share of parts that repeat
+MANY_PARTS = 0.4  # the share asked of all other lattices,
+MANY_ROWS = 0.45  # and of courses
+SCATTERED = 0.75  # regularity of peaks that lie anywhere,
+SCATTERED_LEAST = 0.1  # unless the confidence is this large
+FAINT_LEAST = 0.03  # confidence that suffices where
+EXACT = 12.0  # the odds against peaks lying so exactly by chance are 10 to this power
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """One lattice that a texture may have.
+
+    Attributes
+    ----------
+    vectors : tuple of (dy, dx)
+        In 1/256 px. Two, the shorter first, or one where only a pitch exists: it is then perpendicular to the
+        direction in which nothing repeats, and as long as the rows are apart.
+    confidence : float
+        Two vectors: K = contrast (1 - 1 / sqrt(points)). One: the contrast. By the plain rule: its goodness.
+    contrast : float
+        Mean correlation at the lattice points minus the best anywhere else in the cell; of courses, minus
+        that between the rows. By the plain rule: the mean correlation.
+    points : int
+        Lattice points, or rows, that say so; opposite ones count once.
+    residual : float
+        How far the correlation peaks lie from the lattice points (rms), px: how irregular the texture is.
+    reasons : tuple of str
+        What speaks for and against it, in short sentences; the last one is the verdict.
+    verdict : "sure", "faint" or "refused"
+        ``faint`` is accepted only where the texture has no courses either.
+    repeats : float
+        Share of the exemplar that repeats by the vectors, 0 to 1, at least; 1 where that was not looked at.
+    """
+
+    vectors: tuple[tuple[int, int], ...]
+    confidence: float
+    contrast: float
+    points: int
+    residual: float
+    reasons: tuple[str, ...] = ()
+    verdict: Verdict = REFUSED
+    repeats: float = 1.0
+
+    @property
+    def kind(self) -> Literal["2-D", "1-D"]:
+        """Whether the texture repeats in two directions or in one."""
+        return "2-D" if len(self.vectors) == 2 else "1-D"
+
+    @property
+    def pixels(self) -> NDArray[np.float64]:
+        """The vectors in px: float64, shape (2, 2) or (1, 2), rows (dy, dx)."""
+        return np.array(self.vectors, np.float64) / UNIT
+
+    @property
+    def share(self) -> float:
+        """Confidence over what is asked for: compares lattices of both kinds."""
+        return self.confidence / (LEAST if self.kind == "2-D" else LEAST_COURSES)
+
+
+@dataclass(frozen=True)
+class Lattices:
+    """What is known of the lattice of a texture.
+
+    Attributes
+    ----------
+    accepted : Lattice or None
+        The lattice; None where the texture has none that is sure enough.
+    ranked : tuple of Lattice
+        The best candidates, best first, accepted or not: worth showing where the confidence is small.
+    reason : str
+        Why the first was accepted, or refused.
+    reduction : int
+        A large exemplar was looked at this many times smaller.
+    refined : bool
+        True where the vectors are exact to the exemplar's own px, though it was reduced, or was not.
+    """
+
+    accepted: Lattice | None
+    ranked: tuple[Lattice, ...]
+    reason: str
+    reduction: int = 1
+    refined: bool = True
+
+
+def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit, prepared: Pictures) -> Lattice:
+    """Judge a lattice of two vectors by its score, its fit, and where in the exemplar it holds."""
+    mean, contrast, confidence = (int(a[k]) / MILLION for a in (scored.mean, scored.contrast, scored.confidence))
+    points = int(scored.points[k])
+    near = regularity(one)
+    odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))
+    rows = tuple((int(y), int(x)) for y, x in vectors)
+    parts = min(support(prepared, row) for row in rows)
+    says = (
+        f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
+        f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
+        f"{100 * parts:.0f} % of the exemplar repeats, or more.",
+    )
+    if points < ENOUGH:
+        verdict, why = _judge_few(contrast, points, parts)
+    else:
+        verdict, why = _judge(confidence, near if one.used > ENOUGH else 0.0, odds, parts)
+    return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict, float(parts))
+
+
+def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
+    if contrast < FEW.get(points, 2.0):
+        return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
+    if parts < EVERYWHERE:
+        return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
+    return SURE, f"Accepted: only {points} lattice points, but all of the exemplar repeats."
+
+
+def _judge(confidence: float, near: float, odds: float, parts: float) -> tuple[Verdict, str]:
+    if confidence >= FAINT_LEAST and parts < MANY_PARTS:
+        return REFUSED, f"Refused: the confidence is {confidence:.3f}, but only parts of the exemplar repeat."
+    if confidence >= LEAST and near > SCATTERED and confidence < SCATTERED_LEAST:
+        return REFUSED, f"Refused: the confidence is {confidence:.3f}, but the peaks lie anywhere."
+    if confidence >= LEAST:
+        return SURE, f"Accepted: the confidence {confidence:.3f} reaches {LEAST}."
+    if confidence >= FAINT_LEAST and odds >= EXACT:
+        return FAINT, f"Accepted: the confidence is only {confidence:.3f}, but the peaks lie exactly on the points."
+    return REFUSED, f"Refused: the confidence {confidence:.3f} is below {LEAST}."
+
+
+def one_vector(found: RowPitch, prepared: Pictures) -> Lattice:
+    """Judge courses by their contrast, their number, and where in the exemplar they hold."""
+    pitch = round(UNIT * found.pitch[0]), round(UNIT * found.pitch[1])
+    if pitch[1] < 0 or (pitch[1] == 0 and pitch[0] < 0):
+        pitch = -pitch[0], -pitch[1]
+    contrast = found.contrast / MILLION
+    least = LEAST_COURSES if found.lines > 2 else LEAST_TWO_COURSES
+    if found.lines < 2:
+        verdict, why = REFUSED, "Refused: a single row could agree by chance."
+    elif contrast < least:
+        verdict, why = REFUSED, f"Refused: the contrast {contrast:.3f} of the rows is below {least}."
+    elif support(prepared, pitch) < MANY_ROWS:
+        verdict, why = REFUSED, "Refused: only parts of the exemplar repeat."
+    else:
+        verdict, why = SURE, f"Accepted: the contrast {contrast:.3f} of the rows reaches {least}."
+    says = f"{found.lines} rows agree {contrast:.3f} better than what lies between them."
+    return Lattice((pitch,), contrast, contrast, found.lines, found.residual, (says, why), verdict)

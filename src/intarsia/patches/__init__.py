@@ -1,0 +1,1 @@
+"""Growth patch by patch: the order of filling, the growing map, labels, and repetition."""

@@ -1,0 +1,126 @@
+"""The start map of a canvas, for methods that lay out an endless texture by a lattice, by courses or by tiles.
+
+Such a method continues a picture, too: its texture is laid so that the lattice of the picture goes on, and is then cut
+against the picture along the cheapest seam (Kwatra et al. 2003, eq. 1), at most as deep as the rim.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..geometry import Wrap
+from ..kernels.cuts import min_cut, seam_costs
+from ..lazy import lazy
+from ..sourcemap import SourceMap
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only canvases that are partly filled need it
+    ndimage = lazy("scipy.ndimage")
+
+OLD, FREE, NEW = 0, 1, 2
+Mask = NDArray[np.bool_]
+Vector = tuple[int, int]
+
+
+def depth_of(known: Mask, wrap: Wrap, most: int) -> NDArray[Any]:
+    """How deep known pixels lie, px from the nearest hole, 1 beside it; around a border that wraps up to `most`."""
+    if known.all():
+        return np.full(known.shape, most + 1)
+    pad = [(most + 1, most + 1) if around else (0, 0) for around in (wrap.y, wrap.x)]
+    depth = ndimage.distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
+    inner = tuple(slice(p[0], n + p[0]) for p, n in zip(pad, known.shape, strict=True))
+    return np.asarray(depth[inner])
+
+
+@dataclass(frozen=True, eq=False)
+class Continuation:
+    """The start of a canvas.
+
+    Attributes
+    ----------
+    start : SourceMap
+        What is there.
+    depth : int array (H, W)
+        How deep its pixels lie, 0 in holes.
+    rim : int
+        How deep they may be replaced, px.
+    anchor : (y, x)
+        The exemplar pixel that canvas pixel (0, 0) shows, or would show if that piece reached so far: of most pixels.
+    band : bool array (H, W)
+        Those of that piece near holes: what is added must go on from there.
+    """
+
+    start: SourceMap
+    depth: NDArray[Any]
+    rim: int
+    anchor: Vector
+    band: Mask
+
+    @classmethod
+    def of(cls, canvas: Canvas, rim: int) -> Continuation | None:
+        """Look at the start of a canvas; None where it is empty. `rim`: the method's own, if the canvas names none."""
+        if canvas.start is None or bool(canvas.start.holes.all()):
+            return None
+        start, deepest = canvas.start, rim if canvas.rim is None else canvas.rim
+        known = ~start.holes
+        depth = depth_of(known, canvas.wrap, max(rim, deepest))
+        here = np.moveaxis(np.indices(known.shape), 0, 2)
+        offset = start.yx.astype(np.int64) - here
+        upright = known if start.pose is None else known & (start.pose == 0)
+        anchor = _commonest(offset[upright if upright.any() else known])
+        band = upright & (offset == anchor).all(axis=2) & (depth <= rim)
+        return cls(start, depth, deepest, anchor, band)
+
+    @property
+    def full(self) -> bool:
+        """True where nothing is to be added."""
+        return not bool(self.start.holes.any())
+
+    def zone(self, at: Vector, window: Mask, side: int) -> NDArray[np.int64]:
+        """List the band's pixels in a window at `at` of the endless texture: (n, 3) row, column, `side`."""
+        ok, index = [], []
+        for axis, around in enumerate((self.start.wrap.y, self.start.wrap.x)):
+            n, length = np.arange(window.shape[axis]) + at[axis] - self.anchor[axis], self.band.shape[axis]
+            ok.append(np.full(len(n), True) if around else (n >= 0) & (n < length))
+            index.append(n % length)
+        y, x = np.nonzero(self.band[np.ix_(*index)] & np.outer(*ok) & window)
+        return np.stack([y, x, np.full(len(y), side)], axis=1).astype(np.int64)
+
+    def joined(
+        self, yx: NDArray[np.int32], pose: NDArray[np.uint8] | None, picture: NDArray[np.int16]
+    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+        """Lay the start map over a new map, cut along the cheapest seam; `picture`: the exemplar's features."""
+        taken = self._taken(yx, picture)
+        if pose is not None or self.start.pose is not None:
+            new, old = (np.zeros(taken.shape, np.uint8) if p is None else p for p in (pose, self.start.pose))
+            pose = np.where(taken, new, old)
+        return np.where(taken[:, :, None], yx, self.start.yx), pose
+
+    def _taken(self, yx: NDArray[np.int32], picture: NDArray[np.int16]) -> Mask:
+        """Where the new map is shown: in holes, beside them if the rim allows, and as far as the cut goes."""
+        state = np.where(self.depth > self.rim, OLD, FREE).astype(np.uint8)
+        state[self.depth <= min(self.rim, 1)] = NEW
+        taken: Mask = state == NEW
+        free = np.argwhere(state == FREE)
+        if len(free):
+            (y0, x0), (y1, x1) = np.maximum(free.min(axis=0) - 1, 0), free.max(axis=0) + 2
+            box = slice(y0, y1), slice(x0, x1)
+            new = picture[yx[box][:, :, 0], yx[box][:, :, 1]]
+            old = picture[self.start.yx[box][:, :, 0], self.start.yx[box][:, :, 1]]
+            out = np.empty(new.shape[:2], np.uint8)
+            min_cut(np.ascontiguousarray(state[box]), *seam_costs(old, new, False), out)
+            taken[box] = out.astype(bool)
+        return taken
+
+
+def _commonest(offsets: NDArray[np.int64]) -> Vector:
+    """The offset that most pixels have; of equals the first."""
+    found, counts = np.unique(offsets, axis=0, return_counts=True)
+    y, x = found[int(np.argmax(counts))]
+    return int(y), int(x)

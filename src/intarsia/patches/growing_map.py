@@ -1,0 +1,165 @@
+"""A map that grows patch by patch: what is known, what must stay, and in which order windows are filled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..draws import below
+from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES
+from ..kernels import windows
+from ..search.candidates import Candidates
+from ..search.posed import PosedExemplars
+from ..search.windows import WindowGrid
+from ..sourcemap import HOLE, Blend, SourceMap
+from .continuation import depth_of
+from .fill_order import levels
+
+Array = NDArray[Any]
+Window = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class GrowingMap:
+    """The growing map, in variants and their pixels, and the pixels that must stay."""
+
+    variants: PosedExemplars
+    variant: NDArray[np.uint8]
+    yx: NDArray[np.int32]
+    locked: NDArray[np.bool_]
+
+    @classmethod
+    def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int) -> GrowingMap:
+        """Begin with the canvas's start map; what lies deeper than `rim` px from every hole is locked."""
+        shape = (canvas.height, canvas.width)
+        variant, yx = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
+        if canvas.start is None:
+            return cls(variants, variant, yx, np.zeros(shape, bool))
+        start = canvas.start
+        which = np.zeros(shape, np.uint8) if start.which is None else start.which
+        pose = np.zeros(shape, np.uint8) if start.pose is None else start.pose
+        for v in range(len(variants)):
+            mine = (which == variants.exemplar[v]) & (pose == variants.pose[v])
+            iso = ISOMETRIES[variants.pose[v]]
+            _, height, width, _ = variants.table[v].tolist()
+            origin = np.array(iso.start(width, height) if iso.swaps else iso.start(height, width), np.int32)
+            yx[mine] = (start.yx[mine] - origin) @ np.array(iso.j, np.int32)
+            variant[mine] = v
+        return cls(variants, variant, yx, depth_of(variant != HOLE, canvas.wrap, rim) > rim)
+
+    def open_windows(self, layout: WindowGrid, wanted: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+        """Return which windows hold a pixel that is not known yet, or that is `wanted`."""
+        if layout.places is not None or (wanted is None and not (self.variant != HOLE).any()):
+            return np.ones(layout.shape, bool)
+        h, w = layout.patch
+        holes = self.variant == HOLE if wanted is None else wanted
+        for axis, (size, wrap) in enumerate(zip(layout.patch, layout.wraps, strict=True)):
+            pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
+            holes = np.pad(holes, pad, mode="wrap") if wrap else np.pad(holes, pad)
+        total = np.pad(np.cumsum(np.cumsum(holes, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+        y, x = np.array(layout.rows) + h, np.array(layout.columns) + w
+        inside = total[np.ix_(y + h, x + w)] - total[np.ix_(y, x + w)] - total[np.ix_(y + h, x)] + total[np.ix_(y, x)]
+        return np.asarray(inside > 0)
+
+    def cut_in(
+        self, at: Window, pick: tuple[int, int, int], found: Candidates, layout: WindowGrid, gradient: bool
+    ) -> None:
+        """Cut the patch `pick` (variant, row, column) into the window at `at` along the cheapest seam."""
+        windows.paste(
+            windows.Shown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick,
+            found.feats, found.known, gradient,
+        )  # fmt: skip
+
+    def lay_over(
+        self, at: Window, pick: tuple[int, int, int], known: Array, layout: WindowGrid, seam: tuple[int, int]
+    ) -> None:
+        """Lay the patch `pick` into the window at `at`, cut straight in the middle of seams of `seam` px."""
+        windows.overlay(
+            windows.Shown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick, known,
+            seam,
+        )  # fmt: skip
+
+    def known(self, at: Window, layout: WindowGrid) -> NDArray[np.uint8]:
+        """Say which pixels of a window are known: (rows, columns) of 0 and 1."""
+        y, x = (np.arange(n) + a for n, a in zip(layout.patch, at, strict=True))
+        return np.asarray(self.variant[np.ix_(y % layout.height, x % layout.width)] != HOLE, dtype=np.uint8)
+
+    def map(self, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> SourceMap:
+        """The map as far as it has grown; it shares its memory with this one where it can."""
+        yx, which, pose = self.variants.to_exemplars(self.yx, self.variant)
+        return SourceMap(
+            yx,
+            which if len(exemplars) > 1 or bool((which == HOLE).any()) else None,
+            pose if self.variants.pose.any() else None,
+            tuple(e.source for e in exemplars),
+            canvas.wrap,
+            blend,
+        )
+
+
+def waves(layout: WindowGrid, wanted: NDArray[np.bool_]) -> list[list[Window]]:
+    """Order the wanted windows in waves: the windows of a wave do not touch, earlier waves come first.
+
+    The order is that of a raster scan as far as overlapping windows can tell: a window comes after those above
+    and to the left of it, and after the one above to the right. Windows that lie freely keep the order of their
+    numbers: outward from what is known.
+    """
+    if layout.places is not None:
+        return _free_waves(layout, layout.places)
+    rows = _neighbours(layout.rows, layout.patch[0], layout.height, layout.wrap_y)
+    columns = _neighbours(layout.columns, layout.patch[1], layout.width, layout.wrap_x)
+    reach = [b - a for a, near in enumerate(columns) for b in near]
+    slope = 1 + max((r for r in reach if r <= len(columns) // 2), default=0)
+    out: list[list[Window]] = []
+    if not (layout.wrap_y or layout.wrap_x) and wanted.all():  # what the loop below finds, in closed form
+        r, c = np.indices(wanted.shape)
+        number = (c + slope * r).ravel()
+        by_wave = np.lexsort((r.ravel(), number))
+        begins = np.flatnonzero(np.diff(number[by_wave], prepend=-1))
+        cells = list(zip(r.ravel()[by_wave].tolist(), c.ravel()[by_wave].tolist(), strict=True))
+        return [cells[a:b] for a, b in zip(begins, [*begins[1:], None], strict=True)]
+    order = sorted(zip(*np.nonzero(wanted), strict=True), key=lambda w: (w[1] + slope * w[0], w[0]))
+    level = np.full(wanted.shape, -1)
+    for row, column in order:
+        mine = 1 + max((int(level[r, c]) for r in rows[row] for c in columns[column]), default=-1)
+        level[row, column] = mine
+        if mine == len(out):
+            out.append([])
+        out[mine].append((int(row), int(column)))
+    return out
+
+
+def _free_waves(layout: WindowGrid, found: tuple[Window, ...]) -> list[list[Window]]:
+    size = layout.height, layout.width
+    wave_of = levels(list(found), layout.patch, size, layout.wraps)
+    out: list[list[Window]] = [[] for _ in range(max(wave_of, default=-1) + 1)]
+    for number, wave in enumerate(wave_of):
+        out[wave].append((number, 0))
+    return out
+
+
+def random_patch(valid: Sequence[Array], bits: int) -> tuple[int, int, int]:
+    """Draw any patch of those that are `valid`, variant by variant: (variant, row, column)."""
+    counts = [int(np.count_nonzero(v)) for v in valid]
+    k = below(sum(counts), bits)
+    for v, n in enumerate(counts):
+        if k < n:
+            at = int(np.flatnonzero(valid[v])[k])
+            return v, *divmod(at, valid[v].shape[1])
+        k -= n
+    raise AssertionError("counts and draws disagree")
+
+
+def _neighbours(starts: tuple[int, ...], patch: int, length: int, wrap: bool) -> list[list[int]]:
+    """Of every window along an axis, which ones overlap it (itself included)."""
+    out = []
+    for a in starts:
+        gaps = [min(abs(a - b), length - abs(a - b)) if wrap else abs(a - b) for b in starts]
+        out.append([k for k, gap in enumerate(gaps) if gap < patch])
+    return out

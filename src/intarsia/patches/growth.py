@@ -1,0 +1,245 @@
+"""Growing a map patch by patch: the loop shared by all methods that lay patches in raster order.
+
+A method gives what distinguishes it: how one of the candidates is chosen, and how the chosen patch is joined to the
+patches that were laid before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import features
+from ..canvas import Canvas
+from ..draws import draw_many
+from ..errors import MethodError
+from ..exemplar import Exemplar
+from ..lazy import lazy
+from ..run import Run
+from ..search.candidates import Candidates, Search
+from ..search.fourier import PatchSearch
+from ..search.posed import isometry_ids, variants
+from ..sourcemap import HOLE, Blend, SourceMap
+from .growing_map import GrowingMap, Window, random_patch, waves
+from .hole_edge_kernels import weigh_edge
+from .repetition import Repetition, RepetitionRule, striking
+from .settings import PatchSettings
+
+if TYPE_CHECKING:
+    from ..search import distance_map, guided, pyramid
+    from ..search import guide as guidance
+else:  # only some canvases need them
+    distance_map = lazy("intarsia.search.distance_map")
+    guidance = lazy("intarsia.search.guide")
+    guided = lazy("intarsia.search.guided")
+    pyramid = lazy("intarsia.search.pyramid")
+
+Pick = tuple[int, int, int]
+Choose = Callable[[Window, Candidates, int], Pick | None]
+Join = Callable[[tuple[int, int], Pick, Candidates], None]
+
+AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
+SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
+
+
+class Growth:
+    """A map that grows, and all that is needed to grow it.
+
+    Windows may be left out: with `inside_only` those that hold a boundary of labels; with `wanted`, a mask of the
+    canvas, those that hold none of its pixels.
+    """
+
+    def __init__(
+        self, laying: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> None:  # fmt: skip
+        self.laying, self.exemplars, self.canvas = laying, exemplars, canvas
+        self.layout = laying.layout(canvas)
+        around = (laying.context, max(min(laying.patch) // SURROUNDINGS, 1)) if laying.context else (0.0, 0)
+        self.features = features(exemplars, laying.weights, around)
+        shown = () if canvas.start is None else canvas.start.poses
+        self.variants = variants(exemplars, self.features, laying.poses(canvas.guide), self.layout.patch, shown)
+        rim = laying.rim if canvas.rim is None else canvas.rim
+        listed = laying.listed if self.layout.places is None or rim else max(laying.listed, AROUND_HOLES)
+        self.finder = self._finder(listed)
+        priced = laying.usage and laying.repeats is RepetitionRule.PRICES
+        prices = striking(self.features, self.finder) if priced else None
+        self.repetition = Repetition(self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats)
+        self.patchwork = GrowingMap.begin(self.variants, canvas, rim)
+        windows = self.patchwork.open_windows(self.layout, wanted)
+        self.guided = self._guided()
+        if self.guided is not None and self.guided.guidance.guide.is_labels:
+            self.repetition.apart(self.guided.guidance.groups(self.finder))
+        if inside_only and self.guided is not None:
+            windows &= ~self.guided.guidance.boundaries
+        self.waves = waves(self.layout, windows)
+        if canvas.start is not None:
+            self.repetition.note_start(self.patchwork.variant, self.patchwork.yx)
+
+    def _finder(self, listed: int) -> Search:
+        laying, patch = self.laying, self.layout.patch
+        if laying.finder is not None:
+            return laying.finder(self.variants, patch)
+        if laying.search == "pyramid":
+            return pyramid.PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
+        return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", listed)
+
+    def _guided(self) -> guided.GuidedSearch | guided.GuidedPyramid | None:
+        """The search under the canvas's guide, where it has one."""
+        guide = self.canvas.guide
+        if guide is None:
+            return None
+        what = guidance.WindowGuide(
+            guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.laying.isometries)
+        )
+        unit = guided.seam_unit(self.exemplars[0], self.laying.weights)
+        if isinstance(self.finder, pyramid.PyramidSearch):
+            return guided.GuidedPyramid(self.finder, what, unit)
+        assert isinstance(self.finder, PatchSearch), "methods with a search of their own have no guide"
+        return guided.GuidedSearch(self.finder, what, unit)
+
+    def at_boundary(self, window: Window) -> bool:
+        """True where a window holds a boundary between labels of the guide."""
+        return self.guided is not None and bool(self.guided.guidance.boundaries[window])
+
+    def fill(
+        self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float, part: tuple[int, int] = (0, 1)
+    ) -> None:
+        """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
+
+        `choose` picks among the candidates of a window, in a fixed order; a number stands for the choice by
+        price within this tolerance. `join` lays the patch into the window. `part`: which pass this is, from 0,
+        and of how many.
+        """
+        self._check = run.check
+        before, total = part[0] * len(self.waves), part[1] * len(self.waves)
+        with run.pool() as each:
+            for number, wave in enumerate(self.waves):
+                run.tick(before + number, total, self.draft)
+                self.repetition.account()
+                found = self._search(wave, each, run.workers)
+                self._answer(run, wave, found)
+                bits = draw_many(seed, stage, 0, wave)
+                picks = self._picks(wave, found, bits, choose)
+                self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
+        run.tick(before + len(self.waves), total, self.draft)
+
+    def map(self, blend: Blend) -> SourceMap:
+        """The map, once all is filled."""
+        return self.patchwork.map(self.exemplars, self.canvas, blend)
+
+    def draft(self) -> SourceMap:
+        """The map as far as it has grown: a copy."""
+        now = self.map(Blend())
+        return replace(now, yx=now.yx.copy())
+
+    def brightness(self, found: Candidates) -> int:
+        """Sum of a window's squared features, counted from black; epsilon is relative to it (Multrus 2003, 3.3.4)."""
+        n = self.features.base
+        above = (found.feats[:, :, :n].astype(np.int64) - self.features.black[:n]) * found.known[:, :, None]
+        return int((above * above).sum())
+
+    def at(self, window: Window) -> tuple[int, int]:
+        """First pixel of a window on the canvas."""
+        return self.layout.at(*window)
+
+    def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
+        """Answer the run's probe where its pixel is about to be filled."""
+        probe = run.probe
+        if probe is None or probe.maps is not None or self.patchwork.variant[probe.y, probe.x] != HOLE:
+            return
+        for window, candidates in zip(wave, found, strict=True):
+            y, x = self.at(window)
+            dy, dx = probe.y - y, probe.x - x
+            dy = dy % self.canvas.height if self.canvas.wrap.y else dy
+            dx = dx % self.canvas.width if self.canvas.wrap.x else dx
+            if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
+                scale = distance_map.full_scale(self.exemplars[0], self.laying.weights)
+                probe.maps = distance_map.distance_maps(candidates, self.variants, scale)
+                if candidates.free:
+                    run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
+                return
+
+    def window(self, at: Window) -> Window:
+        """The window that begins at a pixel of the canvas."""
+        return self.layout.rows.index(at[0]), self.layout.columns.index(at[1])
+
+    def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
+        found: list[Any] = [None] * len(wave)
+        parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
+        size = -(-len(wave) // parts)
+        at: NDArray[np.int64] = np.array([self.at(w) for w in wave], np.int64)
+
+        def part(begin: int) -> None:
+            self._check()
+            stop, prices = min(begin + size, len(wave)), self.repetition.search_prices
+            where = (self.patchwork.variant, self.patchwork.yx, at[begin:stop], self.layout.wraps)
+            if self.guided is not None:
+                found[begin:stop] = self.guided.find(wave[begin:stop], *where[:3], prices)
+            elif self.laying.distance and isinstance(self.finder, PatchSearch):
+                found[begin:stop] = self.finder.search(
+                    *self.finder.windows(*where), prices,
+                    lambda k, rows: self.repetition.left(*wave[begin + k], rows, self._check),
+                )  # fmt: skip
+            else:
+                found[begin:stop] = self.finder.find(*where, prices)
+
+        each(part, range(0, len(wave), size))
+        return found if self.layout.places is None else [self._weighed(at[k], f) for k, f in enumerate(found)]
+
+    def _weighed(self, at: NDArray[np.int64], found: Candidates) -> Candidates:
+        """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
+        rows = found.rows.copy()
+        weigh_edge(
+            self.patchwork.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
+            self.variants.table, rows,
+        )  # fmt: skip
+        return replace(found, rows=rows)
+
+    def _picks(
+        self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float
+    ) -> list[Pick]:
+        """Choose for the windows of a wave, in their order."""
+        if callable(choose):
+            return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
+
+        def priced(window: Window, found: Candidates, bits: int) -> Pick | None:
+            return self.repetition.pick(*window, found, choose, bits)
+
+        if self.layout.places is not None or len(self.repetition.started):  # not on the grid that a kernel goes by
+            return [self._choose(*each_of, priced) for each_of in zip(wave, found, bits, strict=True)]
+        special: dict[int, Pick] = {}
+        for stop, picks in self.repetition.pick_all(wave, found, choose, bits):
+            if stop == len(wave):
+                return [special.get(k, pick) for k, pick in enumerate(picks)]
+            special[stop] = self._choose(wave[stop], found[stop], bits[stop], priced)
+        raise AssertionError("a wave ends with its last window")
+
+    def _choose(self, window: Window, found: Candidates, bits: int, choose: Choose) -> Pick:
+        pick: Pick | None
+        valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
+        bare = self.guided is not None and not len(found.rows) and not found.known.any()
+        if (found.free or bare) and not self.laying.distance:  # nothing is known here yet: any patch will do
+            pick = random_patch(valid, bits)
+        else:
+            pick = choose(window, found, bits) if len(found.rows) else None
+            loose = replace(found, free=True) if bare else found
+            pick = pick or choose(window, self.repetition.allowed(*window, loose, valid, self._check), bits)
+        if pick is None:
+            raise MethodError(
+                f"min_repeat_distance={self.laying.distance} px leaves no patch for some place; "
+                "choose a smaller distance, a smaller patch, or a larger exemplar."
+            )
+        self.repetition.add(*window, pick)
+        return pick
+
+    def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
+        def part(items: list[tuple[Window, Pick, Candidates]]) -> None:
+            for window, pick, found in items:
+                join(self.at(window), pick, found)
+        size = -(-len(chosen) // workers)
+        each(part, [chosen[k : k + size] for k in range(0, len(chosen), size)])

@@ -1,0 +1,292 @@
+"""Repetition control, written once for all methods that lay patches.
+
+Every patch laid makes its part of the exemplar a little dearer, so that the whole exemplar is used, and a flat spot,
+which fits beside itself, does not spread. It becomes dearer still close to where it was laid, and the more so the more
+striking it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
+distance is 0. The ways of Multrus 2003, 4.2, are such factors, and can be chosen.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import Features
+from ..analysis.rarity import rarity
+from ..geometry import ISOMETRIES
+from ..kernels import returns
+from ..search.candidates import Candidates, Prices, Search
+from ..search.fourier import PatchSearch
+from ..search.posed import PosedExemplars
+from ..search.windows import WindowGrid
+from ..sourcemap import HOLE
+from . import repetition_kernels
+from .repeats import Table, best_of, is_little
+from .repetition_kernels import Layout, Terms, Wave
+
+REACH = 4  # blocks around a window in which nearness counts
+LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
+MATCH = 0.25  # a perfect match counts as this share of the usual distance when the tolerance is applied
+DRIFT = 3.0  # used so many times more than its share, a part of the exemplar becomes dear
+MOST_EXCESS = 1 << 24
+STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
+
+Array = NDArray[Any]
+
+
+class RepetitionRule(StrEnum):
+    """What a repeat costs."""
+
+    PRICES = "prices"  # a little for every use, more close by, more for striking patches
+    COUNTER = "counter"  # distance times (1 + uses of any patch that touches it): Multrus 2003, 4.2
+    MARKS = "marks"  # distance times (1 + mean uses of its pixels): the alternative named there
+
+
+class Repetition:
+    """What was laid so far, and what that costs each candidate.
+
+    Parameters
+    ----------
+    search : Search
+        Whose variants and coarse positions are meant.
+    layout : WindowGrid
+        The windows.
+    strength : float
+        Price of a full repeat, relative to the usual distance; 0 switches the prices off.
+    distance : int
+        No exemplar pixel may return within this many output px; 0: no such rule.
+    striking : list of int32 arrays, optional
+        For every variant, how striking each coarse position is; 256 = usual.
+    rule : RepetitionRule
+        What a repeat costs; `strength` and `striking` belong to PRICES alone.
+    """
+
+    def __init__(
+        self, search: Search, layout: WindowGrid, strength: float, distance: int,
+        striking: list[Array] | None = None, rule: RepetitionRule = RepetitionRule.PRICES,
+    ) -> None:  # fmt: skip
+        self.search, self.layout, self.distance, self.strength, self.rule = search, layout, distance, strength, rule
+        shapes = [v.shape for v in search.valid]
+        self.striking = striking or [np.full(s, 256, np.int32) for s in shapes]
+        self._flat = np.zeros(sum(a * b for a, b in shapes), np.int32)
+        self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
+        begins = np.cumsum([0] + [a * b for a, b in shapes])
+        self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
+        # The uses, and what drift adds to them; the source's rules count at once.
+        self._priced = self._flat.copy() if rule is RepetitionRule.PRICES else self._flat
+        self.laid = 0
+        self._groups: Array | None = None
+        self._plain = search if isinstance(search, PatchSearch) else None
+        counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
+        self.search_prices = Prices(counts, round(strength * STEADY * 65536), rule is not RepetitionRule.PRICES)
+        self._laid = Layout(
+            np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64),
+            np.array(layout.patch, np.int64),
+            np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64),
+            self._offsets, search.factor, self._flat_striking, self._flat, self._priced,
+        )  # fmt: skip
+        self.grid = np.full((*layout.shape, 8), -1, np.int64)
+        self.started = np.empty((0, 8), np.int64)  # what a start map shows, as placements
+        pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
+        self.reach = REACH if strength and rule is RepetitionRule.PRICES else 0
+        if distance:
+            self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
+        # Windows that lie freely have no neighbours by number: they are looked up by their place.
+        self._places = None if layout.places is None else np.array(layout.places, np.int64).reshape(-1, 2)
+        self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
+
+    def apart(self, groups: Array) -> None:
+        """Judge uses within each group of coarse positions alone: parts of other labels do not compete."""
+        self._groups = groups
+
+    def account(self) -> None:
+        """Take the uses so far into the prices; to be called between waves.
+
+        What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
+        once chosen, fits itself perfectly, and would fill the output.
+        """
+        if self.rule is not RepetitionRule.PRICES:
+            return
+        np.copyto(self._priced, self._flat)
+        if not self.strength or not self.laid:
+            return
+        most = int(self._flat.max(initial=0))
+        if self._groups is None and most <= DRIFT * self._mean_use() * LEAST_STRIKING:
+            return
+        uses = self._flat / self._flat_striking  # what strikes was counted more
+        even = self._even(uses)
+        if most > DRIFT * float(np.min(even)) * LEAST_STRIKING:
+            excess = np.maximum(uses / even - DRIFT, 0.0) * (repetition_kernels.ONE / (self.strength * STEADY))
+            self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
+
+    def _mean_use(self) -> float:
+        """Uses of each part of the exemplar if all were used alike."""
+        return self.laid * math.prod(self.search.cells) / max(self._flat.size, 1) + 1
+
+    def _even(self, uses: Array) -> Any:
+        """Uses of each part if all were used alike: of the exemplar, or of each group."""
+        if self._groups is None:
+            return self._mean_use()
+        mean = np.bincount(self._groups, uses) / np.maximum(np.bincount(self._groups), 1)
+        return mean[self._groups] + 1
+
+    def prices(self, row: int, column: int, found: Candidates) -> Array:
+        """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
+        out = np.empty(len(found.rows), np.int64)
+        steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
+        distance = 0 if found.permitted else self.distance
+        others = self._around(row, column) if unit or distance else np.empty((0, 8), np.int64)
+        repetition_kernels.prices(
+            found.rows, others, self.layout.at(row, column), self._laid, self.search_prices.multiply, steady, unit,
+            distance, out,
+        )  # fmt: skip
+        return out
+
+    def _around(self, row: int, column: int) -> Array:
+        """The placements (n, 8) near a window."""
+        if self._places is None and not len(self.started):
+            return np.asarray(repetition_kernels.placed_near(self.grid, row, column, self.reach, self._laid.canvas))
+        at = self.layout.at(row, column)
+        laid = self.grid[self.grid[:, :, 0] >= 0] if self._places is None else self.grid[:, 0]
+        places = laid[:, 3:5] if self._places is None else self._places
+        near = laid[self.layout.within(self._radius, places, at)]
+        start = self.started[self.layout.within(self._radius, self.started[:, 3:5], at)]
+        around = np.concatenate([near, start])
+        return around[around[:, 5] >= 0] if self.reach else around[:0]
+
+    def note_start(self, variant: NDArray[np.uint8], yx: NDArray[np.int32]) -> None:
+        """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
+        h, w = self.layout.patch
+        found = []
+        for y in range(0, self.layout.height, max(h // 2, 1)):
+            for x in range(0, self.layout.width, max(w // 2, 1)):
+                known = np.argwhere(variant[y : y + h, x : x + w] != HOLE)
+                if len(known):  # the middle one of the known pixels stands for all
+                    i, j = known[len(known) // 2].tolist()
+                    u, s = (yx[y + i, x + j] - (i, j)).tolist()
+                    place = np.empty(8, np.int64)
+                    v = int(variant[y + i, x + j])
+                    repetition_kernels.placement(self._laid.frames, self._laid.shape, v, u, s, y, x, place)
+                    found.append(place)
+        self.started = np.array(found, np.int64).reshape(-1, 8)
+
+    def pick(
+        self, row: int, column: int, found: Candidates, tolerance: float, bits: int
+    ) -> tuple[int, int, int] | None:
+        """Draw among the candidates whose price is within the tolerance of the best; None if all are forbidden.
+
+        The tolerance is relative to the best price, or to a quarter of the usual distance if that is more, so
+        that an exact continuation is not the only choice.
+        """
+        prices = self.prices(row, column, found)
+        k = repetition_kernels.pick(prices, tolerance, int(MATCH * found.usual), bits >> 32)
+        if k < 0:
+            return None
+        _, v, u, s = found.rows[k].tolist()
+        return v, u, s
+
+    def allowed(
+        self, row: int, column: int, found: Candidates, valid: Sequence[Array], check: Callable[[], None]
+    ) -> Candidates:
+        """Return the best of all `valid` patches that would not return too near; see :func:`best_of`."""
+        if self._plain is None:  # only where it is needed: other searches have no list of their own for this
+            self._plain = PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
+        prices = self.search_prices if self._plain is self.search else self._plain.unpriced
+        table = self._table if valid is self.search.variants.valid else Table(valid)
+        return best_of(self._plain, found, table, self.permitted(row, column, table), prices, check)
+
+    def permitted(self, row: int, column: int, table: Table | None = None) -> Array:
+        """Return which patches of a table, by default of all, would not return too near at a window: flat uint8."""
+        table = table or self._table
+        mask, laid = table.flat.copy(), self._laid
+        returns.forbid(
+            self._around(row, column), *self.layout.at(row, column), laid.shape, laid.canvas, laid.frames,
+            table.offsets, self.distance, mask,
+        )  # fmt: skip
+        return mask
+
+    def left(self, row: int, column: int, rows: Array, check: Callable[[], None]) -> Array | None:
+        """Return what is :meth:`permitted` at a window if none of its candidates is; None: that is for later."""
+        check()
+        others, out = self._around(row, column), np.empty(len(rows), np.int64)
+        at = self.layout.at(row, column)
+        repetition_kernels.prices(rows, others, at, self._laid, False, 0, 0, self.distance, out)
+        mask = None if (out >= 0).any() else self.permitted(row, column)
+        return None if mask is None or is_little(mask, self.layout.patch) else mask
+
+    @functools.cached_property
+    def _table(self) -> Table:
+        return Table(self.search.variants.valid)
+
+    def pick_all(
+        self, windows: list[tuple[int, int]], found: list[Candidates], tolerance: float, bits: list[int]
+    ) -> Iterator[tuple[int, list[tuple[int, int, int]]]]:
+        """Pick for many windows in turn, noting each, with the rule PRICES.
+
+        Yields the number of every window for which there is no choice among its candidates, with the picks so
+        far; the caller notes a patch for it before going on. Last, yields the number of windows.
+        """
+        n, size = len(windows), max(len(f.rows) for f in found)
+        rows, picks = np.empty((n, max(size, 1), 4), np.int64), np.empty((n, 3), np.int64)
+        for k, f in enumerate(found):
+            rows[k, : len(f.rows)] = f.rows
+        counts = np.array([len(f.rows) for f in found], np.int64)
+        usual = np.array([f.usual for f in found], np.int64)
+        at = np.array([(self.layout.rows[r], self.layout.columns[c]) for r, c in windows], np.int64)
+        drawn = np.array([b >> 32 for b in bits], np.int64)
+        wave = Wave(np.array(windows, np.int64), at, drawn, rows, counts, usual)
+        strength = float(self.strength)
+        terms = Terms(float(tolerance), MATCH, strength, strength * STEADY, self.distance, self.reach)
+        stop = before = -1
+        while stop < n:
+            stop = repetition_kernels.pick_all(wave, terms, self._laid, self.grid, stop + 1, picks)
+            self.laid += stop - (before + 1)
+            before = stop
+            yield stop, [(v, u, s) for v, u, s in picks.tolist()]
+
+    def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
+        """Note that a patch (variant, row, column) was laid at a window."""
+        self.laid += 1
+        at, counter = self.layout.at(row, column), self.rule is RepetitionRule.COUNTER
+        repetition_kernels.note(self._laid, pick, at, self.grid[row, column], counter)
+
+
+def _frame(variants: PosedExemplars, v: int) -> tuple[int, ...]:
+    """Exemplar, the exemplar pixel shown first, J, and the size if toroidal: how a variant lies in its exemplar."""
+    iso = ISOMETRIES[variants.pose[v]]
+    _, height, width, _ = variants.table[v].tolist()
+    start = iso.start(width, height) if iso.swaps else iso.start(height, width)
+    torus = (height, width) if variants.toroidal[v] else (0, 0)
+    return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1], *torus
+
+
+def striking(feats: Features, search: Search) -> list[Array]:
+    """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
+    variants, patch = search.variants, search.patch
+    out = []
+    side = max(1, sum(patch) // 2)
+    known = [
+        feats.memo(("rarity", number, side), functools.partial(rarity, picture, side))
+        for number, picture in enumerate(feats.pictures)
+    ]
+    for v, valid in enumerate(search.valid):
+        number = int(variants.exemplar[v])
+        grid, step = known[number]
+        y, x = (np.arange(n) * search.factor for n in valid.shape)
+        _, first, second, a, b, c, d = _frame(variants, v)[:7]
+        cy = 2 * first + (a * (2 * y + patch[0] - 1))[:, None] + (b * (2 * x + patch[1] - 1))[None, :]
+        cx = 2 * second + (c * (2 * y + patch[0] - 1))[:, None] + (d * (2 * x + patch[1] - 1))[None, :]
+        at = [np.clip((m - p + 1) // (2 * step), 0, n - 1) for m, p, n in zip((cy, cx), patch, grid.shape, strict=True)]
+        out.append(np.clip(grid[at[0], at[1]], LEAST_STRIKING, MOST_STRIKING).astype(np.int32))
+    return out
+
+
+def _least_step(starts: tuple[int, ...], length: int) -> int:
+    return min((b - a for a, b in itertools.pairwise(starts)), default=length)

@@ -1,0 +1,269 @@
+"""Kernels of repetition control: where patches were taken and laid, and what that costs a candidate.
+
+A placement is a row of int64: variant, row, column of the patch (in the variant), row, column of its window on
+the canvas, exemplar (-1: nothing placed), and twice the row and column of its centre in the upright exemplar.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.jit import kernel
+from ..kernels.returns import apart
+
+ONE = 256  # a full overlap of two patches
+
+
+class Layout(NamedTuple):
+    """Where patches may come from and go to, and how often each part of the exemplars was used.
+
+    Tables of positions are flat: cells of `factor` px of all variants, one variant after the other.
+    """
+
+    frames: NDArray[np.int64]  # (V, 9): exemplar, first row and column of it, J, height and width if toroidal, else 0
+    shape: NDArray[np.int64]  # (2,): of a patch, px
+    canvas: NDArray[np.int64]  # (4,): height and width, px, and 1 where it wraps
+    offsets: NDArray[np.int64]  # (V, 3): where a variant's positions begin, their rows and columns
+    factor: int  # px
+    striking: NDArray[np.int32]  # (positions,): how striking they are; 256 = usual
+    uses: NDArray[np.int32]  # (positions,): how often they were laid; ONE = once
+    priced: NDArray[np.int32]  # (positions,): the same, as it is paid for
+
+
+class Wave(NamedTuple):
+    """Windows that do not touch, and the candidates for each."""
+
+    windows: NDArray[np.int64]  # (n, 2): row and column of the grid
+    at: NDArray[np.int64]  # (n, 2): first pixel
+    bits: NDArray[np.int64]  # (n,): 32 drawn bits
+    found: NDArray[np.int64]  # (n, K, 4): distance, variant, row, column
+    counts: NDArray[np.int64]  # (n,): how many candidates there are
+    usual: NDArray[np.int64]  # (n,): the usual distance
+
+
+class Terms(NamedTuple):
+    """How candidates are chosen, and what repeats cost."""
+
+    tolerance: float  # share of the best price that another may cost more
+    match: float  # a perfect match counts as this share of the usual distance then
+    strength: float  # price of a full repeat at the same place, in usual distances
+    steady: float  # and of one however far away
+    distance: int  # no exemplar pixel returns within so many px
+    reach: int  # windows around one in which repeats are looked for
+
+
+@kernel
+def add_use(counts: Any, cy: int, cx: int, height: int, width: int, weight: Any) -> None:
+    """Add to `counts` (rows, columns) int32 how much a patch there shares with one at (cy, cx).
+
+    A full overlap adds ONE, falling linearly to 0 at `height`, `width`; `weight` (rows, columns) int32, 256 = 1.
+    """
+    rows, columns = counts.shape
+    x0, x1 = max(0, cx - width + 1), min(columns, cx + width)
+    across = np.empty(max(x1 - x0, 0), np.int32)
+    for x in range(x0, x1):
+        across[x - x0] = ONE * (width - abs(x - cx)) // width
+    for y in range(max(0, cy - height + 1), min(rows, cy + height)):
+        down = np.int32(ONE * (height - abs(y - cy)) // height)
+        target, w = counts[y, x0:x1], weight[y, x0:x1]
+        for k in range(len(across)):
+            target[k] += ((across[k] * down) >> 8) * w[k] >> 8
+
+
+@kernel
+def shared(a: Any, b: Any, h: int, w: int) -> Any:
+    """How much of two patches is the same part of the exemplar, 0 .. ONE; rows 5..7 of placements."""
+    if a[5] != b[5]:
+        return 0
+    dy, dx = abs(a[6] - b[6]), abs(a[7] - b[7])
+    if dy >= 2 * h or dx >= 2 * w:
+        return 0
+    return ONE * (2 * h - dy) * (2 * w - dx) // (4 * h * w)
+
+
+@kernel
+def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, distance: int) -> bool:
+    """True where two patches would show the same exemplar pixel twice within `distance` px of the output.
+
+    `torus` (2,): height and width of the variant of `a` where its exemplar is toroidal, else 0.
+    """
+    if a[5] != b[5]:
+        return False
+    if a[0] == b[0]:
+        turns = (torus[0] > 0) * (2 + h // max(torus[0], 1)), (torus[1] > 0) * (2 + w // max(torus[1], 1))
+        for i in range(-turns[0], turns[0] + 1):
+            down = a[1] - b[1] + i * torus[0]
+            if abs(down) >= h:
+                continue
+            for j in range(-turns[1], turns[1] + 1):
+                right = a[2] - b[2] + j * torus[1]
+                if abs(right) >= w:
+                    continue
+                dy = apart(a[3] - down, b[3], canvas[0], canvas[2])
+                dx = apart(a[4] - right, b[4], canvas[1], canvas[3])
+                if dy * dy + dx * dx < distance * distance and (dy != 0 or dx != 0):
+                    return True
+        return False
+    reach = max(h, w)
+    if torus[0] == 0 and (abs(a[6] - b[6]) >= 2 * reach or abs(a[7] - b[7]) >= 2 * reach):
+        return False
+    # Poses differ: a pixel may lie anywhere in both, so the patches themselves are kept apart.
+    dy = max(apart(a[3], b[3], canvas[0], canvas[2]) - reach, 0)
+    dx = max(apart(a[4], b[4], canvas[1], canvas[3]) - reach, 0)
+    return dy * dy + dx * dx < distance * distance
+
+
+@kernel
+def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, out: Any) -> None:
+    """Write the placement row of the patch of variant `v` at (u, s) in the window at (y, x).
+
+    `frames` and `shape` as in Layout.
+    """
+    f = frames[v]
+    a, b = 2 * u + shape[0] - 1, 2 * s + shape[1] - 1
+    out[0], out[1], out[2], out[3], out[4], out[5] = v, u, s, y, x, f[0]
+    out[6] = 2 * f[1] + f[3] * a + f[4] * b
+    out[7] = 2 * f[2] + f[5] * a + f[6] * b
+
+
+@kernel
+def note(layout: Any, pick: Any, at: Any, place: Any, counter: bool) -> None:
+    """Note that patch `pick` (variant, row, column) is laid at `at`: write its placement, count its use.
+
+    All variants of the exemplar count. With `counter` every patch that touches this one counts ONE more (Multrus
+    2003, 4.2.1), else as much as it shares.
+    """
+    frames, shape, offsets, factor = layout.frames, layout.shape, layout.offsets, layout.factor
+    counts, striking = layout.uses, layout.striking
+    placement(frames, shape, pick[0], pick[1], pick[2], at[0], at[1], place)
+    height, width = shape[0] // factor, shape[1] // factor
+    for v in range(len(frames)):
+        f = frames[v]
+        if f[0] != place[5]:
+            continue
+        dy, dx = place[6] - 2 * f[1], place[7] - 2 * f[2]  # the inverse of an isometry is its transpose
+        y = ((f[3] * dy + f[5] * dx - shape[0] + 1) // 2) // factor
+        x = ((f[4] * dy + f[6] * dx - shape[1] + 1) // 2) // factor
+        rows, columns = offsets[v, 1], offsets[v, 2]
+        cells = slice(offsets[v, 0], offsets[v, 0] + rows * columns)
+        weight = striking[cells].reshape(rows, columns)
+        if counter:
+            y0, x0 = max(0, y - height + 1), max(0, x - width + 1)
+            counts[cells].reshape(rows, columns)[y0 : max(0, y + height), x0 : max(0, x + width)] += ONE
+        else:
+            add_use(counts[cells].reshape(rows, columns), y, x, height, width, weight)
+
+
+@kernel
+def around(at: int, reach: int, count: int, wrap: int) -> Any:
+    """First window, and one past the last, within `reach` of window `at`; each once, also around a torus."""
+    if wrap:
+        return at - reach, min(at + reach + 1, at - reach + count)
+    return max(at - reach, 0), min(at + reach + 1, count)
+
+
+@kernel
+def placed_near(grid: Any, row: int, column: int, reach: int, canvas: Any) -> Any:
+    """Return the placements (n, 8) of `grid` (rows, columns, 8) within `reach` windows of (row, column), each once."""
+    rows, columns = grid.shape[0], grid.shape[1]
+    near_rows, near_columns = around(row, reach, rows, canvas[2]), around(column, reach, columns, canvas[3])
+    others, n = np.empty(((near_rows[1] - near_rows[0]) * (near_columns[1] - near_columns[0]), 8), np.int64), 0
+    for i in range(near_rows[0], near_rows[1]):
+        for j in range(near_columns[0], near_columns[1]):
+            if grid[i % rows, j % columns, 5] >= 0:
+                others[n] = grid[i % rows, j % columns]
+                n += 1
+    return others[:n]
+
+
+@kernel
+def prices(
+    found: Any, others: Any, at: Any, layout: Any, multiply: bool, steady: int, unit: int, distance: int, out: Any
+) -> None:
+    """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
+
+    `found` (n, 4): distance, variant, row, column. `others` (n, 8): the placements around. `at` (2,): first pixel of
+    the window. `steady`: the price of a count of ONE; `unit`: the additional price of a full repeat at the same place.
+    With `multiply` the price is instead the squared distance times (1 + count)**2, so that distances are multiplied by
+    1 + count (Multrus 2003, 4.2.1).
+    """
+    frames, shape, canvas, offsets, factor = layout.frames, layout.shape, layout.canvas, layout.offsets, layout.factor
+    counts, striking = layout.priced, layout.striking
+    h, w = shape[0], shape[1]
+    area = 9 * h * w // 2  # 2 sigma**2 with sigma = 1.5 patches
+    mine = np.empty(8, np.int64)
+    for k in range(found.shape[0]):
+        v = found[k, 1]
+        placement(frames, shape, v, found[k, 2], found[k, 3], at[0], at[1], mine)
+        cell = offsets[v, 0] + min(found[k, 2] // factor, offsets[v, 1] - 1) * offsets[v, 2]
+        cell += min(found[k, 3] // factor, offsets[v, 2] - 1)
+        total = np.int64(0)
+        for other in others:
+            if distance > 0 and returns_too_near(mine, other, h, w, canvas, frames[v, 7:9], distance):
+                total = np.int64(-1)
+                break
+            share = shared(mine, other, h, w)
+            if share:
+                dy = apart(mine[3], other[3], canvas[0], canvas[2])
+                dx = apart(mine[4], other[4], canvas[1], canvas[3])
+                near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
+                total += (share * near * near) >> 16
+        price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
+        if multiply:
+            price = (found[k, 0] * (ONE + counts[cell]) ** 2 >> 16) - found[k, 0]
+        out[k] = -1 if total < 0 else found[k, 0] + price
+
+
+@kernel
+def pick(prices: Any, tolerance: float, floor: int, bits: int) -> int:
+    """Choose among the candidates whose price is within the tolerance of the best; -1 if all are forbidden.
+
+    The tolerance applies to the best price, or to `floor` if that is more: a perfect match leaves a choice, too.
+    `bits`: 32 drawn bits.
+    """
+    best = -1
+    for p in prices:
+        if p >= 0 and (best < 0 or p < best):
+            best = p
+    if best < 0:
+        return -1
+    limit = best + int(tolerance * (best if best > floor else floor))
+    n = 0
+    for p in prices:
+        n += 0 <= p <= limit
+    skip = (bits * n) >> 32
+    for k in range(len(prices)):
+        if 0 <= prices[k] <= limit:
+            if skip == 0:
+                return k
+            skip -= 1
+    return -1
+
+
+@kernel
+def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, first: int, picks: Any) -> int:
+    """Choose for windows `first` and later of a wave, one after the other, and note each; see :func:`pick`.
+
+    `grid` (rows, columns, 8): the placements. Writes `picks` (n, 3); returns the number of the first window for which
+    there is no choice, or n.
+    """
+    windows, at, bits, found, counts, usual = wave
+    tolerance, match, strength, steady, distance, reach = terms
+    price = np.empty(found.shape[1], np.int64)
+    for n in range(first, len(windows)):
+        if counts[n] < 1:
+            return n
+        rows = found[n, : counts[n]]
+        row, column = windows[n, 0], windows[n, 1]
+        others = placed_near(grid, row, column, reach, layout.canvas)
+        dues = int(steady * usual[n]), int(strength * usual[n])
+        prices(rows, others, at[n], layout, False, dues[0], dues[1], distance, price)
+        k = pick(price[: counts[n]], tolerance, int(match * usual[n]), bits[n])
+        if k < 0:
+            return n
+        picks[n] = rows[k, 1:]
+        note(layout, picks[n], at[n], grid[row, column], False)
+    return len(windows)

@@ -1,0 +1,1 @@
+"""Growth pixel by pixel: neighbourhoods, scanning in rows, and growing outward."""

@@ -1,0 +1,1 @@
+"""Drawing a map: colours, mixing at seams, finishing, normals and magnification."""

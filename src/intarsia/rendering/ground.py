@@ -1,0 +1,66 @@
+"""The ground that a map is drawn from: exemplars end to end, and how far a pixel is from what is unusable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..exemplar import Exemplar
+from ..image import Array
+from ..lazy import lazy
+from .vote_kernels import Ground
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only masked exemplars need it
+    ndimage = lazy("scipy.ndimage")
+
+
+def enlarged(samples: Array, times: int) -> Array:
+    """Return pixels (H, W, ...) as squares of `times` x `times`; one time is the array itself."""
+    return samples if times == 1 else np.repeat(np.repeat(samples, times, 0), times, 1)
+
+
+def ground_of(
+    exemplars: Sequence[Exemplar], layers: list[Array], grow: int, feather: int
+) -> tuple[Array, Ground]:
+    """Lay one plane of every exemplar end to end.
+
+    `layers` are its pixels (H, W, C), `grow` times as large as the base. Returns the pixels (N, C) and what
+    votes must know of them; without a feather nobody votes, and no distance is measured.
+    """
+    flat = [layer.reshape(-1, layer.shape[2]) for layer in layers]
+    samples = flat[0] if len(flat) == 1 else np.concatenate(flat)
+    samples.flags.writeable = False
+    starts = np.cumsum([0] + [len(f) for f in flat[:-1]])
+    table = [(n, *la.shape[:2], e.toroidal) for n, la, e in zip(starts, layers, exemplars, strict=True)]
+    near = [_near(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
+    return samples, Ground(
+        np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16)
+    )
+
+
+def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_] | None:
+    """Return which pixels (N,) of the ground may be used; None where all or none may."""
+    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
+    flat = np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
+    return flat if flat.any() and not flat.all() else None
+
+
+def _near(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
+    """Measure how far every pixel is from what must not be read: 0 there, `cap` at most."""
+    height, width = exemplar.height * grow, exemplar.width * grow
+    if exemplar.usable is None:
+        if exemplar.toroidal:
+            return np.full((height, width), cap, np.uint16)
+        rows, columns = (np.minimum(np.arange(1, n + 1), np.arange(n, 0, -1)) for n in (height, width))
+        return np.minimum(np.minimum.outer(rows, columns), cap).astype(np.uint16)
+    usable = enlarged(exemplar.usable, grow)
+    # Around a torus the nearest one is never further than one round.
+    edge = min(cap, max(height, width)) if exemplar.toroidal else 1
+    padded = np.pad(usable, edge, mode="wrap") if exemplar.toroidal else np.pad(usable, edge)
+    distance = ndimage.distance_transform_cdt(padded, metric="chessboard")[edge:-edge, edge:-edge]
+    return np.minimum(distance, cap).astype(np.uint16)

@@ -1,0 +1,145 @@
+"""Grow small, draw large: an exemplar that is compared at reduced size and shown at its own (Lefebvre and Hoppe 2005).
+
+    wall = ia.synthesize(ia.magnified(ia.read("brick.png"), 4), 256)
+    ia.write("wall.png", wall.render())     # 1024 x 1024 px
+
+Section 5 of the paper, synthesis magnification: the map is made of the reduced exemplar; each pixel of the large
+picture is what its four nearest map pixels, enlarged, show there, mixed along both axes by how near they are. Those
+are the votes of a feather of one px of the map, n px of the picture. Shares along an axis are k / (n + 1), k = 1 .. n,
+where bilinear weights at the middles of pixels are (k - 1/2) / n: at most 1/12 off. With odd n the ramp lies half a px
+of the picture to one side, as no feather of n px can be centred there: at most 1 / (n + 1) off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import lcm
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arguments import expect, whole_within
+from ..errors import InputError, ParameterError
+from ..exemplar import REDUCED, Exemplar
+from ..image import Array, Kind, Plane
+from ..lazy import lazy
+from ..sourcemap import Blend
+from .colour import Curve
+from .mixing import Floats, Integers, Labels, Mixer, Normals
+from .normals import NormalCoding
+
+if TYPE_CHECKING:
+    from . import translucent
+else:  # only exemplars with opacity need it
+    translucent = lazy("intarsia.rendering.translucent")
+
+MOST = 64  # times
+
+
+def magnified(exemplar: Exemplar, times: int) -> Exemplar:
+    """Make textures of this exemplar be grown at a fraction of its size, and drawn with all of its pixels.
+
+    Parameters
+    ----------
+    exemplar : Exemplar
+        Its sides are cut to multiples of `times`, unless it is toroidal.
+    times : int
+        1 to 64; sizes, patches and all other px that methods count are then px of pictures so many times smaller.
+
+    Returns
+    -------
+    Exemplar
+        Whose base is the old one, averaged in blocks by what its numbers mean; ``shown`` names the planes as they were,
+        which renderings draw. A px of the base is usable if all of its block is.
+
+    Raises
+    ------
+    ParameterError
+        for other numbers, where the reduced exemplar would be empty, or would no longer continue in itself.
+    """
+    expect(exemplar, Exemplar, "the exemplar to magnify", "one of read(path) or Exemplar.of(array)", InputError)
+    times = whole_within("magnify", times, 1, MOST, "times")
+    if times == 1:
+        return exemplar
+    if REDUCED in exemplar.planes:
+        raise ParameterError(f"{exemplar.name} is magnified already; magnify the first exemplar by more.")
+    for name, plane in exemplar.planes.items():
+        smaller = exemplar.height // plane.height
+        if smaller and smaller % times and times % smaller:
+            raise ParameterError(
+                f"magnify={times} does not suit the plane {name}, which is {smaller}x smaller than the first; "
+                f"choose a number that {smaller} divides, or that divides it."
+            )
+    exemplar = trimmed(exemplar, times, f"magnify={times}")
+    small = exemplar.base.like(averaged(exemplar.base, times))
+    usable = _usable(exemplar, times)
+    if usable is not None and not usable.any() and exemplar.usable is not None and exemplar.usable.any():
+        raise InputError(
+            f"the mask of {exemplar.name} leaves no whole block of {times}x{times} px to use; magnify by less."
+        )
+    return Exemplar({REDUCED: small, **exemplar.planes}, usable, exemplar.toroidal, exemplar.name)
+
+
+def as_meant(own: Blend, exemplar: Exemplar) -> Blend:
+    """How a method joins its pieces; magnified, at least over one px of the map, or its px would show as squares."""
+    return replace(own, feather=max(own.feather, 1)) if exemplar.times > 1 else own
+
+
+def reduced(exemplar: Exemplar, n: int) -> Exemplar:
+    """Average blocks of n x n px of every plane by its kind; a block is usable if all of it is. Sides must fit."""
+    planes = {name: plane.like(averaged(plane, n)) for name, plane in exemplar.planes.items()}
+    return Exemplar(planes, _usable(exemplar, n), exemplar.toroidal, exemplar.name)
+
+
+def trimmed(exemplar: Exemplar, n: int, said: str) -> Exemplar:
+    """Cut columns at the right and rows at the bottom off, so that n divides the sides; `said`: who asks for it."""
+    unit = lcm(n, max(exemplar.width // p.width for p in exemplar.planes.values()) or 1)
+    width, height = (side - side % unit for side in (exemplar.width, exemplar.height))
+    described = f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"
+    if not width or not height:
+        raise ParameterError(f"{said} leaves nothing of {described}; choose less.")
+    if (width, height) == (exemplar.width, exemplar.height):
+        return exemplar
+    if exemplar.toroidal:
+        raise ParameterError(
+            f"{said} does not divide {described}, which would no longer continue in itself; let it not be toroidal, or "
+            "choose another number."
+        )
+    return cut_out(exemplar, 0, 0, width, height)
+
+
+def cut_out(exemplar: Exemplar, x: int, y: int, width: int, height: int) -> Exemplar:
+    """Cut a rectangle out of all planes, in px of the base; it must cut no pixel of a smaller plane."""
+    planes = {}
+    for name, plane in exemplar.planes.items():
+        left, top, w, h = (v * plane.width // exemplar.width for v in (x, y, width, height))
+        planes[name] = plane.like(plane.samples[top : top + h, left : left + w])
+    usable = None if exemplar.usable is None else exemplar.usable[y : y + height, x : x + width]
+    return Exemplar(planes, usable, False, exemplar.name)
+
+
+def averaged(plane: Plane, n: int) -> Array:
+    """Return blocks of n x n pixels as one each, by the kind of the plane."""
+    with np.errstate(invalid="ignore", over="ignore"):  # masked pixels may be NaN
+        return _mixer(plane).average(plane.samples, n)
+
+
+def _usable(exemplar: Exemplar, n: int) -> Array | None:
+    if exemplar.usable is None:
+        return None
+    height, width = exemplar.usable.shape
+    return np.asarray(exemplar.usable.reshape(height // n, n, width // n, n).all(axis=(1, 3)))
+
+
+def _mixer(plane: Plane) -> Mixer:
+    samples = plane.samples.reshape(-1, plane.channels)
+    if plane.kind is Kind.NORMAL:
+        signed = plane.is_float and bool((plane.pixels < 0).any())
+        coding = NormalCoding(plane.pixels.dtype, signed, plane.meta.get("normals", "gl") == "dx")
+        return Normals(samples, coding.vectors(samples), coding)
+    if plane.kind is Kind.LABEL:
+        return Labels.of(samples)
+    curve = Curve.of(plane)
+    if plane.is_float:
+        return (translucent.TranslucentFloats if plane.alpha else Floats)(samples, samples, curve, None)
+    return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, None)

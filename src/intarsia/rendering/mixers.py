@@ -1,0 +1,67 @@
+"""Which way of mixing a plane needs, and planes averaged to smaller ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..image import Array, Kind, Plane
+from ..lazy import lazy
+from ..sourcemap import Mixing
+from .colour import Curve
+from .mixing import Floats, Integers, Labels, Mixer, Normals, Spread
+from .normals import NormalCoding
+
+if TYPE_CHECKING:
+    from . import translucent
+else:  # only some textures need it
+    translucent = lazy("intarsia.rendering.translucent")
+
+
+def coding_of(planes: Sequence[Plane]) -> NormalCoding | None:
+    """Tell how the vectors of one plane of all exemplars are coded; None where it holds none."""
+    if planes[0].kind is not Kind.NORMAL:
+        return None
+    signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
+    return NormalCoding(planes[0].pixels.dtype, signed, planes[0].meta.get("normals", "gl") == "dx")
+
+
+def mixer_of(
+    plane: Plane,
+    samples: Array,
+    coding: NormalCoding | None,
+    curve: Curve,
+    mixing: Mixing,
+    usable: NDArray[np.bool_] | None,
+) -> Mixer:
+    """Choose how the votes for a plane become one pixel; `usable` says which samples count for its contrast."""
+    if coding is not None:
+        return Normals(samples, coding.vectors(samples), coding)
+    if plane.kind is Kind.LABEL:
+        return Labels.of(samples)
+    # Kernels know no half floats; every half is a float32.
+    light = (
+        curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples)
+        if plane.is_float
+        else samples
+    )
+    spread = None
+    if mixing is Mixing.VARIANCE:
+        seen = slice(None) if usable is None else np.flatnonzero(usable)
+        values = curve.linear(samples[seen])
+        spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
+    if plane.is_float:
+        return (translucent.TranslucentFloats if plane.alpha else Floats)(samples, light, curve, spread)
+    return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
+
+
+def halved(pixels: Array, like: Plane) -> Array:
+    """Average blocks of 2 x 2 px of a picture (H, W, C) by what they mean, as `like` does; odd borders repeat."""
+    height, width = pixels.shape[:2]
+    even = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    none = like.samples[:1, 0]
+    mixer = mixer_of(like, none, coding_of([like]), Curve.of(like), Mixing.MEAN, None)
+    return mixer.average(even, 2)

@@ -1,0 +1,239 @@
+"""How the votes of several pieces become one pixel: integers, floats, normals and labels.
+
+A mixer belongs to one plane of all exemplars. It votes in one cell and returns the codes and, for every
+pixel, the weight of all votes (0: nobody votes, the code means nothing). It also averages blocks, for planes
+that are smaller than the map. Opacity has its own file, translucent.py.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import fsum
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..image import Array
+from .colour import Curve, code_shelf, code_steps
+from .mix_kernels import settle_label, settle_plain, vote_label, vote_plain, vote_relative
+from .normals import NormalCoding
+from .vote_kernels import Ground, Plan
+
+Weights = NDArray[np.int64]
+
+
+class Mixer(Protocol):
+    """What a plane needs to be rendered with a feather."""
+
+    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+        """Return codes (h, w, C) of a cell, and the weights (h, w)."""
+
+    def average(self, codes: Array, s: int) -> Array:
+        """Return blocks of s x s pixels of codes (h, w, C) as one each."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The mean and the range of an exemplar's channels, as light: what keeping the contrast refers to."""
+
+    mean: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, light: Array, share: Array | None = None) -> Spread:
+        """Measure pixels (N, C), each counting by its `share`; the mean of equal pixels is that pixel."""
+        base = light[0].astype(np.float64)
+        away = light - base
+        if share is None or not share.any():
+            share = np.ones(len(light))
+        count = fsum(share)
+        mean = base + np.array([fsum(away[:, c] * share) / count for c in range(light.shape[1])])
+        return cls(mean, light.min(axis=0).astype(np.float64), light.max(axis=0).astype(np.float64))
+
+    def widen(
+        self, mean: NDArray[np.float64], weight: Array, squares: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Push means away from the overall mean by sum w / sqrt(sum w^2), not beyond the exemplar's range."""
+        gain = np.maximum(weight, 1e-300) / np.sqrt(np.where(squares > 0, squares, 1.0))
+        return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
+
+
+def cell_shape(plan: Plan) -> tuple[int, int]:
+    """Return the height and width of the cell that a plan is for."""
+    return plan.labels.shape[0] - plan.feather, plan.labels.shape[1] - plan.feather
+
+
+def squares_for(spread: Spread | None, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Make room for sums of squared weights, where they are needed."""
+    return np.zeros(shape if spread else (0, 0))
+
+
+def blocks(values: Array, s: int) -> Array:
+    """Return (h, w, C) as blocks (h / s, w / s, s * s, C)."""
+    h, w, c = values.shape
+    return values.reshape(h // s, s, w // s, s, c).swapaxes(1, 2).reshape(h // s, w // s, s * s, c)
+
+
+@dataclass(frozen=True)
+class Integers:
+    """8- and 16-bit colour without opacity, and data: whole sums, rounded once."""
+
+    samples: Array  # (N, C) codes
+    curve: Curve
+    spread: Spread | None
+
+    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+        shape = cell_shape(plan)
+        total = np.zeros((*shape, self.samples.shape[1]), np.int64)
+        weight, squares = np.zeros(shape, np.int64), squares_for(self.spread, shape)
+        vote_plain(plan, ground, self.samples, self.curve.table, total, weight, squares)
+        if self.spread is None:
+            return rounded_codes(total, weight, self.curve), weight
+        mean = total / np.maximum(weight, 1)[..., None]
+        return rounded_light(self.spread.widen(mean, weight, squares), self.curve), weight
+
+    def average(self, codes: Array, s: int) -> Array:
+        total = blocks(self.curve.linear(codes).astype(np.int64), s).sum(axis=2)
+        return rounded_codes(total, np.full(total.shape[:2], s * s, np.int64), self.curve)
+
+
+def rounded_codes(total: NDArray[np.int64], weight: Weights, curve: Curve) -> Array:
+    """Return total / weight as codes, rounded once, half up."""
+    codes = np.zeros(total.shape, curve.dtype)
+    steps, shelf, shift = np.zeros(0, np.int32), np.zeros(0, np.int32), 0
+    if curve.srgb:
+        steps = code_steps(curve.dtype.itemsize)
+        shelf, shift = code_shelf(curve.dtype.itemsize)
+    settle_plain(total, weight, steps, shelf, shift, codes)
+    return codes
+
+
+def rounded_light(light: NDArray[np.float64], curve: Curve) -> Array:
+    """Return light that is no ratio of whole numbers as codes."""
+    whole = np.floor(light if curve.srgb else light + 0.5).astype(np.int64)
+    return rounded_codes(whole, np.ones(whole.shape[:2], np.int64), curve)
+
+
+_UPRIGHT = np.ones((8, 64), np.int64)
+_IN_PLACE = np.tile(np.arange(64), (8, 1))
+
+
+@dataclass(frozen=True)
+class Floats:
+    """Float colour without opacity, and data: sums in float64, where all agree an exact copy."""
+
+    samples: Array  # (N, C) codes
+    light: Array  # (N, C)
+    curve: Curve
+    spread: Spread | None
+
+    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+        shape = cell_shape(plan)
+        total = np.zeros((*shape, self.samples.shape[1]))
+        first, weight, squares = (
+            np.full(shape, -1),
+            np.zeros(shape, np.int64),
+            squares_for(self.spread, shape),
+        )
+        vote_relative(plan, ground, self.light, (_IN_PLACE, _UPRIGHT), total, first, weight, squares)
+        base = np.maximum(first >> 3, 0)
+        light, codes = self.light[base], self.samples[base]
+        mean = light + total / np.maximum(weight, 1)[..., None]
+        same = total == 0
+        if self.spread:
+            alone = squares == weight.astype(np.float64) ** 2
+            mean = self.spread.widen(mean, weight, squares)
+            same = alone[..., None] | (mean == light)
+        return np.where(same, codes, self.curve.code(mean)), weight
+
+    def average(self, codes: Array, s: int) -> Array:
+        block = blocks(codes, s)
+        light = blocks(self.curve.linear(codes).astype(np.float64), s)
+        away = (light - light[:, :, :1]).sum(axis=2)
+        return np.where(away == 0, block[:, :, 0], self.curve.code(light[:, :, 0] + away / (s * s)))
+
+
+@dataclass(frozen=True)
+class Normals:
+    """Vectors: turned with their piece, mixed, made unit length again; where all agree an exact copy."""
+
+    samples: Array  # (N, 3) codes
+    light: Array  # (N, 3) vectors
+    coding: NormalCoding
+
+    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+        shape = cell_shape(plan)
+        turn = self.coding.turn()
+        total = np.zeros((*shape, 3), np.int64 if self.light.dtype.kind == "i" else np.float64)
+        first, weight = np.full(shape, -1), np.zeros(shape, np.int64)
+        vote_relative(plan, ground, self.light, turn, total, first, weight, squares_for(None, shape))
+        first = np.maximum(first, 0)
+        codes = self.coding.turned(self.samples[first >> 3], first & 7)
+        base = self.coding.vectors(codes)
+        if self.light.dtype.kind == "f":  # 1 - v may round; what was added up did not
+            channel, sign = turn
+            base = np.take_along_axis(self.light[first >> 3], channel[first & 7], axis=2) * sign[first & 7]
+        vector = base * weight[..., None] + total
+        weight[~vector.any(axis=2)] = 0  # opposite votes cancel: the own pixel decides
+        return self._resolved(vector, (total == 0).all(axis=2), codes), weight
+
+    def average(self, codes: Array, s: int) -> Array:
+        vectors = blocks(self.coding.vectors(codes), s).astype(
+            np.int64 if self.coding.dtype.kind == "u" else np.float64
+        )
+        vector = vectors.sum(axis=2)
+        same = (vectors == vectors[:, :, :1]).all(axis=(2, 3)) | ~vector.any(axis=2)
+        return self._resolved(vector, same, blocks(codes, s)[:, :, 0])
+
+    def _resolved(self, vector: Array, same: NDArray[np.bool_], codes: Array) -> Array:
+        v = vector.astype(np.float64)
+        length = np.sqrt((v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1]) + v[..., 2] * v[..., 2])
+        unit = v / np.where(length > 0, length, 1.0)[..., None]
+        return np.where((same | (length == 0))[..., None], codes, self.coding.codes(unit))
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Names: the label with the largest weight, the smallest of equals."""
+
+    ranks: NDArray[np.int32]  # (N,): place of a pixel's label among all labels in order
+    names: Array  # (K, C)
+
+    @classmethod
+    def of(cls, samples: Array) -> Labels:
+        """Number the labels of pixels (N, C); several channels are one name."""
+        names, ranks = np.unique(
+            samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True
+        )
+        return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
+
+    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+        shape = cell_shape(plan)
+        out, weight = np.zeros(shape, np.int32), np.zeros(shape, np.int64)
+        todo = [(0, shape[0], 4)]
+        while todo:  # few pixels hear more than four labels; where they do, take fewer rows with more room
+            begin, end, room = todo.pop()
+            slots = (
+                np.zeros((end - begin, shape[1], room), np.int32),
+                np.zeros((end - begin, shape[1], room), np.int64),
+            )
+            if vote_label(plan, ground, self.ranks, begin, end, slots):
+                settle_label(*slots, out[begin:end], weight[begin:end])
+            elif end - begin == 1:
+                todo.append((begin, end, 2 * room))
+            else:
+                middle = (begin + end) // 2
+                todo += [(begin, middle, 2 * room), (middle, end, 2 * room)]
+        return self.names[out], weight
+
+    def average(self, codes: Array, s: int) -> Array:
+        names, ranks = np.unique(codes.reshape(-1, codes.shape[2]), axis=0, return_inverse=True)
+        block = blocks(ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
+        votes = (block[..., None, :] == block[..., :, None]).sum(
+            axis=2
+        )  # how many of the block agree with each
+        best = np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)
+        chosen: NDArray[Any] = names[best]
+        return chosen

@@ -1,0 +1,293 @@
+"""Draw a map: every pixel is a vote of the pieces within the feather around it; without one, an exact copy.
+
+    out(p) = sum over taps of w E(u) / sum w,   q = p + tap,   u = S(q) + J(q) (p - q),   w = t(u)
+
+Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f + 1) // 2 + 1)), d the
+chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in
+cells, boxes of the output that know their surroundings within the feather; a cell never depends on how the
+canvas was cut. `grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1. A finish
+comes last, of a picture that reaches as far beyond the window as the finish does. Maps whose pieces are turned or
+scaled, or lie between pixels, are drawn by warped.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, ParameterError, said
+from ..exemplar import Exemplar
+from ..geometry import Box
+from ..image import Array, Kind, Plane
+from ..kernels.pieces_of_maps import HOLE
+from ..lazy import lazy
+from ..run import Run
+from ..sourcemap import Blend, Mixing, SourceMap
+from .cell_kernels import cut_window
+from .colour import Curve
+from .ground import enlarged, ground_of, usable_pixels
+from .mix_kernels import copy_cell, gather
+from .mixers import coding_of, mixer_of
+from .mixing import Mixer
+from .normals import NormalCoding
+from .vote_kernels import Ground, make_plan
+
+if TYPE_CHECKING:
+    from . import finish, warped
+else:  # only some textures need them
+    finish = lazy("intarsia.rendering.finish")
+    warped = lazy("intarsia.rendering.warped")
+
+MAX_SPREAD = 2000
+"""The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
+
+_ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
+
+
+def render(
+    exemplars: Sequence[Exemplar],
+    smap: SourceMap,
+    name: str | None = None,
+    blend: Blend | None = None,
+    box: Box | None = None,
+    run: Run | None = None,
+) -> Plane:
+    """Draw a plane of a map.
+
+    Parameters
+    ----------
+    exemplars : sequence of Exemplar
+        In the order of their numbers in the map.
+    smap : SourceMap
+        Without holes where it is drawn, and within the reach of a finish.
+    name : str, optional
+        The plane; the first shown of the first exemplar by default. A plane s times larger than the base gives a
+        picture s times larger than the map, with a feather of s times as many px; one s times smaller gives
+        one s times smaller, averaged in blocks.
+    blend : Blend, optional
+        Feather, mixing and finish; those of the map by default.
+    box : Box, optional
+        The window to draw, in px of the map; along wrapped axes it may lie anywhere. All by default.
+    run : Run, optional
+        Threads, progress, cancelling.
+
+    Returns
+    -------
+    Plane
+        Of the dtype, kind, transfer and meta of the exemplar's.
+
+    Raises
+    ------
+    ParameterError
+        for an unknown plane, a window outside the canvas, or sides that a smaller plane does not divide.
+    InputError
+        for holes, and for exemplars that do not fit the map or one another.
+    """
+    blend, run = blend or smap.blend, run or Run()
+    _check_exemplars(exemplars, smap)
+    planes, scale = _planes(exemplars, name)
+    box = box or Box(0, 0, smap.height, smap.width)
+    job = (_Job if smap.exact else warped.Warped).of(exemplars, planes, scale, smap, blend)
+    shrink = max(-scale, 1)
+    _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")  # refuses what does not lie on the canvas
+    _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    if any(v % shrink for v in (box.y0, box.x0, box.height, box.width, smap.height, smap.width)):
+        raise ParameterError(
+            f"{box.width}x{box.height} px do not suit a plane {shrink}x smaller; give multiples of {shrink}."
+        )
+    if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
+        return planes[0].like(_drawn(job, box, smap, shrink, run))
+    assert isinstance(job, _Job)  # the others have no finish
+    usable = usable_pixels(exemplars, job.scale)
+    bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
+    codes = bench.finished(lambda wide: _drawn(job, wide, smap, 1, run), box, blend.finish, run)
+    if shrink > 1:
+        step = _ROWS * shrink
+        bands = [job.mixer.average(codes[y : y + step], shrink) for y in range(0, box.height, step)]
+        codes = np.concatenate(bands)
+    return planes[0].like(codes)
+
+
+def _drawn(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
+    """Draw a box of the map; smaller planes are averaged at once."""
+    grow = job.scale
+    rows = _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
+    columns = _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    samples = job.samples
+    out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
+    cells = [
+        (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
+        for y, ty, h in _steps(rows, max(_ROWS, job.feather) // grow, shrink)
+        for x, tx, w in _steps(columns, max(_COLUMNS, job.feather) // grow, shrink)
+    ]
+
+    def draw(cell: tuple[int, int, int, int, int, int]) -> None:
+        y, x, ty, tx, h, w = cell
+        codes = job.draw(y, x, h, w)
+        if shrink > 1:
+            codes = job.mixer.average(codes, shrink)
+        out[ty : ty + codes.shape[0], tx : tx + codes.shape[1]] = codes
+
+    with run.pool() as each:
+        batch = 8 * run.workers
+        for start in range(0, len(cells), batch):
+            each(draw, cells[start : start + batch])
+            run.tick(min(start + batch, len(cells)), len(cells))
+    return out
+
+
+@dataclass(frozen=True)
+class _Job:
+    """All that a cell needs to be drawn."""
+
+    full: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]
+    wrap: tuple[bool, bool]
+    scale: int
+    feather: int  # in px of the plane
+    ground: Ground
+    samples: Array  # (N, C) codes of all exemplars
+    mixer: Mixer
+    coding: NormalCoding | None
+
+    @classmethod
+    def of(
+        cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend
+    ) -> _Job:
+        grow, shrink = max(scale, 1), max(-scale, 1)
+        feather = blend.feather * grow
+        if feather > MAX_SPREAD:
+            most = MAX_SPREAD // grow
+            raise ParameterError(
+                f"feather={blend.feather} is too wide on a {grow}x larger plane; at most {most} px."
+            )
+        samples, ground = ground_of(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, feather)
+        none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
+        none.flags.writeable = False
+        coding = coding_of(planes)
+        usable = usable_pixels(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
+        curve = Curve.of(planes[0])
+        if blend.mixing is Mixing.SOURCE:
+            curve = replace(curve, srgb=False)
+        return cls(
+            (smap.yx, none if smap.which is None else smap.which, none if smap.pose is None else smap.pose),
+            (smap.wrap.y, smap.wrap.x),
+            grow,
+            feather,
+            ground,
+            samples,
+            mixer_of(planes[0], samples, coding, curve, blend.mixing, usable),
+            coding,
+        )
+
+    def draw(self, y: int, x: int, height: int, width: int) -> Array:
+        """Return the codes (h, w, C) of a cell whose first pixel is (y, x)."""
+        f = self.feather
+        if f == 0 and self.scale == 1 and self.coding is None:
+            codes = self._copied(y, x, height, width)
+            if codes is not None:
+                return codes
+        size = (height + f, width + f)
+        part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
+        origin = (y - f // 2, x - f // 2)
+        if not cut_window(self.full, origin, self.scale, self.wrap, self.ground.table, part):
+            raise InputError("the map points outside its exemplars; it belongs to others, or is damaged.")
+        core = (slice(f // 2, f // 2 + height), slice(f // 2, f // 2 + width))
+        if (part[1][core] == HOLE).any():
+            holes = int((self.full[1] == HOLE).sum())
+            raise InputError(
+                f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without."
+            )
+        if f == 0:
+            return self._own(*part)
+        codes, weight = self.mixer.vote(make_plan(part, origin, self.ground.table, f), self.ground)
+        lost = weight == 0  # nobody votes: the pixel speaks for itself
+        if lost.any():
+            codes[lost] = self._own(part[0][core], part[1][core], part[2][core])[lost]
+        return codes
+
+    def _copied(self, y: int, x: int, height: int, width: int) -> Array | None:
+        """The codes of a cell of exact copies, straight from the map; None where that does not do."""
+        here = slice(y, y + height), slice(x, x + width)
+        codes = np.empty((height, width, self.samples.shape[1]), self.samples.dtype)
+        bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
+        yx, which, _ = self.full
+        done = copy_cell(yx[here], which[here], self.ground.table, self.samples.view(bits), codes.view(bits))
+        return codes if done else None
+
+    def _own(self, yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]) -> Array:
+        codes = np.zeros((*which.shape, self.samples.shape[1]), self.samples.dtype)
+        bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
+        gather(
+            np.ascontiguousarray(yx),
+            np.ascontiguousarray(which),
+            self.ground.table,
+            self.samples.view(bits),
+            codes.view(bits),
+        )
+        return codes if self.coding is None else self.coding.turned(codes, pose)
+
+
+def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
+    if not exemplars or (smap.sources and len(smap.sources) != len(exemplars)):
+        raise InputError(
+            f"the map has {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give its own."
+        )
+    for exemplar, source in zip(exemplars, smap.sources, strict=False):
+        if (exemplar.height, exemplar.width) != (source.height, source.width):
+            raise InputError(
+                f"{exemplar.name} is {exemplar.width}x{exemplar.height} px, the map wants {source.name} of "
+                f"{source.width}x{source.height}; give the exemplars that it was made of."
+            )
+
+
+def check_alike(exemplars: Sequence[Exemplar]) -> None:
+    """Refuse exemplars whose planes cannot lie in one picture, before any work on them."""
+    for name in exemplars[0].drawn:
+        _planes(exemplars, name)
+
+
+def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:
+    """Find the plane in every exemplar, and how many times larger than the base (negative: smaller)."""
+    name = exemplars[0].drawn[0] if name is None else name
+    if not isinstance(name, str) or name not in exemplars[0].planes:
+        raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(exemplars[0].drawn)}.")
+    found: list[tuple[Plane, int]] = []
+    for exemplar in exemplars:
+        if name not in exemplar.planes:
+            raise InputError(f"{exemplar.name} has no plane {name}, {exemplars[0].name} has; give it one.")
+        plane = exemplar.planes[name]
+        larger = plane.height >= exemplar.height
+        found.append(
+            (plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height))
+        )
+        if _coding_of(*found[-1]) != _coding_of(*found[0]):
+            raise InputError(
+                f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, "
+                "channels, kind, transfer or scale; make them equal."
+            )
+    return [plane for plane, _ in found], found[0][1]
+
+
+def _coding_of(plane: Plane, scale: int) -> tuple[object, ...]:
+    green = plane.meta.get("normals", "gl") if plane.kind is Kind.NORMAL else ""
+    return plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green
+
+
+def _segments(start: int, stop: int, length: int, wrap: bool, axis: str) -> list[tuple[int, int, int]]:
+    """Cut a stretch of an endless axis at the canvas's borders: (first on canvas, first drawn, length)."""
+    if stop <= start or (not wrap and (start < 0 or stop > length)):
+        raise ParameterError(
+            f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas."
+        )
+    cuts = [start, *range(start - start % length + length, stop, length), stop]
+    return [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
+
+
+def _steps(segments: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
+    step = max(step // multiple, 1) * multiple
+    return [(y + i, t + i, min(step, n - i)) for y, t, n in segments for i in range(0, n, step)]

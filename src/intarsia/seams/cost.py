@@ -1,0 +1,78 @@
+"""How visible the seams of a map are: one number, to choose among several ways to fill a hole.
+
+Between two neighbouring pixels that do not continue one another runs a seam. It costs what both sides would look
+like there: the difference of each pixel and the other side's continuation (Kwatra et al. 2003, equation 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import Features
+from ..exemplar import Exemplar
+from ..frames import matrices, positions
+from ..geometry import ISOMETRIES
+from ..sourcemap import SourceMap
+
+Array = NDArray[Any]
+CELL, TONE = 8, 2  # steps of tone, summed with their sign over cells of 8 px, are seen in spite of grain
+STEPS = np.array([i.j for i in ISOMETRIES], np.int32)
+
+
+def seam_total(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
+    """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
+    which = np.zeros(smap.yx.shape[:2], np.uint8) if smap.which is None else smap.which
+    pose = np.zeros_like(which) if smap.pose is None else smap.pose
+    total = 0
+    for axis, wrap in ((0, smap.wrap.y), (1, smap.wrap.x)):
+        if smap.exact:
+            steps = STEPS[pose][:, :, :, axis]
+            broken = (smap.yx + steps != np.roll(smap.yx, -1, axis)).any(axis=2)
+        else:  # pieces lie between pixels: they go on where they do to within 1 px, and are read at the nearest pixel
+            j, at = matrices(smap.frame, pose)[:, :, :, axis], positions(smap.yx, smap.sub)
+            broken = (np.abs(np.roll(at, -1, axis) - at - (j + np.roll(j, -1, axis)) / 2) > 1).any(axis=2)
+            steps = np.rint(j).astype(np.int32)
+        for part in (which, pose):
+            broken |= part != np.roll(part, -1, axis)
+        if not wrap:
+            broken[(-1, slice(None)) if axis == 0 else (slice(None), -1)] = False
+        total += _along(axis, broken, smap.yx, which, steps, feats, exemplars)
+    return total
+
+
+def _along(
+    axis: int, broken: Array, yx: Array, which: Array, steps: Array, feats: Features, exemplars: Sequence[Exemplar]
+) -> int:
+    """The cost of the seams between pixels and the next along an axis; `steps` (H, W, 2) lead on from each pixel."""
+    a, b = yx[broken], np.roll(yx, -1, axis)[broken]
+    which_a, which_b = which[broken], np.roll(which, -1, axis)[broken]
+    step_a, step_b = steps[broken], np.roll(steps, -1, axis)[broken]
+    here, there = _read(a, which_a, feats, exemplars)[0], _read(b, which_b, feats, exemplars)[0]
+    over, over_ok = _read(a + step_a, which_a, feats, exemplars)
+    back, back_ok = _read(b - step_b, which_b, feats, exemplars)
+    first, second, plain = (np.abs(p - q).sum(axis=1) for p, q in ((over, there), (back, here), (here, there)))
+    signed = np.where(over_ok[:, None], over - there, here - there) + np.where(back_ok[:, None], here - back, 0)
+    cells = tuple(index // CELL for index in np.nonzero(broken))
+    tone = np.zeros((broken.shape[0] // CELL + 1, broken.shape[1] // CELL + 1, signed.shape[1]), np.int64)
+    np.add.at(tone, cells, signed)
+    costs = np.where(over_ok, first, plain) + np.where(back_ok, second, plain)
+    return int(costs.sum()) + TONE * int(np.abs(tone).sum())
+
+
+def _read(at: Array, which: Array, feats: Features, exemplars: Sequence[Exemplar]) -> tuple[Array, Array]:
+    """Features at exemplar pixels, and whether they may be read: inside, and usable."""
+    out = np.zeros((len(at), feats.pictures[0].shape[2]), np.int64)
+    ok = np.zeros(len(at), bool)
+    for number, exemplar in enumerate(exemplars):
+        mine = which == number
+        y, x = at[mine].T
+        height, width = exemplar.height, exemplar.width
+        inside = np.ones(len(y), bool) if exemplar.toroidal else (y >= 0) & (x >= 0) & (y < height) & (x < width)
+        y, x = y % height, x % width
+        ok[mine] = inside if exemplar.usable is None else inside & exemplar.usable[y, x]
+        out[mine] = feats.pictures[number][y, x]
+    return out, ok

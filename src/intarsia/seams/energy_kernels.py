@@ -1,0 +1,124 @@
+"""What the seams of a map cost, from the map alone: it tells how the exemplar continues each piece beyond its seams."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.cuts import FLAT, GRADIENT_UNIT
+from ..kernels.jit import kernel
+from ..kernels.windows import place
+
+HOLE = 255
+
+
+class Pieces(NamedTuple):
+    """What a map is sewn from: the posed exemplars laid end to end, and which of their pixels may be shown."""
+
+    flat: NDArray[np.int16]  # (numbers,): features, channel by channel of each pixel
+    table: NDArray[np.int64]  # (V, 4): where each begins in flat, height, width and stride, px
+    usable: NDArray[np.uint8]  # (pixels,): 1 where a pixel may be shown
+    torus: NDArray[np.bool_]  # (V,): whether it continues in itself
+    channels: int
+
+
+@kernel
+def apart(flat: Any, channels: int, a: int, b: int) -> int:
+    """Return how far the features of two pixels of `flat` are apart, rounded up.
+
+    Rounded up, distances keep the triangle inequality; a and b are numbers of pixels.
+    """
+    total = 0
+    for c in range(channels):
+        difference = int(flat[a * channels + c]) - int(flat[b * channels + c])
+        total += difference * difference
+    if total == 0:
+        return 0
+    root = int(np.sqrt(np.float64(total)))
+    return root + 1 if root * root < total else root
+
+
+@kernel
+def spot(table: Any, usable: Any, torus: Any, channels: int, v: int, y: int, x: int) -> int:
+    """Return the number of a variant's pixel, -1 where there is none or it must not be shown."""
+    rows, columns = table[v, 1], table[v, 2]
+    if not (0 <= y < rows and 0 <= x < columns):
+        if not torus[v]:
+            return -1
+        y, x = y % rows, x % columns
+    at = table[v, 0] // channels + y * table[v, 3] + x
+    if not usable[at]:
+        at = -1
+    found: int = at
+    return found
+
+
+@kernel
+def meeting(flat: Any, channels: int, a: Any, b: Any, gradient: bool) -> int:
+    """Return what it costs that piece `a` ends at one pixel and piece `b` begins at the next.
+
+    Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With `gradient`
+    the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down.
+    """
+    cost = apart(flat, channels, a[0], b[0]) + apart(flat, channels, a[1], b[1])
+    if gradient and cost > 0:
+        change = apart(flat, channels, a[0], a[1]) + apart(flat, channels, b[0], b[1])
+        cost = cost * GRADIENT_UNIT // (FLAT + change)
+    return cost
+
+
+@kernel
+def source_at(variant: Any, yx: Any, table: Any, channels: int, y: int, x: int) -> int:
+    """Return the number of the pixel that the map shows at a place of the canvas, -1 in holes."""
+    v = variant[y, x]
+    if v == HOLE:
+        return -1
+    at: int = table[v, 0] // channels + yx[y, x, 0] * table[v, 3] + yx[y, x, 1]
+    return at
+
+
+@kernel
+def beside(
+    variant: Any, yx: Any, table: Any, usable: Any, torus: Any, channels: int, y: int, x: int, dy: int, dx: int
+) -> int:
+    """Return the pixel with which the piece at (y, x) goes on one step further; its own where it does not."""
+    v = variant[y, x]
+    on = spot(table, usable, torus, channels, v, yx[y, x, 0] + dy, yx[y, x, 1] + dx)
+    return on if on >= 0 else source_at(variant, yx, table, channels, y, x)
+
+
+@kernel
+def seam_prices(shown: Any, pieces: Any, box: Any, gradient: bool, prices: Any) -> None:
+    """Write into `prices` (H, W, 2) what the map costs between each pixel of a box and its right and lower neighbour.
+
+    `box`: first row, first column, rows and columns; it may reach over borders. 0 where a piece goes on, in holes
+    and at borders.
+    """
+    (variant, yx, wrap), (flat, table, usable, torus, channels) = shown, pieces
+    height, width = variant.shape
+    for i in range(box[2]):
+        y = place(box[0] + i, height, wrap[0])
+        if y < 0:
+            continue
+        for j in range(box[3]):
+            x = place(box[1] + j, width, wrap[1])
+            if x < 0:
+                continue
+            here = source_at(variant, yx, table, channels, y, x)
+            for k in range(2):
+                prices[y, x, k] = 0
+                ny = place(y + k, height, wrap[0])
+                nx = place(x + 1 - k, width, wrap[1])
+                if here < 0 or ny < 0 or nx < 0:
+                    continue
+                there = source_at(variant, yx, table, channels, ny, nx)
+                u, v = yx[y, x], yx[ny, nx]
+                if there < 0 or (variant[y, x] == variant[ny, nx] and u[0] + k == v[0] and u[1] + 1 - k == v[1]):
+                    continue
+                on = beside(variant, yx, table, usable, torus, channels, y, x, k, 1 - k)
+                if on == there:
+                    continue
+                back = beside(variant, yx, table, usable, torus, channels, ny, nx, -k, k - 1)
+                prices[y, x, k] = meeting(flat, channels, (here, on), (back, there), gradient)

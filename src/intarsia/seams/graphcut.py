@@ -1,0 +1,283 @@
+"""A map sewn together from patches of free shape: filled first, then its worst seams are covered anew.
+
+A patch is cut in with old seams remembered, so it may replace what lies around its window as well, and several
+placements are tried by the cut itself: the one that leaves the cheapest seams is kept (Kwatra, Schoedl, Essa, Turk
+and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..draws import draw
+from ..kernels.windows import Shown
+from ..patches.growing_map import random_patch
+from ..patches.growth import Growth, Pick
+from ..run import Run
+from ..search.candidates import Candidates, Prices
+from ..search.fourier import PatchSearch
+from ..sourcemap import HOLE
+from . import energy_kernels, placement_kernels, recut_kernels
+from .entire_patch import EntireSearch, pieces_of
+from .worst import WorstSeams
+
+Array = NDArray[Any]
+Box = tuple[int, int, int, int]
+Bar = Callable[[Box, Pick], Array]
+
+SAMPLES = 128  # a side of the canvas is looked at in about so many places when repeats are counted
+REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
+TINY = 1057087571  # exp(-1/64) in 2**-30
+GONE = 64 * 20  # beyond, a chance is none
+
+
+@dataclass(frozen=True)
+class GraphcutSettings:
+    """How patches are placed and joined.
+
+    Attributes
+    ----------
+    placement : str
+        ``sub``: what lies under the window is matched; ``entire``: all that the exemplar would lie over, shifted as
+        a whole; ``random``: nothing is.
+    randomness : float
+        k of exp(-cost / (k sigma^2)), sigma^2 the exemplars' variance.
+    tries : int
+        Placements drawn for a window, of which the cheapest cut is kept.
+    usage : float
+        Price of a repeat, in usual distances.
+    gradient : bool
+        Seams are cheaper where there is detail.
+    margin : int
+        How far around its window a patch may replace what is there, px.
+    """
+
+    placement: str = "sub"
+    randomness: float = 0.01
+    tries: int = 2
+    usage: float = 0.05
+    gradient: bool = False
+    margin: int = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """A patch cut into a window: what seams cost more than before, where it lies, and which of its pixels are taken."""
+
+    change: int
+    box: Box
+    pick: Pick
+    take: Array
+
+
+class GraphcutGrowth:
+    """A growing map whose patches are cut in with old seams remembered.
+
+    ``prices`` (H, W, 2) int32: what the map costs between every pixel and its right and lower neighbour. `bar`, if
+    there is one, says which pixels of a box must stay, whatever it costs, when a patch is cut in.
+    """
+
+    def __init__(self, growth: Growth, stitch: GraphcutSettings, bar: Bar | None = None) -> None:
+        self.growth, self.stitch, self.variants, self.bar = growth, stitch, growth.variants, bar
+        self.pieces = pieces_of(growth.variants, growth.exemplars)
+        work = growth.patchwork
+        self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
+        self.wraps = growth.layout.wraps
+        self.shown = Shown(self.variant, self.yx, self.wraps)
+        self.prices = np.zeros((*self.variant.shape, 2), np.int32)
+        self._step = max(4, math.isqrt(self.variant.size) // SAMPLES)
+        self._variance = max(_variance(p, e.usable) for p, e in zip(
+            growth.features.pictures, growth.exemplars, strict=True))  # fmt: skip
+        self._entire: EntireSearch | None = None
+        self._sub: PatchSearch | None = None
+        if stitch.placement == "entire":
+            self._entire = EntireSearch(growth.finder, self.pieces)
+        elif isinstance(growth.finder, PatchSearch):
+            self._sub = growth.finder
+        self.note((0, 0, *self.variant.shape))
+
+    @property
+    def total(self) -> int:
+        """What all seams of the map cost."""
+        return int(self.prices.sum(dtype=np.int64))
+
+    def fill(self, seed: int, stage: int, run: Run, more: int = 0) -> None:
+        """Fill the windows of the layout in their order; `more` units of work are still to come after them."""
+        windows = [window for wave in self.growth.waves for window in wave]
+        for number, window in enumerate(windows):
+            run.tick(number, len(windows) + more, self.growth.draft)
+            box = (*self.growth.at(window), *self.growth.layout.patch)
+            cuts = self.tried(box, draw(seed, stage, 0, *window), filling=True)
+            self.paste(min(cuts, key=lambda cut: cut.change))
+        run.tick(len(windows), len(windows) + more, self.growth.draft)
+
+    def refine(self, seed: int, stage: int, run: Run, steps: int) -> list[int]:
+        """Cover the worst seams anew, where that makes them cheaper; returns what every accepted patch saved.
+
+        Ends after so many attempts, or when no place is left that has not been tried since it last changed.
+        """
+        done = sum(map(len, self.growth.waves))
+        worst, saved = WorstSeams(self.prices, self.growth.layout.patch, self.wraps), []
+        for number in range(steps):
+            at = worst.place()
+            if at is None:
+                break
+            box = (*at, *self.growth.layout.patch)
+            cuts = self.tried(box, draw(seed, stage, 1, number), filling=False)
+            cut = min(cuts, key=lambda cut: cut.change, default=None)
+            if cut is not None and cut.change < 0:
+                self.paste(cut)
+                worst.renew(cut.box)
+                saved.append(-cut.change)
+            else:
+                worst.give_up()
+            run.tick(done + number + 1, done + steps, self.growth.draft)
+        return saved
+
+    # ---- placing
+
+    def tried(self, box: Box, bits: int, filling: bool) -> list[Cut]:
+        """Draw placements for a window and cut each in."""
+        return [self.cut(box, pick, self.stitch.margin) for pick in self._drawn(box, bits, filling)]
+
+    def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
+        valid = self.variants.valid
+        if self.stitch.placement == "random":
+            return [random_patch(valid, draw(bits, t)) for t in range(self.stitch.tries)]
+        found = self._found(box) if filling else self._around(box)
+        if not len(found.rows):
+            return [random_patch(valid, draw(bits, 0))] if filling else []
+        rows, price = found.rows, self.priced(box, found)
+        unit = max(round(self.stitch.randomness * self._variance * max(int(found.known.sum()), 1)), 1)
+        chances = likelihood((price - price.min()) * 64 // unit)
+        picks: list[Pick] = []
+        for t in range(min(self.stitch.tries, int(np.count_nonzero(chances)))):
+            share = draw(bits, t) % int(chances.sum())
+            k = int(np.searchsorted(np.cumsum(chances), share, side="right"))
+            chances[k] = 0
+            _, variant, u, s = rows[k].tolist()
+            picks.append((variant, u, s))
+        return picks
+
+    def priced(self, box: Box, found: Candidates) -> Array:
+        """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
+        count = np.empty(len(found.rows), np.int64)
+        placement_kernels.repeats(self.shown, self.pieces, box, found.rows, self._step, count)
+        price = round(REPEAT * self.stitch.usage * found.usual)
+        return np.asarray(found.rows[:, 0] + count * price // placement_kernels.ONE)
+
+    def _found(self, box: Box) -> Candidates:
+        """The candidates for a window as the map now is."""
+        if self._entire is not None:
+            return self._entire.find(self.variant, self.yx, box[:2], self.wraps)
+        assert self._sub is not None
+        return self._sub.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices())[0]
+
+    def _around(self, box: Box) -> Candidates:
+        """The candidates that fit around the middle of a window; the middle is to be covered, and does not count."""
+        index = self.middle(box)
+        kept = self.variant[index]
+        self.variant[index] = HOLE
+        try:
+            return self._found(box)
+        finally:
+            self.variant[index] = kept
+
+    def middle(self, box: Box) -> tuple[Array, ...]:
+        """Index of the middle of a window, half as high and wide."""
+        return np.ix_(*((at + n // 4 + np.arange(n // 2)) % length
+                        for at, n, length in zip(box[:2], box[2:], self.variant.shape, strict=True)))  # fmt: skip
+
+    def search_prices(self) -> Prices:
+        """How often every patch is shown already, for the short-list."""
+        assert self._sub is not None
+        search, step = self._sub, self._step
+        f, (h, w) = search.factor, search.cells
+        variant, yx = self.variant[::step, ::step], self.yx[::step, ::step]
+        counts = []
+        for v, (rows, columns) in enumerate(valid.shape for valid in search.valid):
+            if not rows or not columns:
+                counts.append(np.zeros((rows, columns), np.int32))
+                continue
+            high, wide = rows + h - 1, columns + w - 1
+            cell = yx[variant == v] // f
+            flat = np.minimum(cell[:, 0], high - 1) * wide + np.minimum(cell[:, 1], wide - 1)
+            total = np.bincount(flat, minlength=high * wide).reshape(high, wide)
+            total = np.pad(total.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+            within = total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w]
+            counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))
+        return Prices(counts, round(REPEAT * self.stitch.usage * 65536))
+
+    # ---- cutting
+
+    def cut(self, box: Box, pick: Pick, margin: int) -> Cut:
+        """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
+
+        Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known.
+        """
+        wide, inner, at = list(box), [0, 0, *box[2:]], list(pick)
+        for axis in (0, 1):
+            n, length = box[2 + axis], self.variant.shape[axis]
+            before = after = min(margin, (length - n) // 2) if self.wraps[axis] else margin
+            if not self.wraps[axis]:
+                before, after = min(before, box[axis]), min(after, length - n - box[axis])
+            if not self.variants.toroidal[pick[0]]:  # no further than the exemplar reaches
+                before = min(before, pick[1 + axis])
+                after = min(after, int(self.variants.table[pick[0], 1 + axis]) - pick[1 + axis] - n)
+            wide[axis] = (box[axis] - before) % length
+            wide[2 + axis] = n + before + after
+            inner[axis], at[1 + axis] = before, pick[1 + axis] - before
+        window, patch = (wide[0], wide[1], wide[2], wide[3]), (at[0], at[1], at[2])
+        take, index, kept = np.empty(window[2:], np.uint8), None, None
+        if self.bar is not None:
+            index = self.index(window)
+            kept = self.locked[index]
+            self.locked[index] = kept | self.bar(window, patch)
+        change = recut_kernels.recut(
+            self.shown, self.locked, self.pieces, window, (inner[0], inner[1], inner[2], inner[3]), patch,
+            self.stitch.gradient, take,
+        )  # fmt: skip
+        if index is not None:
+            self.locked[index] = kept
+        return Cut(int(change), window, patch, take)
+
+    def index(self, box: Box) -> tuple[Array, ...]:
+        """Index of the pixels of a box, which may reach over borders that wrap."""
+        return np.ix_(*((at + np.arange(n)) % length
+                        for at, n, length in zip(box[:2], box[2:], self.variant.shape, strict=True)))  # fmt: skip
+
+    def paste(self, cut: Cut) -> None:
+        """Write a cut into the map, and what its seams cost into the prices."""
+        recut_kernels.write(self.shown, self.pieces, cut.box, cut.pick, cut.take)
+        y, x, h, w = cut.box
+        self.note((y - 1, x - 1, h + 1, w + 1))
+
+    def note(self, box: Box) -> None:
+        """Measure the seams of a box anew."""
+        energy_kernels.seam_prices(self.shown, self.pieces, box, self.stitch.gradient, self.prices)
+
+
+def likelihood(x: Array) -> Array:
+    """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
+    out = np.full(len(x), 1 << 30, np.int64)
+    rest, factor = x.astype(np.int64), TINY
+    for _ in range(GONE.bit_length()):
+        out = np.where(rest & 1 > 0, out * factor >> 30, out)
+        rest, factor = rest >> 1, factor * factor >> 30
+    return np.where(x >= GONE, 0, out)
+
+
+def _variance(picture: Array, usable: Array | None) -> int:
+    """Sum of the channels' variances over the usable pixels."""
+    pixels = picture.reshape(-1, picture.shape[2]) if usable is None else picture[usable]
+    n = len(pixels)
+    if not n:
+        return 0
+    flat = pixels.astype(np.int64)
+    return int(sum(n * int((c * c).sum()) - int(c.sum()) ** 2 for c in flat.T) // (n * n))

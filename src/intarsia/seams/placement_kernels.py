@@ -1,0 +1,106 @@
+"""What placing a patch costs besides its seams: how many of its pixels are shown already, and how well it fits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..kernels.jit import kernel
+from ..kernels.windows import place
+from .energy_kernels import source_at, spot
+
+HOLE = 255
+ONE = 256  # all that a window would show is shown once more
+NEAR = 3  # a repeat beside the window counts this much more
+
+
+@kernel
+def repeats(shown: Any, pieces: Any, box: Any, rows: Any, step: int, out: Any) -> None:
+    """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
+
+    `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
+    the candidates. Every `step`-th pixel of the canvas is looked at. Within one and a half windows of the middle a
+    repeat counts up to NEAR times more. What merely goes on from the canvas is no repeat.
+    """
+    (variant, yx, wrap), table, torus = shown, pieces.table, pieces.torus
+    height, width = variant.shape
+    h, w = box[2], box[3]
+    reach = 3 * max(h, w) // 2 + 1
+    out[:] = 0
+    for y in range(step // 2, height, step):
+        dy = y - (box[0] + h // 2)
+        if wrap[0]:
+            dy = (dy + height // 2) % height - height // 2
+        for x in range(step // 2, width, step):
+            v = variant[y, x]
+            if v == HOLE:
+                continue
+            dx = x - (box[1] + w // 2)
+            if wrap[1]:
+                dx = (dx + width // 2) % width - width // 2
+            far = max(abs(dy), abs(dx))
+            weight = ONE + (NEAR * ONE * (reach - far) // reach if far < reach else 0)
+            for k in range(len(rows)):
+                if rows[k, 1] != v:
+                    continue
+                i, j = yx[y, x, 0] - rows[k, 2], yx[y, x, 1] - rows[k, 3]
+                if torus[v]:
+                    i, j = i % table[v, 1], j % table[v, 2]
+                if 0 <= i < h and 0 <= j < w and not (i == dy + h // 2 and j == dx + w // 2):
+                    out[k] += weight
+    for k in range(len(rows)):
+        out[k] = out[k] * step * step // (h * w)
+
+
+@kernel
+def shift_cost(shown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
+    """Return the mean squared difference, times 256, of the map and a piece where both are known; -1: nowhere.
+
+    `box`: the part of the canvas that is looked at, every `step`-th pixel of it; `pick`: the variant, and its row and
+    column at the first pixel, which may lie outside it.
+    """
+    (variant, yx, wrap), (flat, table, usable, torus, channels) = shown, pieces
+    height, width = variant.shape
+    total, count = 0, 0
+    for i in range(0, box[2], step):
+        y = place(box[0] + i, height, wrap[0])
+        if y < 0:
+            continue
+        for j in range(0, box[3], step):
+            x = place(box[1] + j, width, wrap[1])
+            if x < 0:
+                continue
+            old = source_at(variant, yx, table, channels, y, x)
+            if old < 0:
+                continue
+            new = spot(table, usable, torus, channels, pick[0], pick[1] + i, pick[2] + j)
+            if new < 0:
+                continue
+            for c in range(channels):
+                difference = int(flat[old * channels + c]) - int(flat[new * channels + c])
+                total += difference * difference
+            count += 1
+    return total * 256 // count if count else -1
+
+
+@kernel
+def follow(
+    shown: Any, pieces: Any, at: Any, size: Any, valid: Any, around: Any, factor: int, step: int, rows: Any
+) -> None:
+    """Move each candidate of `rows` to the best place within a coarse px of it, and write what that costs.
+
+    `valid`: where patches of its variant may begin; `at`: the window; `around` (rows, columns): how far before and
+    behind the window the map is looked at, every `step`-th pixel; `size`: the window's rows and columns.
+    """
+    box = (at[0] - around[0], at[1] - around[1], size[0] + 2 * around[0], size[1] + 2 * around[1])
+    for k in range(len(rows)):
+        v, u, s = rows[k, 1], rows[k, 2], rows[k, 3]
+        best = -1
+        for a in range(u - factor + 1, u + factor):
+            for b in range(s - factor + 1, s + factor):
+                if not (0 <= a < valid.shape[0] and 0 <= b < valid.shape[1] and valid[a, b]):
+                    continue
+                cost = shift_cost(shown, pieces, box, (v, a - around[0], b - around[1]), step)
+                if cost >= 0 and (best < 0 or cost < best):
+                    best = cost
+                    rows[k, 2], rows[k, 3] = a, b
+        rows[k, 0] = best

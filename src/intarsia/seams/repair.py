@@ -1,0 +1,177 @@
+"""The worst seams of a finished map, found and covered anew, whatever method made it.
+
+A method that fills window by window never looks back: its errors stay, and where the border of a patch cuts through a
+stone, the stone stays cut. Here the dearest places are taken first, in passes; the windows of a pass lie apart. A patch
+is sought that fits the pixels around the middle of such a window, and is cut in by maximum flow, in which the old seams
+inside the window and around it are remembered. It stays only where all seams together become cheaper by it.
+
+Source: the refinement of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, section 4, for
+maps of any method. Departures: nothing is drawn, the best of a few candidates that helps is taken; a pass covers many
+places, so that threads share the work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..patches.growth import Growth
+from ..patches.settings import PatchSettings
+from ..run import Run
+from ..search.candidates import Candidates
+from ..search.fourier import PatchSearch
+from ..sourcemap import HOLE, SourceMap
+from .constraints import Constraints
+from .graphcut import Box, Cut, GraphcutGrowth, GraphcutSettings
+from .worst import Cell, WorstSeams
+
+Array = NDArray[Any]
+
+TRIES = 3  # candidates that are cut in for a window until one makes the seams cheaper
+REACH = 6  # a patch reaches 1 / REACH of its side around its window
+APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
+
+
+@dataclass(frozen=True)
+class Repair:
+    """How a map is repaired.
+
+    Attributes
+    ----------
+    patch : (rows, columns)
+        Of a window, px.
+    passes : int
+        How often the worst places are looked for.
+    weights, isometries
+        As the parameters of the methods: channel weights, poses of new patches.
+    distance : int
+        No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+    """
+
+    patch: tuple[int, int]
+    passes: int
+    weights: tuple[float, ...] | None = None
+    isometries: str | tuple[int, ...] = "none"
+    distance: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Repaired:
+    """A map with its worst seams covered: what they cost before and now, and how many patches were laid."""
+
+    map: SourceMap
+    before: int
+    after: int
+    patches: int
+
+
+def repaired(
+    repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+) -> Repaired:
+    """Cover the worst seams of a finished map, as long as the whole becomes better.
+
+    What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
+    """
+    work = Repairing(repair, exemplars, canvas, smap)
+    before, patches = work.stitching.total, 0
+    for number in range(repair.passes):
+        run.tick(number, repair.passes, work.growth.draft)
+        wave = work.worst.apart(work.around)
+        if not wave:
+            break
+        patches += work.cover(wave, run)
+    run.tick(repair.passes, repair.passes, work.growth.draft)
+    return Repaired(work.growth.map(smap.blend), before, work.stitching.total, patches)
+
+
+class Repairing:
+    """A finished map under repair."""
+
+    def __init__(self, repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap) -> None:
+        overlap = (repair.patch[0] // 4, repair.patch[1] // 4)  # around the middle that is to be covered
+        laying = PatchSettings(repair.patch, overlap, weights=repair.weights, isometries=repair.isometries, rim=1)
+        whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
+        self.growth = Growth(laying, exemplars, whole)
+        self.growth.patchwork.locked[:] = kept(canvas.start, smap)
+        self.bars = Constraints(self.growth, canvas.guide, repair.distance)
+        self.margin = min(repair.patch) // REACH
+        stitch = GraphcutSettings(margin=self.margin)
+        self.stitching = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
+        self.worst = WorstSeams(self.stitching.prices, self.growth.layout.patch, self.stitching.wraps)
+
+    @property
+    def around(self) -> int:
+        """How far apart the windows of a pass are, px."""
+        return 2 * self.margin + APART
+
+    def cover(self, wave: dict[Cell, tuple[int, int]], run: Run) -> int:
+        """Cover windows that lie apart; returns how many patches were laid."""
+        boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
+        found = self._found(boxes, run)
+        cuts: list[Cut | None] = [None] * len(boxes)
+
+        def best(k: int) -> None:
+            cuts[k] = self._best(boxes[k], found[k])
+
+        with run.pool() as each:
+            each(best, range(len(boxes)))
+        laid: list[Cut] = []
+        for cell, cut in zip(wave, cuts, strict=True):
+            if cut is None:
+                self.worst.give_up(cell)
+            elif not self.bars.returns(cut.box, cut.pick, cut.take):  # what this pass laid before counts, too
+                self.stitching.paste(cut)
+                laid.append(cut)
+        self.worst.renew(*(cut.box for cut in laid))
+        return len(laid)
+
+    def _found(self, boxes: list[Box], run: Run) -> list[Candidates]:
+        """The candidates that fit around the middles of windows, which do not touch one another."""
+        sewn, search = self.stitching, self.growth.finder
+        assert isinstance(search, PatchSearch)
+        prices, at = sewn.search_prices(), np.array([box[:2] for box in boxes], np.int64)
+        middles = [sewn.middle(box) for box in boxes]
+        old = [sewn.variant[middle] for middle in middles]
+        found: list[Any] = [None] * len(boxes)
+        size = min(search.batch(), -(-len(boxes) // run.workers))
+
+        def part(begin: int) -> None:
+            chunk = at[begin : begin + size]
+            found[begin : begin + size] = search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices)
+
+        try:
+            for middle in middles:
+                sewn.variant[middle] = HOLE
+            with run.pool() as each:
+                each(part, range(0, len(boxes), size))
+        finally:
+            for middle, variant in zip(middles, old, strict=True):
+                sewn.variant[middle] = variant
+        return found
+
+    def _best(self, box: Box, found: Candidates) -> Cut | None:
+        """The first of the best candidates that makes the seams cheaper."""
+        price = self.stitching.priced(box, found)
+        for k in np.argsort(price, kind="stable")[:TRIES].tolist():
+            _, variant, u, s = found.rows[k].tolist()
+            cut = self.stitching.cut(box, (variant, u, s), self.margin)
+            if cut.change < 0:
+                return cut
+        return None
+
+
+def kept(start: SourceMap | None, smap: SourceMap) -> NDArray[np.bool_]:
+    """Say which pixels of a map are what it started with, and must stay."""
+    if start is None:
+        return np.zeros((smap.height, smap.width), bool)
+    same = ~start.holes & (start.yx == smap.yx).all(axis=2)
+    for mine, other in ((start.which, smap.which), (start.pose, smap.pose)):
+        same &= np.equal(0 if mine is None else mine, 0 if other is None else other)
+    return np.asarray(same)
+

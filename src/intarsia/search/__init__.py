@@ -1,0 +1,1 @@
+"""Finding patches: exact, by pyramid, by histograms, under masks and guides."""

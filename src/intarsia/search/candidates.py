@@ -1,0 +1,111 @@
+"""What a search for patches is asked, and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .posed import PosedExemplars
+from .reduce_kernels import Correlated, Fee
+from .transforms import Correlator
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What fits one window: rows of (distance, variant, row, column), best first, and the usual distance.
+
+    ``usual`` is the 5 % quantile of the distance over all positions, in units of the exact distance; ``feats``
+    and ``known`` are what the window holds; ``free`` says that nothing is known in it yet: any patch fits;
+    ``permitted`` that none of the rows returns too near.
+    """
+
+    rows: NDArray[np.int64]
+    usual: int
+    feats: Array
+    known: Array
+    free: bool = False
+    permitted: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """Windows as the search compares them: energies, spectra by shape, and the exemplars' energy under their masks.
+
+    ``slots`` says which of the ``squares`` of every variant belongs to which window.
+    """
+
+    energies: Array
+    slots: Array
+    squares: list[Array]
+    spectra: dict[tuple[int, int], Array]
+    templates: Array
+    masks: Array
+
+    def only(self, which: Any) -> Reduced:
+        """Return some of the windows, by an index of NumPy; the spectra stay those of all."""
+        return replace(
+            self, energies=self.energies[which], slots=self.slots[which], templates=self.templates[which],
+            masks=self.masks[which],
+        )  # fmt: skip
+
+    def correlated(self, v: int, values: Array, valid: Array) -> Correlated:
+        """Put correlations with a variant, `values` (n, rows, columns), beside what turns them into distances."""
+        return Correlated(values, self.squares[v], self.slots, self.energies, valid, v)
+
+
+@dataclass(frozen=True, eq=False)
+class Prices:
+    """The prices of repeats, as the short-list takes them into account.
+
+    ``counts``: for every variant an int32 map over its coarse positions, 256 = one full repeat. Such a repeat
+    costs ``weight`` / 65536 of the usual distance; with ``multiply`` distances are multiplied by 1 + repeats.
+    """
+
+    counts: list[Array]
+    weight: int
+    multiply: bool = False
+
+    def of(self, v: int) -> Fee:
+        """Return the prices of one variant."""
+        return Fee(self.counts[v], self.weight, self.multiply)
+
+
+class Search(Protocol):
+    """A way to find patches: what growing a map needs of it.
+
+    ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it; ``cells``:
+    the patch in such units.
+    """
+
+    variants: PosedExemplars
+    patch: tuple[int, int]
+    valid: list[Array]
+    factor: int
+    cells: tuple[int, int]
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+
+    def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+
+
+class ReducedSearch(Search, Protocol):
+    """A search that compares reduced pictures: what ranking their positions needs of it.
+
+    ``axes``: of the reduced features; ``scale``: what a step of them is worth; ``clip``: their largest number;
+    ``wholes``: the reduced pictures themselves; ``flat_valid``, ``offsets``: all positions of all variants in one row.
+    """
+
+    axes: Array
+    scale: float
+    clip: int
+    wholes: list[Array]
+    flat_valid: Array
+    offsets: Array
+    correlator: Correlator

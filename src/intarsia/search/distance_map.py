@@ -1,0 +1,65 @@
+"""The distance map: how well every patch of the exemplar fits at one place of the output (Multrus 2003, Fig. 3.12)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import LUMINANCE, RANGE
+from ..exemplar import Exemplar
+from ..image import Kind
+from . import pyramid_kernels
+from .candidates import Candidates
+from .posed import PosedExemplars
+
+FAR = -1.0  # stands where no patch may begin
+
+
+def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> list[NDArray[np.float32]]:
+    """Return for every variant the distance of the patch at each first pixel, FAR where none may begin.
+
+    Root mean square over the known pixels of the window, every position measured exactly. `scale`: what a
+    difference of 1 on the 0..1 scale is in features, squared and summed over channels (:func:`full_scale`).
+    """
+    window = np.ascontiguousarray(found.feats).ravel()
+    area = max(int(found.known.sum()), 1)
+    out = []
+    for v, valid in enumerate(variants.valid):
+        squared = np.empty(valid.shape, np.int64)
+        if valid.size:
+            pyramid_kernels.measure_all(window, found.known, variants.flat, variants.table[v], valid, squared)
+        rms = np.sqrt(squared.clip(0) / (area * scale))
+        out.append(np.where(valid, rms, FAR).astype(np.float32))
+    return out
+
+
+def full_scale(exemplar: Exemplar, weights: tuple[float, ...] | None) -> float:
+    """Return the squared length, in features, of the step from the darkest to the brightest value in all channels.
+
+    Features are stretched to the exemplar's own range, and so is the 0..1 scale.
+    """
+    base = exemplar.base
+    count = base.channels - base.alpha
+    if weights is None:
+        weights = LUMINANCE if count == 3 and base.kind is Kind.COLOUR else (1.0,) * count
+    shares = (*weights, max(weights))[: base.channels] if len(weights) < base.channels else weights
+    return RANGE**2 * sum(w / max(weights) for w in shares)
+
+
+def side_by_side(maps: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """Put the maps of several exemplars or poses into one picture, in their order, top edges level."""
+    height = max(m.shape[0] for m in maps)
+    padded: list[Any] = [np.pad(m, ((0, height - len(m)), (0, 0)), constant_values=FAR) for m in maps]
+    return np.concatenate(padded, axis=1)
+
+
+def as_16_bit(picture: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Stretch a distance map to 16 bits: black for the nearest patch, white for the farthest and where none is."""
+    there = picture[picture >= 0]
+    if not there.size:
+        return np.full(picture.shape, 65535, np.uint16)
+    low, span = float(there.min()), max(float(there.max() - there.min()), 1e-12)
+    grey = np.rint((picture.astype(np.float64) - low) / span * 65535).clip(0, 65535)
+    return np.where(picture >= 0, grey, 65535).astype(np.uint16)

@@ -1,0 +1,316 @@
+"""Kernels of the patch search: coarse pictures, the best of a distance map, exact distances.
+
+All arithmetic that decides is integer arithmetic. The transforms in between are floating point, but of small
+whole numbers, so that rounding their result to the nearest whole number makes it exact.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.jit import kernel
+
+ROWS = 20  # neighbours are compared on about this many rows of a window
+FAR = np.int64(1) << 62
+HALF = np.float32(0.5)
+NONE = np.int32((1 << 31) - 1)
+MOST_DIFFERENCE = 4092  # of two features, those of surroundings (2 * 2046) included
+MOST_SQUARES = ((1 << 31) - 1) // MOST_DIFFERENCE**2  # so many squares of it stay below 2**31
+
+
+class Among(NamedTuple):
+    """The patches that may be taken, of all variants, one after the other."""
+
+    valid: NDArray[np.uint8]  # (positions,): 1 where a patch may begin
+    offsets: NDArray[np.int64]  # (V, 3): where a variant's positions begin, their rows and columns
+
+
+@kernel
+def turn(rows: Any, turns: Any, out: Any) -> None:
+    """Multiply the rows (n, K, m, w) with each of p series of numbers `turns` (p, m), into (n, K, p, >= m, w).
+
+    The rows of `out` beyond these become 0.
+    """
+    n, channels, m, w = rows.shape
+    for b in range(n):
+        for c in range(channels):
+            for r in range(len(turns)):
+                for y in range(m):
+                    source, target, by = rows[b, c, y], out[b, c, r, y], turns[r, y]
+                    for x in range(w):
+                        target[x] = source[x] * by
+                out[b, c, r, m:] = 0
+
+
+@kernel
+def correlate(spectra: Any, templates: Any, out: Any) -> None:
+    """Multiply the exemplar's spectra (K, h, w) with conjugates (n, K, p, h / p, w), and add up the K pictures.
+
+    Row p k + r of the exemplar meets row [r, k] of a template.
+    """
+    n, channels, parts, _, w = templates.shape
+    for b in range(n):
+        for y in range(spectra.shape[1]):
+            target = out[b, y]
+            for c in range(channels):
+                s = spectra[c, y]
+                t = templates[b, c, y % parts, y // parts]
+                if c == 0:
+                    for x in range(w):
+                        target[x] = s[x] * np.conj(t[x])
+                else:
+                    for x in range(w):
+                        target[x] += s[x] * np.conj(t[x])
+
+
+@kernel
+def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any) -> int:
+    """Write the squared distance at every position, NONE where no patch may begin; return the usual distance.
+
+    distance = energy of the exemplar under the mask - 2 correlation + energy of the template. The usual distance
+    is the 5 % quantile over about 500 positions on a grid, or 1/64 of their mean if that is more: where a flat
+    part of the exemplar fits perfectly, a repeat still has a price. -1 if no position on the grid is valid.
+    Pictures are reduced so coarsely that all distances stay below NONE (`most_steps`).
+    """
+    h, w = valid.shape
+    for y in range(h):
+        cor, own, ok, d = correlation[y], energies[y], valid[y], out[y]
+        for x in range(w):
+            whole = np.int32(np.floor(cor[x] + HALF))
+            value = np.int32(own[x] + np.int32(energy) - np.int32(2) * whole)
+            d[x] = value if ok[x] else NONE
+    step = apart(h, w)
+    sample = np.empty(((h + step - 1) // step) * ((w + step - 1) // step), np.int32)
+    n = 0
+    for y in range(0, h, step):
+        for x in range(0, w, step):
+            if out[y, x] != NONE:
+                sample[n] = out[y, x]
+                n += 1
+    return usual_of(sample, n)
+
+
+@kernel
+def apart(h: int, w: int) -> int:
+    """How far apart the positions are, about 500, by which a usual distance is told."""
+    return max(1, int(np.sqrt(h * w / 500.0)))
+
+
+@kernel
+def usual_of(sample: Any, n: int) -> int:
+    """The usual distance by the first `n` of int32 distances, -1 if there are none."""
+    if n == 0:
+        return -1
+    mean = np.int64(0)
+    for i in range(n):
+        mean += sample[i]
+    mean //= n
+    return max(int(smallest(sample, n, n // 20)), int(mean >> 2))
+
+
+@kernel
+def smallest(values: Any, n: int, k: int) -> Any:
+    """Return the number that comes `k`-th, from 0, when the first `n` of int32 `values` are sorted.
+
+    Found by halving the range and counting: a few passes that run in vector registers.
+    """
+    low, high = values[0], values[0]
+    for i in range(np.uint64(n)):
+        low, high = min(low, values[i]), max(high, values[i])
+    while low < high:
+        middle = np.int32(low + (np.int64(high) - low) // 2)
+        count = 0
+        for i in range(np.uint64(n)):
+            count += values[i] <= middle
+        if count > k:
+            high = middle
+        else:
+            low = np.int32(middle + 1)
+    return low
+
+
+@kernel
+def short_list(correlated: Any, fee: Any, listed: Any) -> None:
+    """Put the best positions of one variant for n windows into their lists, as :func:`keep_best` does."""
+    correlations, squares, slots, energies, valid, variant = correlated
+    (penalty, weight, multiply), (best, counts, usual) = fee, listed
+    dist = np.empty(valid.shape, np.int32)
+    for k in range(len(slots)):
+        q = distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
+        if usual[k] < 0:
+            usual[k] = q
+        unit = weight * max(usual[k], 0) >> 8
+        counts[k] = keep_best(dist, penalty, unit, multiply, variant, best[k], counts[k])
+
+
+@kernel
+def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, best: Any, count: int) -> int:
+    """Put the positions of smallest cost into `best`; return how many it holds.
+
+    Cost is distance + penalty * unit / 2**16, or with `multiply` distance * (1 + penalty / 256)**2.
+
+    `best` (K, 4) int64: cost, variant, row, column, cheapest first. Equal costs: the earlier position stays.
+    """
+    h, w = dist.shape
+    size = best.shape[0]
+    costs, rows = best[:, 0].copy(), np.arange(size)  # costs in order, and which row of `found` each belongs to
+    found = best.copy()
+    worst = costs[size - 1] if count == size else np.int64(NONE)
+    for y in range(h):
+        d, p = dist[y], penalty[y]
+        least = NONE
+        for x in range(np.uint64(w)):
+            least = min(least, d[x])
+        if least >= worst:  # a penalty only adds
+            continue
+        for x in range(w):
+            if d[x] >= worst:
+                continue
+            cost = np.int64(d[x])
+            cost = (cost * (256 + p[x]) ** 2) >> 16 if multiply else cost + ((np.int64(p[x]) * unit) >> 16)
+            if cost >= worst and count == size:
+                continue
+            count = min(count + 1, size)
+            k = count - 1
+            row = rows[k]
+            while k > 0 and costs[k - 1] > cost:
+                costs[k], rows[k] = costs[k - 1], rows[k - 1]
+                k -= 1
+            costs[k], rows[k] = cost, row
+            found[row, 0], found[row, 1], found[row, 2], found[row, 3] = cost, variant, y, x
+            if count == size:
+                worst = costs[size - 1]
+    for k in range(count):
+        best[k] = found[rows[k]]
+    return count
+
+
+@kernel
+def row_spans(known: Any, spans: Any) -> None:
+    """Of every row, the first known pixel, one past the last, and 1 if all between are known."""
+    for i in range(known.shape[0]):
+        lo, hi, n = known.shape[1], 0, 0
+        for j in range(known.shape[1]):
+            if known[i, j]:
+                lo, hi, n = min(lo, j), j + 1, n + 1
+        spans[i, 0], spans[i, 1], spans[i, 2] = min(lo, hi), hi, n == hi - min(lo, hi)
+
+
+@kernel
+def squares(window: Any, flat: Any, a: Any, b: Any, n: int) -> Any:
+    """Sum the squared differences of n numbers of `window` from `a` on and of `flat` from `b` on, in 64 bits.
+
+    Numbers differ by at most MOST_DIFFERENCE, so that so many squares as are added up in 32 bits stay below 2**31.
+    Unsigned offsets let the inner loop run in vector registers.
+    """
+    total = np.int64(0)
+    for first in range(0, n, MOST_SQUARES):
+        part, c, d = np.int32(0), a + np.uint64(first), b + np.uint64(first)
+        for k in range(np.uint64(min(n - first, MOST_SQUARES))):
+            apart = np.int16(window[c + k] - flat[d + k])
+            part = np.int32(part + np.int32(apart) * np.int32(apart))
+        total += part
+    return total
+
+
+@kernel
+def distance(window: Any, known: Any, spans: Any, flat: Any, start: int, stride: int, step: int, limit: Any) -> Any:
+    """Sum the squared differences over the known pixels of every `step`-th row; stop once above `limit`.
+
+    `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` apart. Plainly:
+    sum over known pixels of (window - patch)**2.
+    """
+    h, w = known.shape
+    channels = len(window) // (h * w)
+    total = np.int64(0)
+    for i in range(0, h, step):
+        lo, n = spans[i, 0], (spans[i, 1] - spans[i, 0]) * channels
+        a, b = np.uint64((i * w + lo) * channels), np.uint64(start + i * stride + lo * channels)
+        if spans[i, 2] and n <= MOST_SQUARES:  # plainly: squares(window, flat, a, b, n)
+            part = np.int32(0)
+            for k in range(np.uint64(n)):
+                d = np.int16(window[a + k] - flat[b + k])
+                part = np.int32(part + np.int32(d) * np.int32(d))
+            total += part
+        elif spans[i, 2]:
+            total += squares(window, flat, a, b, n)
+        else:
+            for j in range(n // channels):
+                if known[i, lo + j]:
+                    total += squares(window, flat, a + np.uint64(j * channels), b + np.uint64(j * channels), channels)
+        if total > limit:
+            return total
+    return total
+
+
+@kernel
+def refine(feats: Any, known: Any, posed: Any, among: Any, coarse: Any, factor: int, found: Any) -> int:
+    """Follow coarse candidates to full resolution and measure them; return how many are left, best first.
+
+    `coarse` (n, 4): cost, variant, row, column in cells of `factor` px. `found` (n, 4) int64: exact distance, variant,
+    row, column. A candidate moves to the best of its nine neighbours on grids of half, a quarter ... of a cell,
+    compared on some of the rows; what is written is exact.
+    """
+    (flat, table), (valid, offsets) = posed, among
+    h, w = known.shape
+    channels = feats.shape[2]
+    window = feats.reshape(h * w * channels)
+    spans = np.empty((h, 3), np.int64)
+    row_spans(known, spans)
+    count = 0
+    for n in range(len(coarse)):
+        v = coarse[n, 1]
+        rows, columns = offsets[v, 1], offsets[v, 2]
+        ok = valid[offsets[v, 0] : offsets[v, 0] + rows * columns]
+        stride = table[v, 3] * channels
+        y, x = coarse[n, 2] * factor, coarse[n, 3] * factor
+        step = factor
+        while step > 1:
+            step //= 2
+            near, cy, cx = FAR, y, x
+            for k in range(9):  # the middle first: it makes the limit small
+                u, s = y + ((k + 4) // 3 % 3 - 1) * step, x + ((k + 4) % 3 - 1) * step
+                if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
+                    continue
+                start = table[v, 0] + u * stride + s * channels
+                d = distance(window, known, spans, flat, start, stride, max(h // ROWS, 1), near)
+                if d < near:
+                    near, cy, cx = d, u, s
+            y, x = cy, cx
+        if y < rows and x < columns and ok[y * columns + x]:
+            d = distance(window, known, spans, flat, table[v, 0] + y * stride + x * channels, stride, 1, FAR)
+            count = insert(found, count, d, v, y, x)
+    return count
+
+
+@kernel
+def refine_all(
+    feats: Any, known: Any, posed: Any, among: Any, coarse: Any, counts: Any, factor: int, found: Any
+) -> None:
+    """Apply :func:`refine` to n windows; `counts` (n,) say how many candidates there are, before and after."""
+    for k in range(len(feats)):
+        if known[k].any():
+            rows = coarse[k, : counts[k]]
+            counts[k] = refine(feats[k], known[k], posed, among, rows, factor, found[k])
+        else:
+            counts[k] = -1
+
+
+@kernel
+def insert(found: Any, count: int, d: int, v: int, u: int, s: int) -> int:
+    """Put a row into `found`, sorted by (distance, variant, row, column), without doubles; return the new count."""
+    at = count
+    while at > 0:
+        p = found[at - 1]
+        if p[0] < d or (p[0] == d and (p[1] < v or (p[1] == v and (p[2] < u or (p[2] == u and p[3] < s))))):
+            break
+        if p[0] == d and p[1] == v and p[2] == u and p[3] == s:
+            return count
+        at -= 1
+    for k in range(count, at, -1):
+        found[k] = found[k - 1]
+    found[at, 0], found[at, 1], found[at, 2], found[at, 3] = d, v, u, s
+    return count + 1

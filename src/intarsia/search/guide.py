@@ -1,0 +1,282 @@
+"""What a guide says of every window and every patch: which labels they hold, and how far they differ.
+
+Windows inside one region of the target take patches that lie wholly in that label; windows on a boundary take
+patches that hold the same labels (Multrus 2003, 5.3: the sets G1, G2 and G3, here for any number of labels).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import pose_array
+from ..analysis.ranges import counted, ends
+from ..errors import InputError
+from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..guide import MAX_LABELS, Guide
+from ..image import Plane
+from ..lazy import lazy
+from ..params import extent
+from .candidates import Search
+from .posed import PosedExemplars, valid_windows
+from .windows import WindowGrid
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only boundaries need it
+    ndimage = lazy("scipy.ndimage")
+
+ONE = 1020  # a label that is there, the full range of a target picture
+
+Array = NDArray[Any]
+
+
+class WindowGuide:
+    """The guide of a canvas, beside every variant and under every window.
+
+    Attributes
+    ----------
+    pictures : PosedExemplars
+        The guide beside the exemplars, posed and laid out like the variants: one channel for each label of the
+        target, ONE where a pixel has it (of two labels one is enough), or the channels of a target picture, 0 .. ONE.
+    unit : int
+        The squared difference of one pixel that differs fully.
+    windows : int64 array (rows, columns)
+        The labels that each window of the layout holds, as bits; 0 everywhere without labels.
+    boundaries : bool array (rows, columns)
+        True for the windows that hold more than one label. All others take patches in `poses` only.
+    """
+
+    def __init__(
+        self, guide: Guide, variants: PosedExemplars, layout: WindowGrid, wrap: Wrap,
+        poses: tuple[int, ...] = tuple(range(8)),
+    ) -> None:  # fmt: skip
+        self.guide, self.variants, self.layout, self._poses = guide, variants, layout, poses
+        sources, self._target = codes_of(guide, wrap)
+        channels = self._target.shape[2]
+        self.unit = (min(channels, 2) if guide.is_labels else channels) * ONE * ONE
+        self.pictures = _laid_out(sources, variants, layout.patch)
+        self.windows = np.zeros((len(layout.rows), len(layout.columns)), np.int64)
+        self._held: list[Array] = []
+        if guide.is_labels:
+            ids = [numbered(s, guide.names) for s in guide.sources]
+            for v in range(len(variants)):
+                posed = pose_array(ids[variants.exemplar[v]], int(variants.pose[v]))
+                self._held.append(label_sets(_padded(posed, variants.toroidal[v], layout.patch), layout.patch))
+            self.windows = self._window_sets(numbered(guide.target, guide.names))
+        self.boundaries: Array = self.windows & (self.windows - 1) != 0
+
+    def allowed(self, labels: int) -> list[Array]:
+        """Return, for every variant, where patches begin that a window of these labels may take.
+
+        Those of exactly these labels; if there is none, all that hold no other label. Only patches that hold a
+        boundary are turned for it.
+        """
+        valid = list(self.variants.valid)
+        if labels & (labels - 1):
+            same = [ok & (held == labels) for ok, held in zip(valid, self._held, strict=True)]
+            if any(s.any() for s in same):
+                return same
+        posed = zip(valid, self.variants.pose.tolist(), strict=True)
+        valid = [ok if pose in self._poses else np.zeros_like(ok) for ok, pose in posed]
+        if not labels:
+            return valid
+        return [ok & (held & ~labels == 0) for ok, held in zip(valid, self._held, strict=True)]
+
+    def groups(self, search: Search) -> Array:
+        """Number the coarse positions of all variants by the labels that patches there hold, flat."""
+        every = []
+        for valid, held in zip(search.valid, self._held, strict=True):
+            rows, columns = (np.minimum(np.arange(n) * search.factor, size - 1)
+                             for n, size in zip(valid.shape, held.shape, strict=True))  # fmt: skip
+            every.append(held[np.ix_(rows, columns)].ravel())
+        return np.unique(np.concatenate(every), return_inverse=True)[1]
+
+    def wanted(self, at: Array) -> tuple[Array, Array]:
+        """Return the guide under the windows that begin at `at`: (n, h, w, C) int16, and where the canvas reaches."""
+        layout = self.layout
+        codes = np.zeros((len(at), *layout.patch, self._target.shape[2]), np.int16)
+        inside = np.zeros((len(at), *layout.patch), np.uint8)
+        for k, (y, x) in enumerate(at.tolist()):
+            rows, ok_rows = _along(y, layout.patch[0], layout.height, layout.wrap_y)
+            columns, ok_columns = _along(x, layout.patch[1], layout.width, layout.wrap_x)
+            inside[k] = ok_rows[:, None] & ok_columns[None, :]
+            codes[k] = self._target[np.ix_(rows, columns)] * inside[k][:, :, None]
+        return codes, inside
+
+    def _window_sets(self, ids: Array) -> Array:
+        h, w = self.layout.patch
+        for axis, (size, wrap) in enumerate(zip((h, w), self.layout.wraps, strict=True)):
+            pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
+            ids = np.pad(ids, pad, mode="wrap") if wrap else np.pad(ids, pad, constant_values=-1)
+        every = label_sets(ids, (h, w))
+        return np.asarray(every[np.ix_(np.array(self.layout.rows) + h, np.array(self.layout.columns) + w)])
+
+
+def label_sets(ids: Array, patch: tuple[int, int]) -> Array:
+    """Return which labels each window of a picture of label numbers holds, as bits; -1 is no label.
+
+    Counted from sums over the picture, label by label (an integral image of each).
+    """
+    h, w = patch
+    rows, columns = max(ids.shape[0] - h + 1, 0), max(ids.shape[1] - w + 1, 0)
+    out = np.zeros((rows, columns), np.int64)
+    if not out.size:
+        return out
+    for k in range(int(ids.max()) + 1):
+        total = np.pad(np.cumsum(np.cumsum(ids == k, axis=0, dtype=np.int32), axis=1), ((1, 0), (1, 0)))
+        held = total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w]
+        out |= (held > 0).astype(np.int64) << k
+    return out
+
+
+def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[int, int]) -> None:
+    """Refuse a guide that does not fit its exemplars, or a label without a patch wholly inside it."""
+    check_sources(exemplars, guide)
+    missing = _without_pure_patch(exemplars, guide, extent(patch))
+    if missing:
+        rows, columns = extent(patch)
+        largest = pure_patch(exemplars, guide)
+        remedy = f"choose a patch of at most {largest} px" if largest else "mark larger regions beside the exemplar"
+        described = " and ".join(f"{e.name} ({e.width}x{e.height} px)" for e in exemplars[:4])
+        raise InputError(
+            f"no patch of {columns}x{rows} px of {described} lies wholly in label "
+            f"{', '.join(map(guide.name_of, missing[:8]))}; {remedy}."
+        )
+
+
+def check_sources(exemplars: Sequence[Exemplar], guide: Guide) -> None:
+    """Refuse a guide whose source pictures are not those of the exemplars, or that has too many labels."""
+    if len(guide.sources) != len(exemplars):
+        raise InputError(
+            f"the guide has {len(guide.sources)} source pictures for {len(exemplars)} exemplars; give one for each."
+        )
+    for source, e in zip(guide.sources, exemplars, strict=True):
+        if (source.height, source.width) != (e.height, e.width):
+            raise InputError(
+                f"the guide's source is {source.width}x{source.height} px, {e.name} {e.width}x{e.height}; "
+                "make them equal."
+            )
+    if len(guide.names) > MAX_LABELS:
+        raise InputError(f"the target has {len(guide.names)} labels; at most {MAX_LABELS} are possible.")
+
+
+def pure_patch(exemplars: Sequence[Exemplar], guide: Guide) -> int:
+    """Return the largest side at which every label has a patch wholly inside it; 0: there is none."""
+    return min(0 if found is None else found[3] for found in largest_squares(exemplars, guide))
+
+
+def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[int, int, int, int] | None]:
+    """Return for every label of the target its largest square: exemplar, row, column, side; None: it has no pixel."""
+    best: list[tuple[int, int, int, int] | None] = [None] * len(guide.names)
+    if not guide.is_labels:
+        return best
+    for number, (e, source) in enumerate(zip(exemplars, guide.sources, strict=True)):
+        ids = numbered(source, guide.names)
+        for k in range(len(guide.names)):
+            mine = ids == k if e.usable is None else (ids == k) & e.usable
+            y, x, side = _largest_square(mine)
+            before = best[k]
+            if side > (0 if before is None else before[3]):
+                best[k] = (number, y, x, side)
+    return best
+
+
+def _largest_square(mine: Array) -> tuple[int, int, int]:
+    """First row, first column and side of the largest square of True."""
+    low, high, at = 0, min(mine.shape), (0, 0)
+    total = np.pad(np.cumsum(np.cumsum(mine, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+    while low < high:  # a square inside a larger one is one, too
+        n = (low + high + 1) // 2
+        full = total[n:, n:] - total[:-n, n:] - total[n:, :-n] + total[:-n, :-n] == n * n
+        if full.any():
+            low, at = n, divmod(int(full.argmax()), full.shape[1])
+        else:
+            high = n - 1
+    return at[0], at[1], low
+
+
+def _without_pure_patch(exemplars: Sequence[Exemplar], guide: Guide, patch: tuple[int, int]) -> list[int]:
+    names = guide.names
+    if not guide.is_labels:
+        return []
+    missing = set(range(len(names)))
+    for e, source in zip(exemplars, guide.sources, strict=True):
+        ids = _padded(numbered(source, names), e.toroidal, patch)
+        held = label_sets(ids, patch)
+        held = held[valid_windows(ids.shape, e.usable, e.toroidal, patch)]
+        missing -= {k for k in missing if bool((held == 1 << k).any())}
+    return [names[k] for k in sorted(missing)]
+
+
+def numbered(plane: Plane, names: tuple[int, ...]) -> Array:
+    """Number the labels in the order of `names`; all others share the next number."""
+    pixels = plane.pixels.reshape(plane.height, plane.width).astype(np.int64)
+    place = np.searchsorted(names, pixels)
+    known = np.append(np.array(names, np.int64), -1)[place] == pixels
+    return np.where(known, place, len(names)).astype(np.int16)
+
+
+def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
+    """The guide as int16 channels of 0 .. ONE, beside the exemplars and over the canvas."""
+    planes = [*guide.sources, guide.target]
+    if guide.is_labels:
+        ids = [numbered(p, guide.names) for p in planes]
+        codes = [
+            np.stack([_presence(i == k, guide.reach, wrap if n == len(ids) - 1 else Wrap.NONE)
+                      for k in range(len(guide.names))], axis=2)
+            for n, i in enumerate(ids)
+        ]  # fmt: skip
+        if len(guide.names) == 2 and not any((i == 2).any() for i in ids):
+            codes = [c[:, :, 1:] for c in codes]  # of two labels the one says what the other would
+    else:
+        values, _ = counted(planes, [None] * len(planes))
+        low, high = ends(values)
+        codes = [
+            ((np.clip(v, low, high).astype(np.int64) - low) * ONE // max(high - low, 1)).astype(np.int16)
+            for v in values
+        ]
+    return codes[:-1], codes[-1]
+
+
+def _presence(mine: Array, reach: int, wrap: Wrap) -> Array:
+    """ONE inside a region and 0 outside; with a reach rising between them over so many px on either side."""
+    if not reach or mine.all() or not mine.any():
+        return mine.astype(np.int16) * np.int16(ONE)
+    pad = [(reach, reach) if closed else (0, 0) for closed in (wrap.y, wrap.x)]
+    wide = np.pad(mine, pad, mode="wrap")
+    depth = ndimage.distance_transform_edt(wide) - ndimage.distance_transform_edt(~wide)
+    soft = np.clip(np.floor((depth / (2 * reach) + 0.5) * ONE + 0.5), 0, ONE).astype(np.int16)
+    return np.asarray(soft[pad[0][0] : pad[0][0] + mine.shape[0], pad[1][0] : pad[1][0] + mine.shape[1]])
+
+
+def _padded(picture: Array, toroidal: bool, patch: tuple[int, int]) -> Array:
+    if not toroidal:
+        return picture
+    pad = [(0, patch[0] - 1), (0, patch[1] - 1), (0, 0)][: picture.ndim]
+    return np.pad(picture, pad, mode="wrap")
+
+
+def _laid_out(sources: list[Array], variants: PosedExemplars, patch: tuple[int, int]) -> PosedExemplars:
+    channels, begin = sources[0].shape[2], 0
+    blocks, table = [], variants.table.copy()
+    for v in range(len(variants)):
+        picture = pose_array(sources[variants.exemplar[v]], int(variants.pose[v]))
+        picture = _padded(picture, bool(variants.toroidal[v]), patch)
+        table[v, 0] = begin
+        blocks.append(np.ascontiguousarray(picture).ravel())
+        begin += picture.size
+    return replace(variants, flat=np.concatenate(blocks), table=table, channels=channels)
+
+
+def _along(at: int, size: int, length: int, wrap: bool) -> tuple[Array, Array]:
+    """Canvas coordinates of a window along one axis, and which of them the canvas has."""
+    places = np.arange(at, at + size)
+    if wrap:
+        return places % length, np.ones(size, bool)
+    return np.clip(places, 0, length - 1), (places >= 0) & (places < length)

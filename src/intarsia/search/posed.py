@@ -1,0 +1,166 @@
+"""All the ways in which patches can be taken: every exemplar in every allowed pose, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import Features, pose_array
+from ..errors import MethodError, ParameterError
+from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES, ISOMETRY_SETS
+from ..kernels.windows import Posed
+from ..sourcemap import HOLE
+
+MAX_VARIANTS = 250
+
+
+@dataclass(frozen=True, eq=False)
+class PosedExemplars:
+    """Posed exemplars as kernels want them.
+
+    Attributes
+    ----------
+    flat : int16 array
+        The features of all variants, one after the other, each (rows, stride, channels).
+    table : int64 array, shape (V, 4)
+        Of every variant: where it begins in ``flat``, height, width, and the stride in px. A toroidal exemplar
+        is followed by its own beginning, so that every window can be read straight.
+    exemplar, pose : uint8 arrays, shape (V,)
+        Which exemplar it is, and how it lies.
+    valid : tuple of bool arrays
+        Of every variant, the windows' first pixels at which a patch holds usable pixels only.
+    toroidal : bool array, shape (V,)
+        Whether its exemplar is.
+    """
+
+    flat: NDArray[np.int16]
+    table: NDArray[np.int64]
+    exemplar: NDArray[np.uint8]
+    pose: NDArray[np.uint8]
+    valid: tuple[NDArray[np.bool_], ...]
+    channels: int
+    toroidal: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+    @cached_property
+    def posed(self) -> Posed:
+        """The features and where each variant lies in them, as kernels take them."""
+        return Posed(self.flat, self.table)
+
+    def picture(self, v: int) -> NDArray[np.int16]:
+        """The features of a variant, (rows, stride, channels), a view."""
+        start, _, _, stride = (int(n) for n in self.table[v])
+        stop = int(self.table[v + 1, 0]) if v + 1 < len(self) else len(self.flat)
+        return self.flat[start:stop].reshape(-1, stride, self.channels)
+
+    def to_exemplars(
+        self, yx: NDArray[np.int32], variant: NDArray[np.uint8]
+    ) -> tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]:
+        """Turn variant coordinates into (yx, which, pose) of the exemplars; HOLE stays."""
+        if not self.pose.any():
+            which = _lookup(self.exemplar, variant)
+            return yx, which, np.zeros_like(which)
+        out = np.zeros_like(yx)
+        for v in range(len(self)):
+            mine = variant == v
+            iso = ISOMETRIES[self.pose[v]]
+            _, height, width, _ = self.table[v]
+            size = (width, height) if iso.swaps else (height, width)
+            start = np.array(iso.start(*(int(s) for s in size)), np.int32)
+            out[mine] = start + yx[mine] @ np.array(iso.j, np.int32).T
+        return out, _lookup(self.exemplar, variant), np.where(variant == HOLE, 0, _lookup(self.pose, variant))
+
+
+def isometry_ids(choice: str | tuple[int, ...]) -> tuple[int, ...]:
+    """Return the isometry numbers that an ``isometries`` parameter names."""
+    return ISOMETRY_SETS[choice] if isinstance(choice, str) else choice
+
+
+def variants(
+    exemplars: Sequence[Exemplar],
+    feats: Features,
+    poses: tuple[int, ...],
+    patch: tuple[int, int],
+    shown: tuple[int, ...] = (),
+) -> PosedExemplars:
+    """Lay out every exemplar in every pose for patches of (rows, columns) px.
+
+    Poses that are only `shown` (in a start map) can be read, but no patch is taken from them.
+
+    Raises
+    ------
+    ParameterError
+        where there are too many variants.
+    MethodError
+        where no window of any exemplar is free of masked pixels.
+    """
+    if len(exemplars) * len(poses) > MAX_VARIANTS:
+        raise ParameterError(
+            f"{len(exemplars)} exemplars in {len(poses)} poses are too many; at most {MAX_VARIANTS} in all."
+        )
+    blocks, rows, which, pose, valid = [], [], [], [], []
+    begin = 0
+    for number, exemplar in enumerate(exemplars):
+        for p in sorted({*poses, *shown}):
+            picture = feats.posed(number, p)
+            height, width = picture.shape[:2]
+            if exemplar.toroidal:
+                picture = np.pad(picture, ((0, patch[0] - 1), (0, patch[1] - 1), (0, 0)), mode="wrap")
+            usable = None if exemplar.usable is None else pose_array(exemplar.usable, p)
+            allowed = valid_windows(picture.shape, usable, exemplar.toroidal, patch)
+            valid.append(allowed if p in poses else np.zeros_like(allowed))
+            blocks.append(picture.ravel())
+            rows.append((begin, height, width, picture.shape[1]))
+            which.append(number)
+            pose.append(p)
+            begin += picture.size
+    if not any(v.any() for v in valid):
+        raise without_patch(patch)
+    flat = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
+    return PosedExemplars(
+        flat,
+        np.array(rows, np.int64),
+        np.array(which, np.uint8),
+        np.array(pose, np.uint8),
+        tuple(valid),
+        feats.pictures[0].shape[2],
+        np.array([exemplars[n].toroidal for n in which], bool),
+    )
+
+
+def without_patch(patch: tuple[int, int]) -> MethodError:
+    """Say that no patch of (rows, columns) px is free of masked pixels."""
+    return MethodError(
+        f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; "
+        "choose a smaller patch, or mask less."
+    )
+
+
+def valid_windows(
+    shape: tuple[int, ...], usable: NDArray[np.bool_] | None, toroidal: bool, patch: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Where windows of the patch size lie inside the picture and hold usable pixels only."""
+    rows, columns = shape[0] - patch[0] + 1, shape[1] - patch[1] + 1
+    if rows < 1 or columns < 1:
+        return np.zeros((max(rows, 0), max(columns, 0)), bool)
+    if usable is None:
+        return np.ones((rows, columns), bool)
+    if toroidal:
+        usable = np.pad(usable, ((0, patch[0] - 1), (0, patch[1] - 1)), mode="wrap")
+    bad = np.pad(np.cumsum(np.cumsum(~usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+    h, w = patch
+    return np.asarray(bad[h:, w:] - bad[:-h, w:] - bad[h:, :-w] + bad[:-h, :-w] == 0)
+
+
+def _lookup(table: NDArray[np.uint8], variant: NDArray[Any]) -> NDArray[np.uint8]:
+    full = np.full(256, HOLE, np.uint8)
+    full[: len(table)] = table
+    return np.asarray(full[variant])

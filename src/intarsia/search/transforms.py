@@ -1,0 +1,168 @@
+"""Exact correlations by Fourier transform: of pictures of whole numbers they are whole, and rounded to them.
+
+What a transform in floating point is wrong by is bounded by the norms of what it correlates. Single precision is used
+where that bound fits, for most windows of most textures, and double precision elsewhere: the numbers are the same.
+
+The exact search takes single precision further: it does not round, but is told by what each window is wrong at most
+(:meth:`Correlator.near`). The proof, with u the unit of rounding and all norms roots of sums of squares:
+
+1. A transform is a series of passes, each an orthogonal matrix but for a factor. A pass that is wrong by c u of its
+   norm adds c u to the share by which the whole is wrong; :func:`passes` adds them up. Let d be the sum of both axes.
+2. So the window's spectrum T is wrong by d u |T|, the picture's P by u |P| (made in doubles, then rounded), and each
+   product by sqrt(8) u and u for every sum. The sum over all frequencies is at most (d + 1 + sqrt(8) + K) u |P| |T|
+   (Cauchy-Schwarz), and no number is wrong by more than that after an exact transform back: with |P| |T| = N |p| |t|
+   and its factor 1 / N, by (d + 1 + sqrt(8) + K) u |p| |t|.
+3. The transform back, with two factors, is wrong by (d + 2) u of the norm of all that it returns, which is that of the
+   products / sqrt(N): measured. No single number is wrong by more than the norm of all errors.
+
+What is left out are products of errors, of the order of (100 u)**2: 1 % on top is far more.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from threading import Lock, local
+from typing import Any
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from . import fourier_kernels, near_kernels
+
+ROUNDING = 3e-7
+"""By which share of the two norms a correlation in single precision may be wrong, at most: so much for windows far
+smaller than the picture, and in proportion up to twice as much for those as long as it. Measured over plates, stripes
+and checks of all sizes: 2.5e-7 and 4.6e-7 (docs/design/002)."""
+
+FITS = 0.45  # errors below a half leave the nearest whole number what it is; the rest is for adding 1/2 in floats
+
+Array = NDArray[Any]
+
+
+class Correlator:
+    """Correlate windows with pictures of whole numbers.
+
+    Parameters
+    ----------
+    pictures : list of float32 arrays (K, rows, columns)
+        Whole numbers; a correlation adds up all K.
+    cells : (rows, columns)
+        Size of the windows.
+    """
+
+    def __init__(self, pictures: list[Array], cells: tuple[int, int]) -> None:
+        self.pictures = pictures
+        self.shapes = [
+            (scipy.fft.next_fast_len(p.shape[1], real=False), scipy.fft.next_fast_len(p.shape[2], real=True))
+            for p in pictures
+        ]
+        self.norms = [math.sqrt(float((p.astype(np.float64) ** 2).sum())) for p in pictures]
+        self.error = max(_error(p, cells) for p in pictures)
+        self._padded, self._lock = local(), Lock()
+        self._made: dict[Any, list[Array]] = {}
+
+    def precision(self, energies: Array) -> Any:
+        """Return in which floats windows of these energies (sums of squares) must be, so that rounding is exact."""
+        return np.float32 if self.error * math.sqrt(float(energies.max(initial=0))) < FITS else np.float64
+
+    def correlations(self, v: int, spectra: dict[tuple[int, int], Array], rows: int) -> Array:
+        """Correlate windows, by their :meth:`spectra`, with picture `v`: (n, rows, columns) for every position.
+
+        Only the first `rows` are made.
+        """
+        return self._back(self._product(v, spectra), self.shapes[v], rows)
+
+    def _product(self, v: int, spectra: dict[tuple[int, int], Array]) -> Array:
+        mine = spectra[self.shapes[v]]
+        product = np.empty((len(mine), self.shapes[v][0], mine.shape[4]), mine.dtype)
+        fourier_kernels.correlate(self._transformed(mine.dtype.type)[v], mine, product)
+        return product
+
+    def _back(self, product: Array, shape: tuple[int, int], rows: int) -> Array:
+        inner = scipy.fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
+        return np.asarray(scipy.fft.irfft(inner, shape[1], axis=2))
+
+    def near(self, v: int, spectra: dict[tuple[int, int], Array], rows: int, norms: Array) -> tuple[Array, Array]:
+        """Do what :meth:`correlations` does, in the floats of the spectra; say by what each window may be wrong.
+
+        `norms` (n,) of the windows: roots of their sums of squares. Proven, not measured: see :func:`passes`.
+        """
+        product, shape = self._product(v, spectra), self.shapes[v]
+        parts = product.view(product.real.dtype)
+        wrong = near_kernels.wrong(parts, norms, *self.wrong(v, parts.dtype))
+        return self._back(product, shape, rows), wrong
+
+    def wrong(self, v: int, kind: Any) -> tuple[float, float]:
+        """Return by what correlations with picture `v` are wrong, in floats of a kind.
+
+        By which share of a window's norm, and by which share of the norm of all that the last transforms return,
+        times the root of its size.
+        """
+        shape, unit = self.shapes[v], 1.01 * float(np.finfo(kind).eps) / 2.0
+        way = passes(shape[0]) + passes(shape[1])
+        picture = 1.0 if kind == np.float32 else way  # in single precision it is rounded after a transform in doubles
+        share = way + picture + math.sqrt(8.0) + len(self.pictures[v])
+        return unit * share * self.norms[v], unit * (way + 2.0) / math.sqrt(math.prod(shape))
+
+    def spectra(self, templates: Array) -> dict[tuple[int, int], Array]:
+        """Transform windows (n, K, rows, columns), floats of their :meth:`precision`, padded as the pictures are."""
+        return {shape: self._spectra(templates, shape) for shape in set(self.shapes)}
+
+    def _transformed(self, kind: Any) -> list[Array]:
+        """The spectra of all pictures, complex64 or complex128, made when they are first asked for."""
+        with self._lock:
+            if kind not in self._made:
+                self._made[kind] = [
+                    scipy.fft.rfft2(p.astype(np.float64), shape).astype(kind)
+                    for p, shape in zip(self.pictures, self.shapes, strict=True)
+                ]
+            return self._made[kind]
+
+    def _spectra(self, templates: Array, shape: tuple[int, int]) -> Array:
+        """Transform windows, padded to `shape`: (n, K, p, rows / p, columns), frequency p k + r at [r, k].
+
+        Their rows come first, which are few. Down the columns most is padding: p short transforms of the rows,
+        each turned by what its frequencies differ, do the work of a long one (decimation in frequency).
+        """
+        rows = scipy.fft.rfft(templates, shape[1], axis=3)
+        parts = next(p for p in (4, 2, 1) if shape[0] % p == 0 and shape[0] // p >= rows.shape[2])
+        size = (*rows.shape[:2], parts, shape[0] // parts, rows.shape[3])
+        name = f"{shape}{rows.dtype}"
+        padded = getattr(self._padded, name, None)  # of this thread: overwritten by the next windows
+        if padded is None or len(padded) < len(rows):
+            padded = np.empty(size, rows.dtype)
+            setattr(self._padded, name, padded)
+        padded = padded[: len(rows)]
+        fourier_kernels.turn(rows, _turns(shape[0], parts, rows.shape[2]).astype(rows.dtype, copy=False), padded)
+        return np.asarray(scipy.fft.fft(padded, axis=3, overwrite_x=True))
+
+
+@cache
+def _turns(length: int, parts: int, rows: int) -> Array:
+    return np.asarray(np.exp(-2j * np.pi / length * np.outer(np.arange(parts), np.arange(rows))))
+
+
+@cache
+def passes(length: int) -> float:
+    """By how many units of rounding a transform of this length is wrong at most, as a share of norms.
+
+    A pass over a factor p takes p numbers to p sums and turns each: a turn costs sqrt(5) and 1 for what the table of
+    turns is rounded by, p = 2 one addition. Passes over 4 and 8 have fewer turns than their twos. For odd p each sum
+    has (p + 1) / 2 terms for sines and cosines, each wrong by that much and 2 more; sums of p numbers are sqrt(p) of
+    their norm, sines and cosines together sqrt(2).
+    """
+    total, p = 0.0, 2
+    while length > 1:
+        while length % p:
+            p += 1
+        length //= p
+        total += 3.3 + (1.0 if p == 2 else ((p + 1) / 2 + 2) * math.sqrt(2 * p) + 1.0)
+    return total
+
+
+def _error(picture: Array, cells: tuple[int, int]) -> float:
+    """What single precision may be wrong by, for windows of norm 1."""
+    share = max(n / max(m, 1) for n, m in zip(cells, picture.shape[1:], strict=True))
+    return ROUNDING * (1.0 + float(share)) * math.sqrt(float((picture.astype(np.float64) ** 2).sum()))

@@ -1,0 +1,187 @@
+"""The choice of the group that makes a texture what it is: bricks and not mortar, dots and not ground.
+
+Source: the segment-based fragments (docs/sources-003.md), algorithms SelectFeature, EdgeScore and SelectParameters. The
+elements of the group should be of one size, evenly spread and compact. Departures: the terms have no unit, so that a
+picture twice as large gives the same group; elements at the border are measured only where too few lie inside; large
+elements count more than crumbs; how the patch size follows from the lists is our rule (docs/design/008-segments.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import find_objects
+
+Int32 = NDArray[np.int32]
+Int64 = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+FEWEST = 5  # elements of a group, as in the fragments
+SPREAD = 0.5  # of the picture: the box around the group must be larger, as in the fragments
+COVER = 0.02  # of the picture: a group of less is dirt
+CRUMB = 12  # px: smaller elements do not count
+FINE = 16  # centroids are kept in 1/16 px
+RAGGED = 0.2  # weight of the edge score against the other terms
+DISC = 4 * math.pi  # squared perimeter over area of a disc
+NEAR = 8  # at most 6 points are nearest together
+
+
+class Energy(StrEnum):
+    """How uneven a group is; smaller is better."""
+
+    EVEN = "even"  # coefficients of variation, weighted by area: no unit, no 0 / 0
+    SUM = "sum"  # Var(D) / range(D) + Var(W) / range(W) + Q: the fragments' pseudo-code, read as a sum
+    PRODUCT = "product"  # the same, read as a product
+    VARIANCES = "variances"  # Var(Dx) + Var(Dy) + Var(Wx) + Var(Wy): the fragments' short text
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """The lists of the fragments for one group: an entry for each element that counts.
+
+    Attributes
+    ----------
+    sizes : int array, shape (n, 2)
+        Height and width of the box around each element, px (SizeList).
+    offsets : int array, shape (n, 2)
+        Absolute offset (y, x) from its centroid to the nearest one of the group, 1/16 px (DistanceList).
+    areas, edges : int arrays, shape (n,)
+        Pixels of each element, and those of them with a neighbour outside it (EdgeScore).
+    count : int
+        Elements of the group, those at the border included.
+    box : int
+        Area of the box around the group, px.
+    """
+
+    sizes: Int64
+    offsets: Int64
+    areas: Int64
+    edges: Int64
+    count: int
+    box: int
+
+    @property
+    def distances(self) -> Int64:
+        """Distance to the nearest element, 1/16 px, rounded down."""
+        square = (self.offsets * self.offsets).sum(axis=1)
+        return np.asarray(np.sqrt(square.astype(np.float64)), np.int64)
+
+    @property
+    def edge_score(self) -> float:
+        """Squared perimeter over area, 4 pi for a disc: the mean over elements, by their area."""
+        return float((self.edges * self.edges).sum()) / float(self.areas.sum())
+
+    def energy(self, form: Energy = Energy.EVEN) -> float:
+        """How uneven the group is, in one of the readings of the source."""
+        distance, (height, width) = self.distances / FINE, self.sizes.T.astype(np.float64)
+        ragged = RAGGED * self.edge_score / DISC
+        if form is Energy.EVEN:
+            return (
+                variation(self.distances, self.areas)
+                + (variation(self.sizes[:, 0], self.areas) + variation(self.sizes[:, 1], self.areas)) / 2
+                + ragged
+            )
+        if form is Energy.VARIANCES:
+            dy, dx = self.offsets.T / FINE
+            return float(dy.var() + dx.var() + height.var() + width.var())
+        even = [float(v.var() / max(np.ptp(v), 1.0)) for v in (distance, (height + width) / 2)]
+        return (even[0] + even[1] if form is Energy.SUM else even[0] * even[1]) + self.edge_score / DISC
+
+
+def measured(elements: Int32) -> Group | None:
+    """Measure the elements of a group (1, 2, ... in a map, 0 elsewhere); None where no two of them count."""
+    count = int(elements.max(initial=0))
+    inside = np.flatnonzero(elements)
+    names = elements.ravel()[inside]
+    areas = np.bincount(names, minlength=count + 1)[1:]
+    counted = np.flatnonzero(areas >= CRUMB)
+    if len(counted) < 2:
+        return None
+    found = find_objects(elements)
+    ends = np.array([(s[0].start, s[0].stop, s[1].start, s[1].stop) for s in found])[counted]
+    rows, columns = np.divmod(inside, elements.shape[1])
+    centres = np.stack([FINE * _sums(names, v, count) // np.maximum(areas, 1) for v in (rows, columns)], axis=1)
+    edges = np.bincount(names[_edge_pixels(elements).ravel()[inside]], minlength=count + 1)[1:]
+    whole = (ends[:, 0] > 0) & (ends[:, 2] > 0)
+    whole &= (ends[:, 1] < elements.shape[0]) & (ends[:, 3] < elements.shape[1])
+    if np.count_nonzero(whole) < FEWEST:
+        whole[:] = True
+    box = (ends[:, 1].max() - ends[:, 0].min()) * (ends[:, 3].max() - ends[:, 2].min())
+    kept = counted[whole]
+    return Group(
+        np.stack([ends[:, 1] - ends[:, 0], ends[:, 3] - ends[:, 2]], axis=1)[whole].astype(np.int64),
+        nearest_offsets(centres[counted])[whole], areas[kept], edges[kept], len(counted), int(box),
+    )  # fmt: skip
+
+
+def nearest_offsets(points: Int64) -> Int64:
+    """Return the absolute offset (y, x) from every point to its nearest other; of equal ones the smallest."""
+    k = min(len(points), NEAR)
+    from scipy.spatial import cKDTree  # it is slow to import
+
+    near = cKDTree(points).query(points, k=k)[1].reshape(len(points), k)
+    mine = np.arange(len(points))[:, None]
+    offset = np.abs(points[near] - points[mine])
+    square = (offset * offset).sum(axis=2)
+    square[near == mine] = np.iinfo(np.int64).max
+    best = np.lexsort((offset[:, :, 1], offset[:, :, 0], square), axis=1)[:, 0]
+    return np.asarray(offset[mine[:, 0], best], np.int64)
+
+
+def admitted(group: Group | None, pixels: int) -> bool:
+    """The filters of the fragments: at least 5 elements, spread over more than half of the picture; and no dirt."""
+    if group is None or group.count < FEWEST:
+        return False
+    return bool(group.box > SPREAD * pixels and group.areas.sum() >= COVER * pixels)
+
+
+def select_feature(groups: list[Group | None], pixels: int, form: Energy = Energy.EVEN) -> int | None:
+    """Return which group to choose: of those admitted the one of least energy, the first of equals; or none."""
+    energies = [g.energy(form) if g is not None and admitted(g, pixels) else math.inf for g in groups]
+    best = min(energies, default=math.inf)
+    return None if best == math.inf else energies.index(best)
+
+
+def size_and_gap(group: Group) -> tuple[int, int]:
+    """Return the usual size of an element with the gap to the next one, and that gap alone, 1/16 px.
+
+    Element and gap together are the distance from centre to centre; long elements lie nearer than they are long.
+    """
+    total = int(group.areas.sum())
+    long = int((group.areas * group.sizes.max(axis=1)).sum()) * FINE // total
+    apart = int((group.areas * group.distances).sum()) // total
+    across = FINE * group.sizes.sum(axis=1) // 2
+    gap = np.maximum(group.distances - across, 0)
+    return max(long, apart), int((group.areas * gap).sum()) // total
+
+
+def zone(patch: int, gap: int) -> int:
+    """Return the width of the boundary zone for a patch: one gap, from a sixth to a third of the patch, px."""
+    high = max(patch // 3, min(3, patch - 1))
+    return min(max(gap, patch // 6, min(3, high)), high)
+
+
+def variation(values: Int64, weights: Int64) -> float:
+    """Standard deviation over mean of whole numbers, weighted; the mean is taken as 1 at least."""
+    total, first = int(weights.sum()), int((weights * values).sum())
+    second = int((weights * values * values).sum())
+    return math.sqrt(total * second - first * first) / max(first, total)
+
+
+def _edge_pixels(elements: Int32) -> NDArray[np.bool_]:
+    """Pixels with one of 4 neighbours outside their element; the border of the picture is no edge."""
+    edge = np.zeros(elements.shape, bool)
+    for axis in (0, 1):
+        a, b = (np.s_[:-1], np.s_[1:]) if axis == 0 else (np.s_[:, :-1], np.s_[:, 1:])
+        differs = elements[a] != elements[b]
+        edge[a] |= differs
+        edge[b] |= differs
+    return edge
+
+
+def _sums(where: NDArray[np.int32], values: NDArray[np.generic], count: int) -> Int64:
+    return np.asarray(np.rint(np.bincount(where, values, count + 1)[1:]), np.int64)

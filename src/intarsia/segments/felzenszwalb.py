@@ -1,0 +1,104 @@
+"""Cutting a picture into segments: connected pixels between which no edge stands out.
+
+Felzenszwalb and Huttenlocher, "Efficient Graph-Based Image Segmentation", IJCV 2004, which the segment-based
+fragments (docs/sources-003.md) name.
+Colours are whole numbers, edges are sorted stably and by whole weights: ties end the same way on every machine.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .felzenszwalb_kernels import join_edges
+
+Mask = NDArray[np.bool_]
+Int32 = NDArray[np.int32]
+Int64 = NDArray[np.int64]
+
+DEVIATION = 256  # steps of an even colour for each standard deviation of a channel
+FAINT = 0.35  # a channel with less than this share of the strongest contrast is not lifted to it
+LEAST_PIXELS = 12  # smaller segments join a neighbour
+NOWHERE = -1  # the segment of pixels that do not count
+
+
+def even_colours(colours: NDArray[Any], usable: Mask | None) -> Int32 | None:
+    """Return colours in which every channel counts by its own contrast, 256 for a standard deviation.
+
+    Pixels that do not count become 0, the mean. None where all colours are equal.
+    """
+    chosen = colours.reshape(-1, colours.shape[2]) if usable is None else colours[usable]
+    x, n = chosen.astype(np.int64), len(chosen)
+    total = x.sum(axis=0)
+    spread = [n * int((c * c).sum()) - int(s) ** 2 for c, s in zip(x.T, total, strict=True)]
+    if not n or max(spread) == 0:
+        return None
+    deviation = np.array([math.sqrt(v) for v in spread])  # n times the standard deviation
+    deviation = np.maximum(deviation, FAINT * deviation.max())
+    even: Int32 = np.rint((colours.astype(np.int64) * n - total) / deviation * DEVIATION).astype(np.int32)
+    if usable is not None:
+        even[~usable] = 0
+    return even
+
+
+def smoothed(colours: Int32, passes: int) -> Int32:
+    """Blur by (1, 2, 1) / 4 along both axes, `passes` times: a Gaussian of sigma sqrt(passes / 2)."""
+    for _ in range(passes):
+        for axis in (0, 1):
+            pad = [(1, 1) if a == axis else (0, 0) for a in range(3)]
+            p = np.pad(colours, pad, mode="edge")
+            before, after = (p[:-2], p[2:]) if axis == 0 else (p[:, :-2], p[:, 2:])
+            colours = (before + 2 * colours + after + 2) >> 2
+    return colours
+
+
+class PixelGraph:
+    """The edges between neighbouring pixels (8 of them) of a picture, lightest first.
+
+    Parameters
+    ----------
+    colours : int32 array, shape (H, W, C)
+        As :func:`even_colours` gives them; the weight of an edge is the distance of its two colours.
+    usable : bool array, shape (H, W), optional
+        No edge leads to a pixel that does not count.
+    """
+
+    def __init__(self, colours: Int32, usable: Mask | None = None) -> None:
+        self.shape = height, width = colours.shape[:2]
+        self.usable = usable
+        number = np.arange(height * width, dtype=np.int32).reshape(height, width)
+        first, second, weight = [], [], []
+        for a, b in (
+            (np.s_[:, :-1], np.s_[:, 1:]),
+            (np.s_[:-1], np.s_[1:]),
+            (np.s_[:-1, :-1], np.s_[1:, 1:]),
+            (np.s_[:-1, 1:], np.s_[1:, :-1]),
+        ):
+            step = colours[a].astype(np.int64) - colours[b]
+            distance = np.sqrt(np.einsum("ijk,ijk->ij", step, step).astype(np.float64))
+            kept = np.s_[:] if usable is None else usable[a] & usable[b]
+            first.append(number[a][kept].ravel())
+            second.append(number[b][kept].ravel())
+            weight.append(np.minimum(distance, 65535).astype(np.uint16)[kept].ravel())
+        self.first, self.second, self.weight = (np.concatenate(p) for p in (first, second, weight))
+        self.order = np.argsort(self.weight, kind="stable")
+
+    def segments(self, slack: int, least: int = LEAST_PIXELS) -> Int32:
+        """Return the number of the segment of every pixel, in raster order of first pixels; -1: does not count.
+
+        `slack` is the source's k in steps of the colours: the larger, the larger the segments.
+        """
+        parent = np.empty(self.shape[0] * self.shape[1], np.int32)
+        join_edges(self.first, self.second, self.weight, self.order, slack, least, parent)
+        if self.usable is not None:
+            parent[~self.usable.ravel()] = NOWHERE
+        return numbered(parent).reshape(self.shape)
+
+
+def numbered(names: NDArray[Any]) -> Int32:
+    """Number names 0, 1, ... in their order, whatever they are; negative ones become -1."""
+    found, number = np.unique(names, return_inverse=True)
+    return np.asarray(np.maximum(number.reshape(names.shape) - np.count_nonzero(found < 0), NOWHERE), np.int32)

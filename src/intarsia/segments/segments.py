@@ -1,0 +1,266 @@
+"""Which elements a texture is made of, and the patch size that follows: by segments that look alike.
+
+A picture is cut into segments, segments are gathered in groups, and the group with the most even elements tells how
+large patches must be and how wide their boundary zone.
+
+Source: the segment-based fragments (docs/sources-003.md). Departures: twelve scales vote, because one fails on blur or
+noise; the terms compared have no unit; where no group will do, the size comes from the autocorrelation, and the result
+says so. What the source leaves open is decided in docs/design/008-segments.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.elements import element_size
+from ..analysis.features import features
+from ..exemplar import Exemplar
+from ..lattice.refine import reduced
+from .clusters import GroupTree, group
+from .feature_group import FEWEST, FINE, Energy, Group, admitted, measured, select_feature, size_and_gap, zone
+from .felzenszwalb import DEVIATION, NOWHERE, Int32, Int64, Mask, PixelGraph, even_colours, smoothed
+
+WORK_SIDE = 512  # px: a larger exemplar is looked at reduced
+PASSES = (1, 4, 12)  # of the blur: sigma 0.7, 1.4, 2.4 px
+SLACKS = (1, 2, 4, 8)  # in standard deviations of the colours
+LEAST_PATCH = 8  # px
+REACH = 16  # steps of size, 3 % each: sizes within half an octave support one another
+VOTE = 1 << 20  # of a group without any unevenness
+ABOUT = 0.1  # energies that differ by less count as equal
+POWER = 6  # of the votes: uneven groups hardly count
+
+
+class SizeRule(StrEnum):
+    """Where a patch size comes from."""
+
+    SEGMENTS = "segments"  # the vote of the segment groups
+    AUTOCORRELATION = "autocorrelation"  # no group will do
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """The segments of an exemplar, their groups, and the patch that suits the chosen group.
+
+    Attributes
+    ----------
+    labels : int32 array, shape (H, W)
+        Segment of every pixel: 0, 1, ...; -1 where it does not count.
+    groups : int32 array, shape (segments,)
+        Group of every segment: 0, 1, ...
+    chosen : int, optional
+        The feature group, whose segments are the elements of the texture; None: no group will do.
+    patch, zone : int
+        Side of a patch and width of its boundary zone (a and b of the fragments), px; zone < patch.
+    rule : SizeRule
+        What they come from.
+    scale : (blur, slack), optional
+        Where the segments stand out: sigma of the blur in px, and the source's k in standard deviations.
+    energy : float
+        How uneven the chosen group is; 0 without one.
+    support : float
+        Share of the vote for sizes like this, 0..1.
+    why : str
+        The rule in a sentence.
+    reduction : int
+        The exemplar was looked at this many times smaller.
+    """
+
+    labels: Int32
+    groups: Int32
+    chosen: int | None
+    patch: int
+    zone: int
+    rule: SizeRule
+    scale: tuple[float, float] | None
+    energy: float
+    support: float
+    why: str
+    reduction: int = 1
+
+    def __post_init__(self) -> None:
+        for array in (self.labels, self.groups):
+            array.flags.writeable = False
+
+    @property
+    def group_map(self) -> Int32:
+        """Group of every pixel, (H, W); -1 where it does not count."""
+        return np.append(self.groups, np.int32(NOWHERE))[self.labels]
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A group at one scale that passes the filters."""
+
+    tree: GroupTree
+    node: int
+    lists: Group
+    scale: tuple[int, int]
+    size: int  # of an element and the gap to the next one, 1/16 px
+    gap: int
+    energy: float
+
+
+def segments(exemplar: Exemplar) -> Segments:
+    """Return the segments of an exemplar, found once; of the base plane."""
+
+    def find() -> Segments:
+        feats = features([exemplar])
+        return find_segments(feats.pictures[0][:, :, : feats.base], exemplar.usable)
+
+    return exemplar.memo("segments", find)
+
+
+def find_segments(features: NDArray[np.int16], usable: Mask | None = None, published: Energy | None = None) -> Segments:
+    """Find the segments of a picture, and which of them are its elements.
+
+    Parameters
+    ----------
+    features : int16 array, shape (H, W, C)
+        Any size. Above 512 px a side a box-reduced copy is looked at.
+    usable : bool array, shape (H, W), optional
+        False where pixels do not count.
+    published : Energy, optional
+        Choose as the source does, at the middle scale alone, among groups that do not overlap, by this reading of
+        its energy. For comparison.
+
+    Returns
+    -------
+    Segments
+        The same on every machine. There is always an answer: for a constant picture, or where no group passes,
+        the rule is ``autocorrelation``.
+    """
+    if usable is not None and usable.all():
+        usable = None
+    small, mask, factor = reduced(features, usable, WORK_SIDE)
+    pixels = small.shape[0] * small.shape[1] if mask is None else int(np.count_nonzero(mask))
+    colours = even_colours(small, mask)
+    if colours is None:
+        return _fallback(features, usable, None, "The exemplar is constant.")
+    scales = list(_scales(colours, mask))
+    if published is None:
+        winner = _voted([c for scale, tree in scales for c in _candidates(scale, tree, pixels)])
+    else:
+        winner = _published(*scales[len(scales) // 2], pixels, published)
+    if winner is None:
+        return _fallback(features, usable, scales[len(scales) // 2][1], "No group of segments passes the filters.")
+    return _of_group(*winner, factor, features.shape[:2])
+
+
+def _voted(candidates: list[_Candidate]) -> tuple[_Candidate, float, str] | None:
+    if not candidates:
+        return None
+    sizes = np.array([c.size for c in candidates], np.int64)
+    areas = np.array([int(c.lists.areas.sum()) for c in candidates], np.int64)
+    winner, support = vote(sizes, [c.energy for c in candidates], areas)
+    return candidates[winner], support, "the most even group of the size that most groups have"
+
+
+def _published(
+    scale: tuple[int, int], tree: GroupTree, pixels: int, form: Energy
+) -> tuple[_Candidate, float, str] | None:
+    """The choice of the source: one scale, no vote."""
+    lists = [measured(tree.elements(n)) for n in tree.leaves]
+    best = select_feature(lists, pixels, form)
+    chosen = None if best is None else lists[best]
+    if best is None or chosen is None:
+        return None
+    return _candidate(scale, tree, tree.leaves[best], chosen, form), 1.0, "the group of least energy at one scale"
+
+
+def vote(sizes: Int64, energies: list[float], areas: Int64) -> tuple[int, float]:
+    """Let groups vote for the size of elements; return which of them wins, and the share of the vote for its size.
+
+    Each has 1 / (1 + energy)^6 votes, and supports sizes like its own, less the more they differ. Among the groups
+    of the size with most support the one of least energy wins, or of those about as even the one of most area: whole
+    elements, not their rims or cores. Of equals it is the first.
+    """
+    votes = np.array([int(VOTE / math.prod([1 + e] * POWER)) for e in energies], np.int64)
+    steps = np.searchsorted(_ladder(int(sizes.max())), sizes)
+    apart = np.abs(steps[:, None] - steps)
+    support = (np.maximum(REACH - apart, 0) * votes).sum(axis=1)
+    alike = np.flatnonzero(apart[int(np.argmax(support))] <= REACH // 3)
+    least = min(energies[k] for k in alike)
+    winner = max((k for k in alike.tolist() if energies[k] <= least + ABOUT), key=lambda k: (areas[k], -k))
+    share = float(votes[apart[winner] < REACH].sum()) / float(max(votes.sum(), 1))
+    return winner, share
+
+
+def _ladder(top: int) -> Int64:
+    """Whole sizes, each a 32nd larger than the one before: a logarithm that no library can round differently."""
+    steps = [FINE]
+    while steps[-1] < top:
+        steps.append(steps[-1] + max(steps[-1] // 32, 1))
+    return np.array(steps, np.int64)
+
+
+def _scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int], GroupTree]]:
+    """Segments and groups at every scale: from little to much blur, from little to much slack."""
+    unit = int(DEVIATION * math.sqrt(colours.shape[2]))  # the usual distance of a colour from the mean
+    blurred, done = colours, 0
+    for passes in PASSES:
+        blurred, done = smoothed(blurred, passes - done), passes
+        graph = PixelGraph(blurred, mask)
+        for slack in SLACKS:
+            yield (passes, slack), group(graph.segments(slack * unit), colours)
+
+
+def _candidates(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterator[_Candidate]:
+    for node in range(len(tree.nodes)):
+        elements = tree.elements(node)
+        if int(elements.max()) < FEWEST:  # measuring takes longest
+            continue
+        lists = measured(elements)
+        if lists is not None and admitted(lists, pixels):
+            yield _candidate(scale, tree, node, lists, Energy.EVEN)
+
+
+def _candidate(scale: tuple[int, int], tree: GroupTree, node: int, lists: Group, form: Energy) -> _Candidate:
+    return _Candidate(tree, node, lists, scale, *size_and_gap(lists), lists.energy(form))
+
+
+def _of_group(winner: _Candidate, support: float, why: str, factor: int, shape: tuple[int, ...]) -> Segments:
+    labels, groups, chosen = winner.tree.around(winner.node)
+    patch = limited(-(-winner.size * factor // FINE), min(shape))
+    return Segments(
+        enlarged(labels, factor, shape), groups, chosen, patch,
+        zone(patch, (winner.gap * factor + FINE // 2) // FINE), SizeRule.SEGMENTS,
+        (math.sqrt(winner.scale[0] / 2) * factor, float(winner.scale[1])), winner.energy, support,
+        f"{winner.lists.count} elements of segments that look alike are {why}.",
+        factor,
+    )  # fmt: skip
+
+
+def _fallback(features: NDArray[np.int16], usable: Mask | None, tree: GroupTree | None, why: str) -> Segments:
+    """The size from the autocorrelation; the segments, if there are any, of the middle scale."""
+    shape = features.shape[:2]
+    factor = 1
+    if tree is None:
+        labels = np.zeros(shape, np.int32) if usable is None else np.where(usable, 0, NOWHERE).astype(np.int32)
+        groups = np.zeros(int(labels.max(initial=NOWHERE)) + 1, np.int32)
+    else:
+        labels, groups, _ = tree.around(tree.leaves[0])
+        factor = shape[0] // labels.shape[0]
+    patch = limited(element_size(features, usable).size, min(shape))
+    return Segments(
+        enlarged(labels, factor, shape), groups, None, patch, zone(patch, patch // 3), SizeRule.AUTOCORRELATION,
+        None, 0.0, 0.0, f"{why} The size follows from the autocorrelation.", factor,
+    )  # fmt: skip
+
+
+def limited(patch: int, short: int) -> int:
+    """Keep a patch between 8 px and half the short side, and at 1 px at least."""
+    return max(1, min(max(patch, LEAST_PATCH), short // 2))
+
+
+def enlarged(labels: Int32, factor: int, shape: tuple[int, ...]) -> Int32:
+    """Repeat every label factor x factor times; what is left over at the ends continues the last one."""
+    if factor == 1:
+        return labels
+    y, x = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(shape, labels.shape, strict=True))
+    return np.ascontiguousarray(labels[np.ix_(y, x)])

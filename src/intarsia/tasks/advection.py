@@ -1,0 +1,167 @@
+"""Advection: a texture that moves with a flow, frame by frame, and stays sharp.
+
+    water = ia.synthesize("sample:pebbles", 256, ia.ParallelControllable(), wrap="both")
+    for frame in range(1, 50):
+        water = ia.advect(water, lambda y, x: (0 * y, 2 + np.sin(y / 40)), frame=frame)
+
+Lefebvre and Hoppe, "Appearance-space texture synthesis", SIGGRAPH 2006 (texture advection). Coordinates move by whole
+pixels, so that every pixel of every frame is one of the exemplar. Departure: only what a step tore is corrected, and
+the few px around; so what moves as a whole never changes, and nothing flickers where nothing moves.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import replace
+from numbers import Integral
+from types import NoneType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import called, expect, whole_within
+from ..canvas import Canvas
+from ..errors import InputError, IntarsiaError, ParameterError, said
+from ..field import name_of
+from ..lazy import lazy
+from ..methods.parallel_controllable import ParallelControllable
+from ..run import Run, run_of
+from ..synthesis import Synthesis, check_start, recipe_settings
+
+if TYPE_CHECKING:
+    from ..corrections import advected, descent, stack
+else:
+    descent = lazy("intarsia.corrections.descent")
+    stack = lazy("intarsia.corrections.stack")
+    advected = lazy("intarsia.corrections.advected")
+
+FARTHEST = 1 << 24  # px
+MOST_FRAMES = 1 << 40
+STEPS = (1, 2, 4, 8, 16)
+NONE: dict[str, Any] = {"frames": 0, "sha256": ""}  # what a recipe would say before the first frame
+
+Flow = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
+
+
+def advect(
+    made: Synthesis,
+    flow: Flow,
+    *,
+    frame: int | None = None,
+    coarsest: int = 8,
+    method: ParallelControllable | None = None,
+    run: Run | None = None,
+) -> Synthesis:
+    """Move a texture with a flow, and mend it where the flow tore it: the next frame of an animation.
+
+    Parameters
+    ----------
+    made : Synthesis
+        What any method made from one exemplar, if no piece is turned; best what `ParallelControllable` made.
+    flow : array (H, W, 2), or a function of (y, x)
+        How far what is now at each pixel came, in px (dy, dx): the pixel shows what was at p - flow(p). A function gets
+        arrays of rows and columns (H, W), and returns such an array or the two of a pair.
+    frame : int, optional
+        Move by whole pixels that add up: by round(frame * flow) - round((frame - 1) * flow), for a steady flow in px a
+        frame, of which `made` is frame - 1. Otherwise by round(flow).
+    coarsest : {1, 2, 4, 8, 16}
+        Torn places are mended every so many px first. Large numbers keep things whole through many frames, small ones
+        change less from frame to frame: 1 where each frame is made from the first one, and nothing adds up.
+    method : ParallelControllable, optional
+        Whose corrections mend; by default that which made it, else one without further settings.
+    run : Run, optional
+        Threads; never changes a pixel.
+
+    Returns
+    -------
+    Synthesis
+        With another map. Its recipe tells of the steps by their hash, so `replay` refuses it: the flow is not in it.
+
+    Raises
+    ------
+    ParameterError
+        for flows of another size, or that are not finite; for maps with holes, turned pieces or several exemplars.
+    """
+    expect(made, Synthesis, "what is to flow", "what synthesize or advect returned", InputError)
+    expect(method, (ParallelControllable, NoneType), "method", "a ParallelControllable")
+    _check(made, coarsest)
+    check_start(made.map, made.exemplars)
+    run, smap, exemplar = run_of(run), made.map, made.exemplars[0]
+    steps = steps_of(flow, smap.height, smap.width, frame)
+    own = made.method if isinstance(made.method, ParallelControllable) else ParallelControllable()
+    canvas = Canvas(smap.height, smap.width, smap.wrap)
+    mender = (method or own).resolved((exemplar,), canvas)
+    sites = stack.exemplar_stack(exemplar, stack.Look.of(mender))
+    closed = (smap.wrap.y, smap.wrap.x)
+    lot = (made.recipe.get("seed", 0), made.recipe.get("advected", NONE)["frames"])
+    yx, torn = advected.carried(smap.yx, steps, closed, exemplar, sites.home, lot)
+    mending = advected.TornPlaces(sites, descent.Corrections.of(mender), closed)
+    yx = mending.mended(yx, torn, coarsest.bit_length() - 1, run)
+    moved = replace(smap, yx=yx, which=None, pose=None)
+    return replace(made, map=moved, recipe=made.recipe | {"advected": _as_recipe(made, steps, coarsest, mender)})
+
+
+def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> NDArray[np.int64]:
+    """Return by how many whole px each pixel of a canvas moves (H, W, 2), from the frame before to this one."""
+    given: Any = flow
+    if callable(flow):
+        y, x = np.indices((height, width), np.float64)
+        try:
+            given = flow(y, x)
+        except IntarsiaError:
+            raise
+        except Exception as e:  # whatever it does is no fault of ours, and is reported as what it is
+            raise InputError(f"the function {name_of(flow)} gives no flow: {said(e)}") from e
+    if isinstance(given, tuple) and len(given) == 2:
+        given = _stacked(given, height, width)
+    try:
+        px = np.asarray(given, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError("the flow holds no numbers; give an array (height, width, 2) of px, (dy, dx).") from None
+    if px.shape != (height, width, 2):
+        raise ParameterError(
+            f"the flow has the shape {px.shape}, the texture {width}x{height} px; give ({height}, {width}, 2): dy, dx."
+        )
+    if frame is not None:
+        frame = whole_within("frame", frame, 1, MOST_FRAMES, "(the first frame that moved is 1)")
+    if not np.isfinite(px).all() or (abs(px) * (frame or 1)).max(initial=0) > FARTHEST:
+        raise ParameterError(f"the flow is not finite, or leads farther than {FARTHEST} px; give less.")
+    last = 0 if frame is None else _rounded(px * (frame - 1))
+    return np.asarray(_rounded(px * (frame or 1)) - last)
+
+
+def _stacked(given: tuple[Any, Any], height: int, width: int) -> NDArray[np.float64] | None:
+    """Steps along rows and along columns as one array (H, W, 2); None where they are none."""
+    try:
+        return np.stack([np.broadcast_to(np.asarray(part, np.float64), (height, width)) for part in given], axis=2)
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _rounded(px: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.asarray(np.floor(px + 0.5), np.int64)
+
+
+def _check(made: Synthesis, coarsest: int) -> None:
+    if isinstance(coarsest, bool) or not isinstance(coarsest, Integral) or coarsest not in STEPS:
+        raise ParameterError(f"coarsest={called(coarsest)} is not allowed; choose 1, 2, 4, 8 or 16 px.")
+    smap = made.map
+    if len(made.exemplars) != 1 or smap.holes.any() or not smap.exact or smap.poses not in ((), (0,)):
+        raise ParameterError(
+            "only a full map of one exemplar whose pieces are all upright can flow; grow it from one, with "
+            "isometries=none, best by parallel-controllable."
+        )
+
+
+def _as_recipe(
+    made: Synthesis, steps: NDArray[np.int64], coarsest: int, mender: ParallelControllable
+) -> dict[str, Any]:
+    """What a recipe says of all frames so far: how many, and a hash of what moved them."""
+    before = made.recipe.get("advected", NONE)
+    canvas = Canvas(made.map.height, made.map.width, made.map.wrap)
+    settings = sorted(recipe_settings(mender, made.exemplars, canvas).items())
+    said = f"{before['sha256']}|{coarsest}|{settings}|"
+    digest = hashlib.sha256(said.encode() + steps.astype("<i8").tobytes()).hexdigest()
+    return {"frames": before["frames"] + 1, "sha256": digest}

@@ -1,0 +1,249 @@
+"""Extending and healing pictures: start maps, filled by any method that can continue one.
+
+    wide = ia.extend("wall.png", right=200, top=50)
+    whole = ia.heal("wall.png", mask)                      # mask: True where the picture is to be replaced
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import NoneType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..analysis.features import Features, features
+from ..analysis.rim import rim_of
+from ..arguments import chosen, expect, whole_within
+from ..choosing.auto import AUTO_METHOD, Auto, Choice
+from ..errors import IntarsiaError, ParameterError
+from ..exemplar import Exemplar, NotFiniteError
+from ..geometry import Wrap
+from ..lazy import lazy
+from ..methods.base import METHODS, Method, make, method_class
+from ..params import AUTO, parameters
+from ..run import Run, run_of
+from ..seams.cost import seam_total
+from ..search.sizes import element_patch, supplied
+from ..sourcemap import Blend
+from ..synthesis import ExemplarLike, Synthesis, as_exemplars, carry_out, named
+from .starts import USUAL, Margins, Scene, extension, grown_hole, scene_to_heal, with_hole
+
+if TYPE_CHECKING:
+    from scipy import ndimage
+else:  # only holes need it
+    ndimage = lazy("scipy.ndimage")
+
+LEAST_PATCH = 12
+SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes tried on a hole, relative to the automatic one
+PIXELWISE = "efros-leung"
+
+
+def extend(
+    picture: ExemplarLike,
+    margins: Margins | None = None,
+    method: Method | Auto | str = AUTO_METHOD,
+    *,
+    sources: Sequence[ExemplarLike] = (),
+    seed: int = 0,
+    wrap: Wrap | str = Wrap.NONE,
+    blend: Blend | None = None,
+    run: Run | None = None,
+) -> Synthesis:
+    """Continue a picture beyond its borders.
+
+    Parameters
+    ----------
+    picture : as for :func:`synthesize`
+        What is continued; deeper than the method's overlap it stays as it is.
+    margins : Margins, optional
+        How far, on each side, px; 100 px to the right if left out.
+    sources : pictures, optional
+        Where new pixels are taken from, in place of the picture itself.
+
+    Raises
+    ------
+    ParameterError, InputError, MethodError
+    """
+    expect(margins, (Margins, NoneType), "margins", "Margins, such as Margins(right=100)")
+    first, donors = as_exemplars([picture])[0], _donors(sources)
+    scene = extension(first, margins or Margins(right=USUAL), donors, chosen(Wrap, "wrap", wrap))
+    made = carry_out(scene.exemplars, scene.canvas, named(method), seed, blend, run)
+    return replace(made, recipe=made.recipe | scene.recipe)
+
+
+def heal(
+    picture: ExemplarLike,
+    hole: ArrayLike,
+    method: Method | Auto | str = AUTO_METHOD,
+    *,
+    sources: Sequence[ExemplarLike] = (),
+    grow: int | None = 0,
+    seed: int = 0,
+    wrap: Wrap | str = Wrap.NONE,
+    run: Run | None = None,
+) -> Synthesis:
+    """Replace parts of a picture by what suits there; all else stays, byte for byte.
+
+    Parameters
+    ----------
+    picture : as for :func:`synthesize`
+        What is healed.
+    hole : bool array, shape (H, W), or a gray or RGB picture of any depth
+        True where it is to be replaced; any number of holes. Of numbers and pictures all that is not black (nor wholly
+        transparent) is hole. Nothing is sampled from there.
+    sources : pictures, optional
+        Where new pixels are taken from, in place of the picture itself.
+    grow : int, optional
+        Enlarge the hole by so many px first; None: as far as a rim of the defect is seen outside of it.
+
+    Raises
+    ------
+    InputError
+        where the hole is nowhere, everywhere, or of another size than the picture.
+    ParameterError, MethodError
+    """
+    around = chosen(Wrap, "wrap", wrap)
+    first, donors = _pictured(picture, hole, grow, around), _donors(sources)
+    scene = healed_scene(first, hole, donors, around, grow)
+    wanted = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
+    return fill_holes(scene, for_holes(scene, wanted), seed, run)
+
+
+def _donors(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
+    """The exemplars that new pixels are taken from; a single one is a list of one."""
+    alone = isinstance(sources, (str, Path, Exemplar)) or not isinstance(sources, Sequence)
+    given: list[Any] = [sources] if alone else list(sources)
+    return as_exemplars(given) if given else ()
+
+
+def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
+    """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel.
+
+    Without a patch size several are tried; the result with the least visible seams is taken.
+    """
+    check_edge(edge)
+    best: Synthesis | None = None
+    least, refused = 0, None
+    feats = features(scene.exemplars)
+    run = None if run is None else run_of(run)
+    if run is not None:
+        run.notes.extend(rim_left(scene, feats))
+    for attempt in attempts(scene, method):
+        try:
+            made = carry_out(scene.exemplars, scene.canvas, attempt, seed, Blend(0), run)
+        except IntarsiaError as e:
+            if e.exit_code == 130:
+                raise
+            refused = refused or e
+            continue
+        cost = seam_total(feats, scene.exemplars, made.map)
+        if best is None or cost < least:
+            best, least = made, cost
+    if best is None:
+        assert refused is not None
+        raise refused
+    best = replace(best, recipe=best.recipe | scene.recipe)
+    return _pixelwise(scene, best, seed, run, edge) if edge else best
+
+
+def healed_scene(
+    picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar], wrap: Wrap, grow: int | None = 0
+) -> Scene:
+    """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
+    scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)
+    more = rim_around(scene, features(scene.exemplars)) if grow is None else 0
+    return scene_to_heal(picture, hole, donors, wrap, more) if more else scene
+
+
+def rim_around(scene: Scene, feats: Features) -> int:
+    """By how many px the hole of a scene must grow to cover a rim of the defect; 0 where none is seen."""
+    assert scene.canvas.start is not None
+    return rim_of(feats.pictures[0], scene.canvas.start.holes, scene.exemplars[0].usable)
+
+
+def rim_left(scene: Scene, feats: Features) -> tuple[str, ...]:
+    """Say so where a rim of the defect seems to be left outside of the hole, and how far it must grow."""
+    more = rim_around(scene, feats)
+    if not more:
+        return ()
+    grow = scene.recipe.get("heal", {}).get("grow", 0) + more
+    return (f"pixels at the edge of the hole look like a rim of what was there; --grow {grow} would cover it.",)
+
+
+def for_holes(scene: Scene, method: Method | Auto) -> Method:
+    """Return the method for the holes of a scene; a chosen one takes of all patches the best, unless told otherwise."""
+    return choice_for_holes(scene, method).method if isinstance(method, Auto) else method
+
+
+def choice_for_holes(scene: Scene, auto: Auto) -> Choice:
+    """Choose the method that leads; its patch is left open, as several are tried."""
+    choice = auto.leading(scene.exemplars, scene.canvas)
+    return replace(choice, method=exacting(choice.method.slug, dict(choice.given)))
+
+
+def check_edge(edge: int) -> None:
+    """Refuse an edge to be filled pixel by pixel where no method can."""
+    whole_within("edge", edge, 0)
+    if edge and PIXELWISE not in METHODS:
+        raise ParameterError(f"edge={edge} px need the method {PIXELWISE}, which is not there; leave it out.")
+
+
+def exacting(slug: str, values: dict[str, Any]) -> Method:
+    """Make a method for holes: of all patches the best, if nothing else is asked for."""
+    names = {p.name for p in parameters(method_class(slug))}
+    return make(slug, ({"tolerance": 0.0} if "tolerance" in names else {}) | values)
+
+
+def attempts(scene: Scene, method: Method) -> list[Method]:
+    """The methods to try on the holes of a scene: as given, or in several patch sizes if none is given."""
+    names = {p.name for p in parameters(method)}
+    if "patch" not in names or getattr(method, "patch", None) is not AUTO:
+        return [method]
+    largest = patch_for(scene)
+    sides = sorted({max(LEAST_PATCH, round(largest * s)) for s in SIZES if largest >= LEAST_PATCH} or {largest})
+    given = {p: getattr(method, p) for p in names}
+    return [make(method.slug, given | {"patch": side}) for side in reversed(sides)]
+
+
+def patch_for(scene: Scene) -> int:
+    """The largest patch that suits the holes: twice as large as the thickest, so that its surroundings are seen.
+
+    At most what the texture's elements need, and there must be enough places in the exemplars to take it from.
+    """
+    start = scene.canvas.start
+    assert start is not None
+    holes = np.pad(start.holes, 1)
+    thick = 2 * int(ndimage.distance_transform_cdt(holes, metric="chessboard").max()) - 1
+    side = max(min(max(2 * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)
+    return supplied(scene.exemplars, min(side, scene.canvas.height, scene.canvas.width), LEAST_PATCH)
+
+
+def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wrap | str) -> Exemplar:
+    """Take a picture that is to be healed: what lies in the hole is replaced, and may be NaN."""
+
+    def unused(*_: Any) -> NDArray[np.bool_]:
+        return grown_hole(hole, grow or 0, Wrap(wrap))
+
+    if isinstance(picture, str | Path):
+        from ..files import read_set
+
+        return read_set({"albedo": picture}, unused=unused)
+    try:
+        return as_exemplars([picture])[0]
+    except NotFiniteError:
+        return Exemplar.of(picture, usable=~unused(), name="exemplar 1")
+
+
+def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None, edge: int) -> Synthesis:
+    """Fill a band along the edge of the holes again, pixel by pixel."""
+    canvas = scene.canvas
+    assert canvas.start is not None
+    inner = ndimage.distance_transform_cdt(np.pad(canvas.start.holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
+    band = canvas.start.holes & (inner <= edge)
+    again = replace(canvas, start=with_hole(made.map, band), rim=0)
+    filled = carry_out(scene.exemplars, again, make(PIXELWISE, {}), seed, Blend(0), run)
+    return replace(made, map=filled.map, recipe=made.recipe | {"edge": edge})

@@ -1,0 +1,292 @@
+"""What an exemplar is like, and how to grow it: lattice, size of its elements, light, and a method that suits them.
+
+    found = ia.analyze("weave.png")
+    found.suggested.method, found.suggested.parameters
+    ia.write("seen.png", found.overlay())
+    ia.write("tile.png", found.best_tile().planes["albedo"])
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..analysis.elements import ElementSize
+from ..analysis.light import Slope
+from ..canvas import Canvas
+from ..choosing.auto import Auto
+from ..choosing.facts import Facts
+from ..courses.rectify import Straight
+from ..errors import MethodError, ParameterError, said
+from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..image import Kind, Plane
+from ..lattice.lattice import Lattice, Lattices
+from ..methods.base import make
+from ..rendering.render import render
+from ..run import Run
+from ..segments.segments import Segments, segments
+from ..sourcemap import Blend, SourceMap
+from ..synthesis import ExemplarLike, as_exemplars
+from ..tiles.best_tile import BAND
+from ..tiles.tile_layout import UNIT, periods_along, read_offsets
+from ..tiles.tiling import Tiling
+from . import overlays
+
+CELLS = 8  # periods that a tile holds at most to be a rectangle
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """A way to grow an exemplar, and what speaks for it.
+
+    ``parameters`` are those of the method named ``method``; vectors are x before y. ``flatten``: whether to take a
+    slope of light off first. ``rule``: the name of the rule that chose.
+    """
+
+    method: str
+    parameters: dict[str, Any]
+    flatten: bool
+    why: tuple[str, ...]
+    rule: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TilePicture:
+    """The best tile as pictures: a rectangle that repeats, or a parallelogram with nothing around it.
+
+    Attributes
+    ----------
+    corner : (x, y)
+        Where in the exemplar it begins, px.
+    cost : int
+        How much its opposite borders differ: the sum of squared differences, in feature units.
+    rectangular : bool
+        True where the pictures repeat side by side; else opacity is 0 around the parallelogram.
+    planes : dict of str to Plane
+        One picture for every plane of the exemplar.
+    """
+
+    corner: tuple[int, int]
+    cost: int
+    rectangular: bool
+    planes: dict[str, Plane]
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What is known of an exemplar.
+
+    Attributes
+    ----------
+    exemplar : Exemplar
+    lattices : Lattices
+        By which steps it repeats, if it does, and all that was considered.
+    elements : ElementSize
+        How large its elements are.
+    light : Slope
+        How unevenly it is lit.
+    suggested : Suggestion
+    straight : (Straight, Lattice) or None
+        The exemplar with its courses laid straight and the lattice that it then has, where that is much surer.
+    """
+
+    exemplar: Exemplar
+    lattices: Lattices
+    elements: ElementSize
+    light: Slope
+    suggested: Suggestion
+    straight: tuple[Straight, Lattice] | None = None
+
+    @property
+    def segments(self) -> Segments:
+        """Its segments, the groups of those that look alike, and the patch and boundary zone that suit one of them."""
+        return segments(self.exemplar)
+
+    @property
+    def lattice(self) -> Lattice | None:
+        """The lattice; None where there is none that is sure enough."""
+        return self.lattices.accepted
+
+    def overlay(self, kind: str = "lattice") -> Plane:
+        """Draw what was found over the exemplar, in 8 bits; MethodError where it was not found."""
+        if not isinstance(kind, str) or kind not in overlays.KINDS:
+            raise ParameterError(f"overlay={said(kind)} is unknown; choose one of {', '.join(overlays.KINDS)}.")
+        if kind == "segments":
+            return overlays.segment_groups(self.exemplar, self.segments)
+        return overlays.lattice_lines(self.exemplar, self.found_lattice("overlay"), self.elements.size)
+
+    def found_lattice(self, wanted: str) -> Lattice:
+        """Return the lattice, or say in one line that there is none, and what to do instead."""
+        if self.lattice is not None:
+            return self.lattice
+        best = max((one.confidence for one in self.lattices.ranked), default=0.0)
+        raise MethodError(
+            f"{self.exemplar.name} has no lattice (confidence {best:.2f}), so there is no {wanted}; grow it with "
+            f"method {self.suggested.method}."
+        )
+
+    def best_tile(self, band: int = BAND) -> TilePicture:
+        """Cut out the period whose opposite borders, `band` px wide, agree most; MethodError where there is none."""
+        lattice = make("best-tile", {"lattice": xy(self.found_lattice("best tile")), "band": band})
+        tiling = Tiling.of(lattice, band, self.exemplar)  # type: ignore[arg-type]
+        box = _rectangle(tiling, self.exemplar)
+        y, x = tiling.tile.anchor
+        if box is not None:
+            yx = tiling.layout(Canvas(*box, Wrap.BOTH)).window(y, x, *box)
+            return TilePicture((x, y), tiling.tile.cost, True, _drawn(self.exemplar, yx, Wrap.BOTH))
+        inside, (above, before) = read_offsets(tiling.vectors)
+        yx = np.moveaxis(np.indices(inside.shape, np.int32), 0, 2) + np.array((y - above, x - before), np.int32)
+        yx = np.where(inside[..., None], yx, np.array((y, x), np.int32))
+        planes = _drawn(self.exemplar, yx, Wrap.NONE)
+        return TilePicture((x, y), tiling.tile.cost, False, {n: _cut_out(p, inside) for n, p in planes.items()})
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON holds it: x before y."""
+        e = self.exemplar
+        return {
+            "exemplar": {"name": e.name, "size": [e.width, e.height], "sha256": e.digest},
+            "lattice": None if self.lattice is None else _as_dict(self.lattice),
+            "candidates": [{**_as_dict(one), "verdict": one.verdict} for one in self.lattices.ranked],
+            "reason": self.lattices.reason,
+            "straightened": None if self.straight is None else _bent(*self.straight),
+            "feature_size": self.elements.size,
+            "elements": {
+                "size": [self.elements.width, self.elements.height],
+                "directions": len(self.elements.directions),
+                "found": self.elements.found,
+            },
+            "segments": _grouped(self.segments),
+            "light": {
+                "share": round(self.light.share, 3),
+                "factor": round(self.light.factor, 2),
+                "strong": self.light.strong,
+            },
+            "suggested": {
+                "method": self.suggested.method,
+                "parameters": {
+                    k: [list(v) for v in value] if k == "lattice" else value
+                    for k, value in self.suggested.parameters.items()
+                },
+                "flatten": self.suggested.flatten,
+                "why": list(self.suggested.why),
+                "rule": self.suggested.rule,
+            },
+        }
+
+
+def analyze(exemplar: ExemplarLike) -> Findings:
+    """Look at an exemplar: by which steps it repeats, how large its elements are, how it is lit, how to grow it.
+
+    Parameters
+    ----------
+    exemplar : as for :func:`synthesize`
+        One picture or set of planes; all planes are looked at together.
+
+    Raises
+    ------
+    InputError
+        where it cannot be read, or nothing of it may be used.
+    """
+    found = as_exemplars([exemplar])[0]
+    facts = Facts([found], Canvas(2 * found.height, 2 * found.width))
+    return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts), facts.straight)
+
+
+def xy(lattice: Lattice) -> tuple[tuple[float, float], ...]:
+    """The vectors of a lattice as methods take them: (x, y) in px."""
+    return tuple((x / UNIT, y / UNIT) for y, x in lattice.vectors)
+
+
+def angles(lattice: Lattice) -> tuple[float, ...]:
+    """The directions of the vectors in degrees: 0 to the right, 90 downwards."""
+    return tuple(round(math.degrees(math.atan2(y, x)), 1) % 360 for y, x in lattice.vectors)
+
+
+def periods(lattice: Lattice) -> tuple[float, ...]:
+    """The lengths of the vectors, px."""
+    return tuple(round(math.hypot(*v) / UNIT, 2) for v in lattice.vectors)
+
+
+def _as_dict(one: Lattice) -> dict[str, Any]:
+    return {
+        "vectors": [list(v) for v in xy(one)],
+        "periods": list(periods(one)),
+        "angles": list(angles(one)),
+        "confidence": round(one.confidence, 4),
+        "contrast": round(one.contrast, 4),
+        "points": one.points,
+        "residual": round(one.residual, 3),
+        "reasons": list(one.reasons),
+    }
+
+
+def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
+    """How courses slant, converge and bow, and what they are once they are straight."""
+    return {
+        "slant": round(straight.slant, 4),
+        "converging": round(straight.converging, 3),
+        "off": round(straight.off, 2),
+        "vectors": [list(v) for v in xy(lattice)],
+        "confidence": round(lattice.confidence, 4),
+    }
+
+
+def _grouped(found: Segments) -> dict[str, Any]:
+    """Segments, their groups with the share of the picture each covers, and what follows from the chosen one."""
+    areas = np.bincount(found.group_map[found.group_map >= 0], minlength=int(found.groups.max(initial=-1)) + 1)
+    counts = np.bincount(found.groups, minlength=len(areas))
+    whole = max(int(areas.sum()), 1)
+    groups = [{"segments": int(n), "share": round(int(a) / whole, 4)} for n, a in zip(counts, areas, strict=True)]
+    return {
+        "count": len(found.groups),
+        "groups": groups,
+        "chosen": found.chosen,
+        "patch": found.patch,
+        "zone": found.zone,
+        "rule": found.rule.value,
+        "why": found.why,
+        "scale": None if found.scale is None else [round(n, 3) for n in found.scale],
+        "energy": round(found.energy, 4),
+        "support": round(found.support, 4),
+    }
+
+
+def _suggested(facts: Facts) -> Suggestion:
+    """Choose a method as ``method="auto"`` does, by the table of rules."""
+    choice = Auto().decide(facts)
+    values = {k: v for k, v in choice.decided.items() if k != "overlap"}
+    flatten = not facts.constant and facts.light.strong and not facts.exemplar.toroidal
+    why = [*choice.why, *(w[0].upper() + w[1:] for w in choice.warnings)]
+    return Suggestion(choice.method.slug, values, flatten, tuple(why), choice.rule)
+
+
+def _rectangle(tiling: Tiling, exemplar: Exemplar) -> tuple[int, int] | None:
+    """The smallest (height, width) of whole periods; None where that holds too many."""
+    sides = (exemplar.height, exemplar.width)
+    found = [periods_along(tiling.vectors, axis, side) for axis, side in enumerate(sides)]
+    if not (found[0] and found[1]):
+        return None
+    height, width = found[0][0][2], found[1][0][2]
+    (p, q), (r, s) = tiling.vectors
+    return (height, width) if height * width * UNIT**2 <= (CELLS + 0.5) * abs(p * s - q * r) else None
+
+
+def _drawn(exemplar: Exemplar, yx: Any, wrap: Wrap) -> dict[str, Plane]:
+    smap = SourceMap(yx, None, None, (exemplar.source,), wrap, Blend(0))
+    return {name: render((exemplar,), smap, name, Blend(0), None, Run()) for name in exemplar.drawn}
+
+
+def _cut_out(plane: Plane, inside: Any) -> Plane:
+    """Make a plane of colours transparent outside of the tile; others have no opacity, and stay."""
+    if plane.kind is not Kind.COLOUR or plane.pixels.shape[:2] != inside.shape:
+        return plane
+    top = 1.0 if plane.is_float else np.iinfo(plane.pixels.dtype).max
+    opaque = np.where(inside, plane.samples[..., -1] if plane.alpha else top, 0).astype(plane.pixels.dtype)
+    colours = plane.samples[..., : plane.channels - plane.alpha]
+    if colours.shape[2] not in (1, 3):
+        return plane
+    return Plane(np.dstack([colours, opaque]), plane.kind, plane.transfer, plane.meta)

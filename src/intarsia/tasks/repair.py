@@ -1,0 +1,104 @@
+"""Repairing: the worst seams of a finished picture, covered anew.
+
+    wall = ia.synthesize("brick.png", 1024, ia.PatchSampling(), seed=3)
+    better = ia.repair(wall)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ..arguments import expect, whole_within
+from ..canvas import Canvas
+from ..errors import InputError, ParameterError
+from ..exemplar import Exemplar
+from ..lazy import lazy
+from ..methods.base import Method
+from ..params import parameters
+from ..run import Run, run_of
+from ..search.posed import valid_windows
+from ..search.sizes import default_patch
+from ..synthesis import Synthesis, check_start
+
+if TYPE_CHECKING:
+    from ..seams import repair as repairs
+else:
+    repairs = lazy("intarsia.seams.repair")
+
+PASSES, MOST_PASSES = 4, 1000
+LEAST_PATCH = 8
+
+
+def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> Synthesis:
+    """Cover the worst seams of a finished texture anew, wherever that makes all seams together cheaper.
+
+    Parameters
+    ----------
+    made : Synthesis
+        What any method made that keeps no lattice. Its start map, labels and least distance of repeats stay in force.
+    passes : int
+        How often the worst places are looked for, 0 to 1000; each pass covers many at a time.
+    run : Run, optional
+        Threads, progress, cancelling.
+
+    Returns
+    -------
+    Synthesis
+        With another map; the same seams, or cheaper ones.
+
+    Raises
+    ------
+    ParameterError
+        where the method keeps a lattice, or `made` was repaired before.
+    InputError
+        where the map has holes, or belongs to other exemplars.
+    """
+    return mended(made, passes, run)[0]
+
+
+def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthesis, repairs.Repaired]:
+    """Repair, and tell what it did."""
+    expect(made, Synthesis, "what is to be repaired", "what synthesize, extend or heal returned", InputError)
+    run = run_of(run)
+    check_repair(made.method, passes)
+    if "repair" in made.recipe:
+        raise ParameterError("this picture was repaired already; repair the first one with more passes.")
+    check_start(made.map, made.exemplars)
+    if made.map.holes.any():
+        raise InputError("the map has holes; fill them before its seams are repaired.")
+    canvas = made.canvas or Canvas(made.map.height, made.map.width, made.map.wrap)
+    asked = repair_of(made.method, made.exemplars, passes)
+    done = repairs.repaired(asked, made.exemplars, canvas, made.map, run)
+    return replace(made, map=done.map, recipe=made.recipe | {"repair": passes}), done
+
+
+def check_repair(method: Method, passes: int) -> None:
+    """Refuse to repair what a repair would break."""
+    whole_within("repair", passes, 0, MOST_PASSES, "passes")
+    if passes and not getattr(method, "exact", True):
+        raise ParameterError("repair lays whole pixels over what is turned or scaled; leave it out, or angle and zoom.")
+    if passes and keeps_lattice(method):
+        raise ParameterError(
+            f"{method.slug} keeps a lattice, which a repair would break; leave repair out, or choose another method."
+        )
+
+
+def keeps_lattice(method: Method) -> bool:
+    """Say whether a method lays its pieces on a lattice."""
+    return any(p.name == "lattice" for p in parameters(method)) and getattr(method, "snap", "on") == "on"
+
+
+def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> repairs.Repair:
+    """How what a method made is repaired: by patches of its own size, in its poses; pixel methods have none."""
+    rows, columns = getattr(method, "footprint", (0, 0))
+    if not rows or not columns:
+        rows = columns = default_patch(exemplars)
+        while rows > LEAST_PATCH and not any(
+            valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
+        ):
+            rows = columns = max(rows // 2, LEAST_PATCH)
+    return repairs.Repair(
+        (rows, columns), passes, getattr(method, "channel_weights", None), getattr(method, "isometries", "none"),
+        getattr(method, "min_repeat_distance", 0),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""One tile, repeated: the best one of an exemplar, and how its copies lie."""

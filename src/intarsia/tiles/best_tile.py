@@ -1,0 +1,143 @@
+"""The tile that repeats best: the piece of an exemplar, one lattice cell large, whose opposite sides agree most.
+
+Laid side by side it gives an endless regular pattern; where the exemplar is regular nothing shows the joints.
+
+Source: Lopez Recas 2011 (near-regular textures), section 4.1. Departures: borders are compared by vectors rounded to
+whole px; differences are added up in whole numbers; pixels under a mask are not used.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MethodError, ParameterError
+from .tile_kernels import band_costs, squared_steps
+from .tile_layout import UNIT, TileLayout, read_offsets
+
+Mask = NDArray[np.bool_]
+Vector = tuple[int, int]
+
+BAND = 8  # px: width of the border that is compared
+
+
+@dataclass(frozen=True)
+class BestTile:
+    """A tile of an exemplar.
+
+    Attributes
+    ----------
+    anchor : (y, x)
+        The corner of the parallelogram, exemplar px.
+    vectors : ((dy, dx), (dy, dx))
+        Its sides, whole px.
+    cost : int
+        Sum of the squared differences of both pairs of opposite borders, in feature units.
+    costs : int64 array, shape (H, W)
+        The cost of every anchor; -1 where the tile or its border leaves the exemplar.
+    """
+
+    anchor: Vector
+    vectors: tuple[Vector, Vector]
+    cost: int
+    costs: NDArray[np.int64]
+
+    def positions(self, height: int, width: int) -> NDArray[np.int32]:
+        """Lay out the tile by its whole sides: the exemplar px of every px of a picture, int32 (height, width, 2).
+
+        Moved by either vector the layout is the same.
+        """
+        (p, q), (r, s) = self.vectors
+        exact = (UNIT * p, UNIT * q), (UNIT * r, UNIT * s)
+        return TileLayout.of(self.anchor, exact).window(0, 0, height, width)
+
+
+def best_tile(
+    features: NDArray[np.int16],
+    vectors: tuple[Vector, Vector],
+    usable: Mask | None = None,
+    band: int = BAND,
+) -> BestTile:
+    """Find the tile whose left and right, and top and bottom borders agree best.
+
+    Parameters
+    ----------
+    features : int16 array, shape (H, W, C)
+    vectors : two (dy, dx)
+        Of the lattice, in 1/256 px; not parallel.
+    usable : bool array, shape (H, W), optional
+        False where pixels must not be used.
+    band : int
+        Width of the compared borders, centred on the sides, px.
+
+    Raises
+    ------
+    ParameterError
+        where the band is below 1 or the vectors are parallel.
+    MethodError
+        where no tile with its borders fits into the exemplar.
+    """
+    whole = _whole(vectors[0]), _whole(vectors[1])
+    (p, q), (r, s) = whole
+    if band < 1 or p * s == q * r:
+        raise ParameterError(f"band={band}, vectors {vectors}: give a band of at least 1 px and two directions.")
+    height, width, _ = features.shape
+    mask = np.ones((height, width), np.bool_) if usable is None else usable
+    costs = np.zeros((height, width), np.int64)
+    difference = np.empty((height, width), np.int64)
+    for step, side in (whole, whole[::-1]):
+        squared_steps(features, mask, *step, difference)
+        if abs(side[0]) >= abs(side[1]):
+            band_costs(difference, side[0], side[1], band, costs)
+        else:
+            band_costs(difference.T, side[1], side[0], band, costs.T)
+    _drop_outside(costs, mask, vectors)
+    if not (costs >= 0).any():
+        raise MethodError(
+            f"no tile of {abs(p * s - q * r)} px with a border of {band} px fits into the exemplar "
+            f"({width} x {height} px); choose a narrower band, or a larger exemplar."
+        )
+    order = np.where(costs >= 0, costs, np.iinfo(np.int64).max)
+    y, x = divmod(int(order.argmin()), width)
+    return BestTile((y, x), whole, int(costs[y, x]), costs)
+
+
+def unlikeness(features: NDArray[np.int16], vectors: Sequence[Vector], usable: Mask) -> float:
+    """Say how much the periods of a texture differ: 0 they are equal, 1 they are no more alike than any two places.
+
+    The root mean square of the differences over both vectors (1/256 px, taken as whole px), over that of any two px.
+    """
+    known = features[usable].astype(np.float64)
+    spread = 2 * float(((known - known.mean(axis=0)) ** 2).sum(axis=1).mean())
+    if spread == 0:
+        return 0.0
+    found = np.empty(features.shape[:2], np.int64)
+    total, count = 0, 0
+    for vector in vectors:
+        squared_steps(features, usable, *_whole(vector), found)
+        total += int(found[found >= 0].sum())
+        count += int((found >= 0).sum())
+    return math.sqrt(total / count / spread) if count else 1.0
+
+
+def _whole(vector: Vector) -> Vector:
+    """Round 1/256 px to px, halves up."""
+    return (vector[0] + UNIT // 2) // UNIT, (vector[1] + UNIT // 2) // UNIT
+
+
+def _drop_outside(costs: NDArray[np.int64], mask: Mask, vectors: tuple[Vector, Vector]) -> None:
+    """Give cost -1 to anchors whose tile leaves the exemplar, or holds a px that cannot be used."""
+    height, width = costs.shape
+    read, (above, before) = read_offsets(vectors)
+    below, after = read.shape[0] - 1 - above, read.shape[1] - 1 - before
+    costs[:above], costs[:, :before] = -1, -1
+    costs[max(height - below, 0) :], costs[:, max(width - after, 0) :] = -1, -1
+    if not mask.all():
+        from scipy.signal import fftconvolve
+
+        held = np.rint(fftconvolve((~mask).astype(np.float64), read[::-1, ::-1].astype(np.float64)))
+        costs[held[below:, after:][:height, :width] > 0] = -1

@@ -1,0 +1,111 @@
+"""Correlation with partial overlaps: equal to brute force for all sizes, masks and channels."""
+
+import numpy as np
+import pytest
+from analysis import naive_correlation as naive_gncc
+from hypothesis import given
+from hypothesis import strategies as st
+
+from intarsia.analysis.correlation import autocorrelation, gncc, squared_differences
+from intarsia.errors import InputError
+
+SIDES = st.integers(1, 9)
+
+
+def picture(rng, height, width, channels):
+    return rng.integers(-900, 1023, (height, width, channels)).astype(np.int16)
+
+
+@given(SIDES, SIDES, SIDES, SIDES, st.integers(1, 3), st.integers(0, 999))
+def test_equals_brute_force_for_unequal_sizes(hf, wf, hg, wg, channels, seed):
+    rng = np.random.default_rng(seed)
+    f, g = picture(rng, hf, wf, channels), picture(rng, hg, wg, channels)
+    assert np.abs(gncc(f, g) - naive_gncc.gncc(f, g)).max() < 1e-6
+
+
+@given(SIDES, SIDES, SIDES, SIDES, st.integers(1, 3), st.integers(0, 999))
+def test_equals_brute_force_with_holes(hf, wf, hg, wg, channels, seed):
+    rng = np.random.default_rng(seed)
+    f, g = picture(rng, hf, wf, channels), picture(rng, hg, wg, channels)
+    mf, mg = rng.random((hf, wf)) < 0.8, rng.random((hg, wg)) < 0.7
+    assert np.abs(gncc(f, g, mf, mg) - naive_gncc.gncc(f, g, mf, mg)).max() < 1e-6
+    found = squared_differences(f, g, mf, mg)
+    assert np.abs(found - naive_gncc.squared_differences(f, g, mf, mg)).max() <= 1e-9 * max(1, found.max())
+
+
+@given(st.integers(1, 10), st.integers(1, 10), st.integers(1, 3), st.integers(0, 999), st.booleans())
+def test_autocorrelation_is_the_correlation_with_itself(height, width, channels, seed, masked):
+    rng = np.random.default_rng(seed)
+    f = picture(rng, height, width, channels)
+    usable = rng.random((height, width)) < 0.8 if masked else None
+    correlation, pairs = autocorrelation(f, usable)
+    assert np.abs(correlation - naive_gncc.gncc(f, f, usable, usable)).max() < 1e-6
+    assert np.array_equal(correlation, correlation[::-1, ::-1])
+    wanted = [len(a) for _, _, a, _ in naive_gncc.overlaps(f, f, usable, usable)]
+    assert pairs.ravel().tolist() == wanted
+
+
+def test_one_is_the_most_and_lies_in_the_middle():
+    rng = np.random.default_rng(5)
+    correlation, _ = autocorrelation(picture(rng, 20, 33, 3))
+    assert correlation[19, 32] == pytest.approx(1.0, abs=1e-12)
+    assert np.abs(correlation).max() <= 1.0
+
+
+def test_a_short_reach_is_the_middle_of_the_whole():
+    f = picture(np.random.default_rng(6), 24, 31, 2)
+    whole, pairs = autocorrelation(f)
+    part, some = autocorrelation(f, reach=(7, 40))
+    assert part.shape == (15, 61)
+    assert np.allclose(part, whole[16:31], atol=1e-12)
+    assert np.array_equal(some, pairs[16:31])
+    usable = np.ones((24, 31), bool)
+    usable[3:9, 4:20] = False
+    whole, pairs = autocorrelation(f, usable)
+    part, some = autocorrelation(f, usable, (9, 12))
+    assert np.allclose(part, whole[14:33, 18:43], atol=1e-12)
+    assert np.array_equal(some, pairs[14:33, 18:43])
+
+
+def test_gain_and_offset_of_either_picture_do_not_matter():
+    rng = np.random.default_rng(7)
+    f, g = picture(rng, 12, 15, 1).astype(float), picture(rng, 9, 20, 1).astype(float)
+    assert np.allclose(gncc(f, g), gncc(3 * f + 1000, 0.01 * g - 5), atol=1e-9)
+
+
+def test_full_overlaps_are_the_plain_normalized_correlation():
+    from skimage.feature import match_template
+
+    rng = np.random.default_rng(8)
+    f, g = rng.standard_normal((30, 40)), rng.standard_normal((7, 11))
+    assert np.allclose(gncc(f, g)[6:30, 10:40], match_template(f, g), atol=1e-6)
+
+
+def test_constant_channels_count_nothing():
+    rng = np.random.default_rng(9)
+    f = picture(rng, 10, 12, 2)
+    g = f.copy()
+    g[..., 1] = 77
+    assert np.allclose(gncc(f, g), gncc(f[..., :1], g[..., :1]), atol=1e-12)
+    assert not gncc(np.full((5, 6), 40000.0), f[..., 0]).any()
+    assert not autocorrelation(np.full((30, 30, 3), 0.1))[0].any()
+
+
+def test_a_border_with_a_hole_finds_where_it_was_cut_out():
+    rng = np.random.default_rng(10)
+    f = picture(rng, 40, 50, 3)
+    border = f[11:27, 20:36].copy()
+    hole = np.ones((16, 16), bool)
+    hole[4:12, 4:12] = False
+    border[~hole] = rng.integers(0, 999, (64, 3))
+    found = gncc(f, border, usable_g=hole)[15:40, 15:50]
+    assert np.unravel_index(found.argmax(), found.shape) == (11, 20)
+    found = squared_differences(f, border, usable_g=hole)[15:40, 15:50]
+    assert np.unravel_index(found.argmin(), found.shape) == (11, 20)
+
+
+def test_what_does_not_fit_is_refused():
+    f = np.zeros((4, 4, 3))
+    for wrong in (lambda: gncc(f, f[..., :2]), lambda: gncc(f, f, np.ones((3, 4), bool)), lambda: gncc(f[:0], f)):
+        with pytest.raises(InputError):
+            wrong()

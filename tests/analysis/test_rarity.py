@@ -1,0 +1,151 @@
+"""Rarity: what stands out is found, what is common or cannot be judged is 256, sums are exact."""
+
+import numpy as np
+import pytest
+from torture import TORTURE
+
+from intarsia.analysis.features import features
+from intarsia.analysis.rarity import COMMON, MOST, _apart, _distances, rarity
+from intarsia.errors import ParameterError
+from intarsia.exemplar import Exemplar
+
+
+def of(name):
+    return features([Exemplar.of(TORTURE[name]())]).pictures[0]
+
+
+def over(grid, step, patch, y, x):
+    """Rarity of all patches that contain the px (y, x)."""
+    rows, columns = (np.arange(n) * step for n in grid.shape)
+    inside = np.ix_((rows <= y) & (y < rows + patch), (columns <= x) & (x < columns + patch))
+    return grid[inside]
+
+
+def test_a_red_cluster_is_striking():
+    for patch in (16, 24, 32):
+        grid, step = rarity(of("red_cluster"), patch)
+        assert np.median(grid) == COMMON
+        assert np.median(over(grid, step, patch, 85, 85)) >= 2 * COMMON
+        far = grid[: 40 // step, : 40 // step]
+        assert far.max() < 2 * COMMON
+
+
+def test_the_knot_is_striking():
+    grid, step = rarity(of("wood_knot"), 32)
+    assert over(grid, step, 32, 50, 85).max() == grid.max() > 1.5 * COMMON
+
+
+def test_a_pair_of_equals_stays_striking():
+    picture = np.random.default_rng(3).integers(0, 60, (128, 128, 3)).astype(np.int16)
+    picture[20:30, 20:30] = picture[90:100, 84:94] = (1000, 0, 0)
+    grid, step = rarity(picture, 24)
+    for y, x in ((25, 25), (95, 89)):
+        assert over(grid, step, 24, y, x).max() == MOST
+
+
+def test_a_thing_beside_its_exact_copy_stays_striking():
+    """One copy is no company: a repeat that stands in the exemplar already makes neither of the two common."""
+    picture = np.random.default_rng(3).integers(0, 60, (128, 128, 3)).astype(np.int16)
+    picture[20:30, 20:30] = (1000, 0, 0)
+    picture[72:112, 80:120] = picture[4:44, 4:44]
+    grid, step = rarity(picture, 24)
+    assert 72 % step == 80 % step == 4 % step == 0
+    for y, x in ((12, 12), (80, 88)):
+        assert grid[y // step, x // step] >= 2 * COMMON
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 90), (90, 1), (8, 8), (30, 40), (200, 150), (600, 700)])
+def test_a_uniform_exemplar_is_common_everywhere(shape):
+    grid, step = rarity(np.full((*shape, 3), 512, np.int16), 16)
+    assert grid.dtype == np.int32
+    assert (grid == COMMON).all()
+    assert step >= 1
+
+
+def test_differences_that_nobody_sees_do_not_count():
+    faint = np.full((128, 128, 3), 512, np.int16)
+    faint += np.random.default_rng(0).integers(0, 2, faint.shape).astype(np.int16)
+    assert (rarity(faint, 32)[0] == COMMON).all()
+
+
+@pytest.mark.parametrize("name", TORTURE)
+@pytest.mark.parametrize("patch", [1, 3, 16, 70, 500])
+def test_every_exemplar_has_an_answer(name, patch):
+    picture = of(name)
+    before = picture.copy()
+    grid, step = rarity(picture, patch)
+    used = min(patch, *picture.shape[:2])
+    assert grid.shape == tuple(-(-(n - used + 1) // step) for n in picture.shape[:2])
+    assert grid.min() >= 0
+    assert grid.max() <= MOST
+    assert np.array_equal(grid, rarity(picture, patch)[0])
+    assert np.array_equal(picture, before)
+
+
+@pytest.mark.parametrize(
+    ("height", "width", "patch"), [(256, 256, 48), (300, 90, 20), (2048, 2048, 96), (700, 2000, 31)]
+)
+def test_the_grid_has_some_hundred_patches_inside_the_exemplar(height, width, patch):
+    picture = np.random.default_rng(0).integers(0, 1023, (height, width, 1)).astype(np.int16)
+    grid, step = rarity(picture, patch)
+    assert 600 <= grid.size <= 1000
+    assert (grid.shape[0] - 1) * step + patch <= height
+    assert (grid.shape[1] - 1) * step + patch <= width
+
+
+def test_few_patches_are_common():
+    picture = np.random.default_rng(0).integers(0, 1023, (64, 64, 3)).astype(np.int16)
+    assert (rarity(picture, 62)[0] == COMMON).all()
+    assert rarity(picture, 62)[0].shape == (3, 3)
+    assert (rarity(picture, 60, step=1)[0] == COMMON).all()  # 25 patches, all of which overlap
+
+
+def test_the_step_can_be_given():
+    picture = np.random.default_rng(0).integers(0, 1023, (100, 80, 3)).astype(np.int16)
+    grid, step = rarity(picture, 16, step=7)
+    assert step == 7
+    assert grid.shape == (13, 10)
+
+
+@pytest.mark.parametrize(("patch", "step"), [(0, None), (16, 0), (4, 1)])
+def test_refusals(patch, step):
+    with pytest.raises(ParameterError):
+        rarity(np.zeros((100, 100, 3), np.int16), patch, step)
+
+
+def test_distances_are_exact_at_the_extremes():
+    rng = np.random.default_rng(5)
+    looks = rng.integers(-16 * 32768, 16 * 32767, (40, 16 * 64))
+    looks[0], looks[1] = 16 * 32767, -16 * 32768
+    plain = ((looks[:, None] - looks[None]) ** 2).sum(axis=2)
+    assert np.array_equal(_distances(looks).astype(np.int64), plain)
+
+
+def test_patches_apart_lie_half_a_patch_or_more_away():
+    apart = _apart((3, 4), 5, 10)
+    y, x = (v.ravel() * 5 for v in np.mgrid[:3, :4])
+    for i in range(12):
+        for j in range(12):
+            assert apart[i, j] == (max(abs(y[i] - y[j]), abs(x[i] - x[j])) >= 5)
+
+
+def test_one_plain_way_to_the_same_numbers():
+    """The whole rule, written out for one channel and whole cells."""
+    picture = np.random.default_rng(9).integers(0, 1023, (40, 44, 1)).astype(np.int16)
+    patch, step = 12, 4
+    corners = [(y, x) for y in range(0, 40 - patch + 1, step) for x in range(0, 44 - patch + 1, step)]
+    looks = []
+    for y, x in corners:
+        cells = picture[y : y + patch, x : x + patch, 0].astype(int).reshape(4, 3, 4, 3).sum(axis=(1, 3))
+        looks.append(16 * cells.ravel() // 9)
+    near = []
+    for (y, x), a in zip(corners, looks, strict=True):
+        others = [
+            int(((a - b) ** 2).sum())
+            for (v, u), b in zip(corners, looks, strict=True)
+            if max(abs(y - v), abs(x - u)) >= patch / 2
+        ]
+        near.append(int(sorted(others)[2] ** 0.5))
+    usual = sorted(near)[len(near) // 2]
+    wanted = [min((256 * n + usual // 2) // usual, 1024) for n in near]
+    assert rarity(picture, patch, step)[0].ravel().tolist() == wanted

@@ -1,0 +1,126 @@
+"""Automatic isometries: light and direction are kept, isotropic textures may be turned."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from naive import lay_down
+from torture import TORTURE
+
+import intarsia as ia
+from intarsia.analysis.features import features
+from intarsia.analysis.symmetry import SUBGROUPS, _directions, allowed_isometries, distances
+from intarsia.exemplar import Exemplar
+from intarsia.testing import noise
+
+ALL = tuple(range(8))
+
+
+def bumps(light: tuple[float, float] | None, size: int = 144, seed: int = 5) -> np.ndarray:
+    """Round bumps on a plane, lit from (down, right), or from straight above."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:size, :size].astype(float)
+    height = np.zeros((size, size))
+    for _ in range(160):
+        cy, cx, r = rng.random() * size, rng.random() * size, 5 + 4 * rng.random()
+        dy, dx = (y - cy + size / 2) % size - size / 2, (x - cx + size / 2) % size - size / 2
+        height = np.maximum(height, np.sqrt(np.maximum(r * r - dy * dy - dx * dx, 0)))
+    down, right = np.gradient(height)
+    up = 1 / np.sqrt(1 + down**2 + right**2)
+    shade = up if light is None else up * (1 + 0.7 * (light[0] * down + light[1] * right)) / 2
+    return np.clip(255 * shade, 0, 255).astype(np.uint8)
+
+
+def auto(picture: np.ndarray) -> tuple[int, ...]:
+    return allowed_isometries([Exemplar.of(picture)])
+
+
+def test_a_bump_texture_lit_from_the_side_keeps_its_light() -> None:
+    """Lit from a general direction nothing but the identity; lit from above-left at 45 degrees the transpose
+    moves no light; lit from straight above everything is allowed."""
+    assert auto(bumps((-0.9, -0.3))) == (0,)
+    assert set(auto(bumps((-0.7, -0.7)))) <= {0, 3}
+    assert auto(bumps((-1.0, 0.0))) in ((0,), (0, 1))
+    assert auto(bumps(None)) == ALL
+
+
+@pytest.mark.parametrize("name", ["noise_white", "noise_pink", "noise_band", "constant", "two_level", "maze", "cracks"])
+def test_isotropic_textures_may_be_laid_in_any_way(name: str) -> None:
+    assert auto(TORTURE[name]()) == ALL
+
+
+@pytest.mark.parametrize("name", ["fur", "grapes", "brick_colours", "planks", "wood_knot", "text_lines", "scales"])
+def test_textures_with_a_direction_or_a_light_refuse_what_would_show(name: str) -> None:
+    """Torture 29: no quarter turns where rows are no columns; fur refuses to be turned upside down, too."""
+    allowed = set(auto(np.asarray(ia.read("sample:planks").base) if name == "planks" else TORTURE[name]()))
+    refused = {
+        "fur": {1, 2, 3, 5, 6, 7}, "grapes": {1, 2, 4, 5, 6, 7}, "brick_colours": {2, 3, 4, 5, 6, 7},
+        "planks": {1, 3, 4, 5, 6, 7}, "wood_knot": {1, 2, 3, 4, 5, 7}, "text_lines": {1, 2, 3, 4, 5, 6, 7},
+        "scales": {1, 2, 3, 4, 5, 6, 7},
+    }  # fmt: skip
+    assert not allowed & refused[name]
+
+
+def test_the_answer_is_a_group_and_turns_with_the_exemplar() -> None:
+    """What is allowed is closed under composition; a turned exemplar allows the conjugated set."""
+    for group in SUBGROUPS:
+        block = np.arange(9).reshape(3, 3)
+        seen = {lay_down(block, k).tobytes() for k in group}
+        assert {lay_down(lay_down(block, a), b).tobytes() for a in group for b in group} == seen
+    planks = np.asarray(ia.read("sample:planks").base)
+    assert auto(planks) == (0, 2)
+    assert auto(np.ascontiguousarray(np.rot90(planks))) == (0, 1)
+
+
+def test_weights_of_the_inverse_measure_the_transformed_patch() -> None:
+    """The plain form: lay a patch down, and measure it with the upright weights."""
+    patch = noise(5, 5, 3).astype(np.int64).reshape(5, 5, 1) % 1000
+    axes = _directions(1, ()).reshape(8, -1, 25)
+    for pose in range(8):
+        plain = axes[0] @ lay_down(patch, pose).ravel()
+        np.testing.assert_array_equal(axes[pose] @ patch.ravel(), plain)
+
+
+def test_a_normal_map_is_compared_with_its_vectors_turned() -> None:
+    """Normals of round bumps may be laid in any way, because their vectors turn with them."""
+    y, x = np.mgrid[:128, :128]
+    rng = np.random.default_rng(3)
+    height = np.zeros((128, 128))
+    for _ in range(150):
+        cy, cx = rng.random(2) * 128
+        dy, dx = (y - cy + 64) % 128 - 64, (x - cx + 64) % 128 - 64
+        height = np.maximum(height, np.sqrt(np.maximum(49 - dy * dy - dx * dx, 0)))
+    down, right = (np.roll(height, -1, a) - np.roll(height, 1, a) for a in (0, 1))
+    n = np.dstack([-right, down, np.full_like(right, 2.0)])
+    n = (127.5 + 127.5 * n / np.linalg.norm(n, axis=2, keepdims=True)).round().astype(np.uint8)
+    assert allowed_isometries([Exemplar.of({"normal": n})]) == ALL
+    assert allowed_isometries([Exemplar.of(n)]) != ALL
+
+
+def test_masks_several_exemplars_and_oblong_patches() -> None:
+    """What lies under a mask does not count; all exemplars must agree; oblong patches are never turned."""
+    white = TORTURE["noise_white"]()
+    spoilt = white.copy()
+    spoilt[:40] = np.arange(96) * 2
+    usable = np.ones(white.shape[:2], bool)
+    usable[:40] = False
+    lit, masked = Exemplar.of(bumps((-0.9, -0.3))), Exemplar.of(spoilt, usable=usable)
+    assert allowed_isometries([masked]) == ALL
+    assert allowed_isometries([masked, lit]) == (0,)
+    assert allowed_isometries([masked], square=False) == (0, 1, 2, 6)
+
+
+def test_tiny_exemplars_allow_everything_they_cannot_refuse() -> None:
+    assert auto(TORTURE["tiny"]()) == ALL
+    assert distances(features([Exemplar.of(TORTURE["tiny"]())]), Exemplar.of(TORTURE["tiny"]())).shape == (4, 8)
+
+
+@pytest.mark.parametrize("method", [ia.ImageQuilting, ia.PatchSampling, ia.RandomTiling])
+def test_methods_settle_auto_and_the_recipe_holds_the_list(method) -> None:
+    """The recipe names the isometries themselves, so that replaying it measures nothing again."""
+    out = ia.synthesize(bumps((-0.9, -0.3), 64), 50, method(patch=12, isometries="auto"), run=ia.Run(1))
+    assert out.recipe["parameters"]["isometries"] == [0]
+    free = ia.synthesize(TORTURE["noise_white"](), 50, method(patch=12, isometries="auto"), run=ia.Run(1))
+    assert free.recipe["parameters"]["isometries"] == list(ALL)
+    oblong = ia.synthesize(TORTURE["noise_white"](), 50, method(patch=(12, 9), isometries="auto"), run=ia.Run(1))
+    assert oblong.recipe["parameters"]["isometries"] == [0, 1, 2, 6]

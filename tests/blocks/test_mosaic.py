@@ -1,0 +1,176 @@
+"""Mosaics show every period of the exemplar, also those that its border cuts, and all about equally often."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.blocks.grid import BlockGrid
+from intarsia.blocks.mosaic import Mosaic
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import Box
+from intarsia.lattice.vectors import UNIT
+from intarsia.testing.cases import noise
+
+
+def tiles(down: int, across: int, rows: int, columns: int, moved: tuple[int, int] = (0, 0)) -> np.ndarray:
+    """Tiles of `rows` x `columns` px, each of its own grey, joints of 3 px; cut `moved` px beside the joints."""
+    y, x = np.mgrid[: down * rows, : across * columns]
+    y, x = (y + moved[0]) % (down * rows), (x + moved[1]) % (across * columns)
+    grey = 120 + (noise(64, 64, 5)[y // rows, x // columns] % np.uint64(100)).astype(int)
+    grain = (noise(down * rows, across * columns, 7) % np.uint64(9)).astype(int)
+    return np.where((y % rows < 3) | (x % columns < 3), 20, grey + grain).astype(np.uint8)
+
+
+def shares(used: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """How often each period of an exemplar is shown, relative to the mean; periods from its first pixel on."""
+    down, across = used.shape[0] // rows, used.shape[1] // columns
+    each = used[: down * rows, : across * columns].reshape(down, rows, across, columns).mean(axis=(1, 3))
+    return each / each.mean()
+
+
+@pytest.mark.parametrize("moved", [(0, 0), (1, 2), (3, 1), (19, 2), (2, 23)])
+def test_every_period_is_shown_equally_often(moved: tuple[int, int]) -> None:
+    """Wherever the joints lie in an exemplar that was cut to whole periods."""
+    e = tiles(4, 4, 20, 24, moved)
+    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, border=8)
+    used = ia.synthesize(e, (1200, 1440), method, seed=3).map.usage()[0]
+    each = shares(used, 20, 24)
+    assert each.min() > 0.75, each.round(2)
+    assert each.max() < 1.25, each.round(2)
+
+
+def test_every_tile_of_the_sample_is_shown() -> None:
+    """Its lattice leans and is no whole number of px; its joints lie just before its edges."""
+    used = sum(ia.synthesize("sample:tiles", 2048, ia.NearRegular(), seed=seed).map.usage()[0] for seed in (1, 2))
+    each = shares(np.asarray(used), 64, 64)
+    assert each.min() > 0.75, each.round(2)
+    assert each.max() < 1.25, each.round(2)
+
+
+def ground(pixels: np.ndarray, rows: int, columns: int, phase: tuple[int, int], costs: float = 200.0) -> Any:
+    """A gray exemplar continued past its edges."""
+    from intarsia.blocks.completed import continued
+
+    picture = (pixels[:, :, None].astype(np.int16) * 4).copy()
+    rows_, columns_ = (rows * UNIT, 0), (0, columns * UNIT)
+    grid = BlockGrid(rows_, columns_, (phase[0] * UNIT, phase[1] * UNIT), (columns_, rows_))
+    return continued(picture, np.ones(pixels.shape, bool), grid, (float(rows), float(columns)), (costs, costs), 8)
+
+
+@pytest.mark.parametrize(("phase", "before", "size"), [
+    ((15, 0), (7, 0), (87, 96)),  # 15 of 20 rows above are known: 5 are missing, and 2 to spare
+    ((5, 0), (0, 0), (87, 96)),  # 5 rows: the period below, of which 15 are known, is completed in its place
+    ((0, 20), (0, 6), (80, 102)),
+    ((0, 0), (0, 0), (80, 96)),
+])  # fmt: skip
+def test_cut_periods_are_completed_at_the_end_where_more_is_known(
+    phase: tuple[int, int], before: tuple[int, int], size: tuple[int, int]
+) -> None:
+    """What is added is what a longer exemplar would have there, and its pixels are the exemplar's."""
+    y, x = np.mgrid[-40:160, -48:192]
+    endless = (37 * (y % 20) + 11 * (x % 24)) % 251
+    pixels = endless[40:120, 48:144].astype(np.uint8)
+    found = ground(pixels, 20, 24, phase)
+    assert (found.before, found.usable.shape) == (before, size)
+    assert found.usable.all()
+    top, left = 40 - before[0], 48 - before[1]
+    np.testing.assert_array_equal(found.picture[..., 0], 4 * endless[top : top + size[0], left : left + size[1]])
+    shown = pixels[found.source[..., 0], found.source[..., 1]].astype(int)
+    np.testing.assert_array_equal(4 * shown, found.picture[..., 0])
+
+
+def test_a_period_whose_rest_does_not_fit_stays_cut() -> None:
+    """Tiles that differ are not made from halves of two."""
+    e = tiles(5, 4, 20, 24)[8:88]
+    assert ground(e, 20, 24, (12, 0)).usable.shape == (80, 96)
+    assert ground(e, 20, 24, (12, 0), costs=4000.0).usable.shape == (90, 96)
+
+
+def test_what_is_masked_is_not_continued_and_does_not_continue() -> None:
+    e = tiles(4, 4, 20, 24, (2, 2))
+    usable = np.ones(e.shape, bool)
+    usable[30:50, 40:60] = False
+    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, border=8)
+    used = ia.synthesize(Exemplar.of(e, usable=usable), (400, 480), method, seed=3).map.usage()[0]
+    assert not used[~usable].any()
+
+
+def test_a_window_of_a_continued_exemplar_is_a_crop() -> None:
+    e = Exemplar.of(tiles(3, 4, 20, 24, (18, 21)))
+    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, border=8)
+    whole = ia.synthesize(e, (200, 300), method, seed=8).map.yx
+    part = method.window([e], Box(50, 70, 120, 180), 8, ia.Run()).yx
+    np.testing.assert_array_equal(part, whole[50:120, 70:180])
+
+
+def test_a_start_goes_on_where_the_exemplar_was_continued() -> None:
+    """The lattice of what is there goes on, though the sheet that blocks are read from begins further up."""
+    e = tiles(4, 4, 20, 24, (18, 21))
+    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, border=8)
+    out = ia.extend(e, ia.Margins(right=60, bottom=60), method=method, seed=2)
+    shown = np.asarray(out.render().pixels).reshape(140, 156) < 60
+    wider = np.tile(e, (2, 2))[:140, :156] < 60
+    assert (shown == wider).mean() > 0.97
+
+
+@pytest.mark.textures
+@pytest.mark.parametrize("name", [
+    "regular_azulejo_384", "regular_gingham-cloth_256", "near-regular_chainmail_256", "near-regular_wicker_192",
+])  # fmt: skip
+def test_every_period_of_a_photograph_is_shown_equally_often(name: str, textures: dict[str, Path]) -> None:
+    """Those that lie whole in it, on the grid of the blocks."""
+    e = ia.read(textures[name])
+    method = ia.NearRegular().resolved([e], Canvas(9, 9))
+    mosaic = Mosaic.of(method, e, Canvas(9, 9), 0)
+    (a, b), second = mosaic.source.cell
+    assert second is not None
+    area = a * second[1] - b * second[0]
+    y, x = np.mgrid[: e.height, : e.width] * UNIT + UNIT // 2
+    y, x = y - mosaic.source.phase[0] + mosaic.before[0] * UNIT, x - mosaic.source.phase[1] + mosaic.before[1] * UNIT
+    rows, columns = (y * second[1] - x * second[0]) // area, (x * a - y * b) // area
+    period = (rows - rows.min()) * 1000 + columns - columns.min()
+    used = sum(ia.synthesize(e, 1536, method, seed=seed).map.usage()[0] for seed in (1, 2))
+    whole = [n for n, px in zip(*np.unique(period, return_counts=True), strict=True) if px > 0.95 * abs(area) / UNIT**2]
+    each = np.array([np.asarray(used)[period == n].mean() for n in whole])
+    assert len(whole) >= 4
+    assert each.min() > 0.75 * each.mean(), each / each.mean()
+    assert each.max() < 1.25 * each.mean(), each / each.mean()
+
+
+def test_places_that_overlap_are_read_so_that_what_few_show_is_shown_too() -> None:
+    """Blocks of half periods lie twice over the middle of an exemplar, once over its ends."""
+    from intarsia.blocks.place_shares import dealt, place_shares
+    from intarsia.blocks.pose_sheet import Sheet
+
+    source = np.moveaxis(np.indices((64, 96), np.int32), 0, 2)
+    sheet = Sheet(np.zeros((64, 96, 1), np.int16), np.ones((64, 96), bool), (0,), 64, (64, 96), source)
+    grid = BlockGrid((64 * UNIT, 0), (0, 32 * UNIT), (0, 0), ((0, 32 * UNIT), (64 * UNIT, 16 * UNIT)))
+    even, odd = (np.array([(0, x * UNIT) for x in xs]) for xs in ((0, 32, 64), (16, 48)))
+    places = {(0, 0): even, (0, 1): even, (1, 0): odd, (1, 1): odd}
+    shares = place_shares(grid, sheet, None, places)
+    assert shares[0, 0][1] < 0.8 * shares[0, 0][0]
+    assert abs(int(shares[0, 0][0] - shares[0, 0][2])) <= 2
+    assert shares[1, 0].min() == shares[1, 0].max()
+    many = [place for bits in range(0, 1 << 64, 1 << 56) for place in dealt(shares[0, 0], bits, [2, 0, 1])]
+    np.testing.assert_allclose(np.bincount(many) / len(many), shares[0, 0] / shares[0, 0].sum(), atol=0.01)
+    assert dealt(shares[1, 0], 5, [1, 0]) == [1, 0]
+
+
+def test_what_cannot_be_read_whole_is_no_move_of_a_gap() -> None:
+    """A place at the edge of the exemplar moves inwards only; masked pixels are not read."""
+    from intarsia.blocks.gap_table_kernels import whole
+
+    core = np.zeros((6, 6), np.uint8)
+    core[1:5, 1:5] = 1
+    usable = np.ones((10, 12), bool)
+    found = whole(usable, core, np.array([(-1, 7), (3, 3)]), 1).reshape(2, 3, 3)
+    np.testing.assert_array_equal(found[0], [[False] * 3, [True, True, False], [True, True, False]])
+    assert found[1].all()
+    usable[8, 7] = False
+    assert whole(usable, core, np.array([(3, 3)]), 1).sum() == 7

@@ -1,0 +1,532 @@
+"""The automatic choice: which rule fires on which class, what is told of it, and what restricts it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torture
+from click.testing import CliRunner, Result
+
+import intarsia as ia
+from intarsia.analysis.regions import Regions, regions_of
+from intarsia.analysis.structure import border_of, structure_of
+from intarsia.choosing.facts import Facts
+from intarsia.choosing.report import measurements
+from intarsia.choosing.rules import RULES
+from intarsia.choosing.score import Score, score
+from intarsia.choosing.trials import variants
+from intarsia.cli.again import options_of
+from intarsia.cli.app import cli
+from intarsia.exemplar import Exemplar
+from intarsia.lattice.lattice import Lattice
+from intarsia.methods.base import METHODS, method_class
+from intarsia.sourcemap import HOLE, identity
+from intarsia.testing import noise, texture
+
+CANVAS = ia.Canvas(200, 200)
+
+
+def choice_of(pixels: Any, canvas: ia.Canvas = CANVAS, **asked: Any) -> Any:
+    return ia.Auto(**asked).choose([pixels if isinstance(pixels, Exemplar) else Exemplar.of(pixels)], canvas)
+
+
+def speckle(height: int, width: int, seed: int = 3) -> np.ndarray:
+    """Noise without any element: whole numbers only."""
+    return (noise(height, width, seed) >> np.uint64(56)).astype(np.uint8)
+
+
+def picture(name: str) -> np.ndarray:
+    return np.asarray(getattr(torture, name)())
+
+
+CLASSES = {
+    "brick_colours": {"rows", "periods"},
+    "weave": {"rows", "periods", "equal-periods"},
+    "checkerboard": {"equal-periods"},
+    "constant": {"one-colour"},
+    "stripes": {"rows", "periods", "equal-periods"},
+    "noise_pink": {"mixed", "turnable", "elements", "repeats-show", "grain"},
+    "pebbles_black": {"mixed", "turnable", "elements", "repeats-show", "grain"},
+    "noise_white": {"mixed", "turnable", "elements", "repeats-show", "grain"},
+}
+
+
+class TestRules:
+    def test_every_rule_names_a_method_and_says_why(self) -> None:
+        assert len({r.name for r in RULES}) == len(RULES)
+        assert {r.method for r in RULES} <= set(METHODS)
+        methods = {"near-regular", "best-tile", "image-quilting", "segment-based", "graphcut", "parallel-controllable"}
+        assert methods <= {r.method for r in RULES}
+        assert all(r.when for r in RULES)
+        assert [r.name for r in RULES[-2:]] == ["patches", "endless"]  # these hold for everything
+
+    @pytest.mark.parametrize("name", list(CLASSES))
+    def test_classes_are_told_apart(self, name: str) -> None:
+        found = choice_of(picture(name))
+        assert found.rule in CLASSES[name], found.why
+        assert found.why
+
+    def test_a_brick_wall_leads_to_near_regular_and_its_lattice(self) -> None:
+        found = choice_of(picture("brick_colours"))
+        assert found.method.slug == "near-regular"
+        assert found.method.lattice == found.decided["lattice"]
+
+    def test_noise_is_mixed_in_pieces_of_every_size(self) -> None:
+        found = choice_of(speckle(96, 96))
+        assert (found.rule, found.method.slug) == ("mixed", "parallel-controllable")
+        assert found.facts.lattice is None
+
+    def test_a_large_exemplar_is_not_analysed_for_corrections(self) -> None:
+        assert choice_of(speckle(96, 2730)).rule == "mixed"
+        assert choice_of(speckle(96, 2731)).method.slug == "graphcut"
+
+    def test_a_canvas_that_is_vast_is_quilted(self) -> None:
+        found = choice_of(speckle(96, 96), ia.Canvas(2048, 2049))
+        assert (found.rule, found.method.slug) == ("patches", "image-quilting")
+        assert any("minutes" in why for why in found.why)
+        assert choice_of(speckle(96, 96), ia.Canvas(2048, 2048)).rule == "mixed"
+
+    def test_patches_are_turned_only_where_that_keeps_the_look(self) -> None:
+        turned = []
+        for pixels in (picture("pebbles_black"), speckle(96, 96)):
+            found = choice_of(pixels, given={"placement": "sub"})
+            assert found.method.slug == "graphcut"
+            turned.append(found.method.isometries != "none")
+            assert turned[-1] == ({0, 5, 6, 7} <= set(found.facts.symmetry))
+        assert turned == [False, True]
+
+    def test_repeats_are_dear_where_there_are_few_elements(self) -> None:
+        few, many = (choice_of(p, given={"placement": "sub"}) for p in (picture("noise_pink"), speckle(96, 96)))
+        assert few.facts.elements < 12 < many.facts.elements
+        assert (few.method.slug, many.method.slug) == ("graphcut", "graphcut")
+        assert few.method.usage == few.decided["usage"] == 0.3
+        assert many.method.usage < 0.1
+
+    def test_elements_that_lie_loosely_are_not_cut_by_a_lattice(self) -> None:
+        facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)
+        sure = facts.lattices.accepted
+        assert sure is not None
+        two = replace(sure, vectors=((0, 8 * 256), (20 * 256, 0)), residual=1.5)
+        for share, kind in ((0.5, None), (0.7, "2-D")):
+            known = Facts(facts.exemplars, CANVAS)
+            vars(known)["lattices"] = replace(facts.lattices, accepted=replace(two, repeats=share))
+            assert (known.lattice and known.lattice.kind) == kind
+            assert known.ordered == (kind is None)
+
+    def test_a_hint_of_rows_is_order(self) -> None:
+        """Three rows that agree 0.045 better than what lies between them, accepted or not."""
+        facts = Facts([Exemplar.of(speckle(96, 96))], CANVAS)
+        row = Lattice(((20 * 256, 0),), 0.1, 0.1, 5, 0.1)
+        for contrast, points, ordered in ((0.05, 3, True), (0.04, 3, False), (0.05, 2, False)):
+            known = Facts(facts.exemplars, CANVAS)
+            ranked = (replace(row, contrast=contrast, points=points),)
+            vars(known)["lattices"] = replace(facts.lattices, accepted=None, ranked=ranked)
+            assert known.ordered == ordered
+
+    def test_elements_must_end_in_ten_of_twelve_directions_to_be_counted(self) -> None:
+        """A slow change of tone hides them: then nothing is said of their number, and fine grain is looked for."""
+        speckled = Facts([Exemplar.of(speckle(96, 96))], CANVAS)
+        for found, counts in ((12, True), (10, True), (9, False), (7, False)):
+            known = Facts(speckled.exemplars, CANVAS)
+            vars(known)["element"] = replace(speckled.element, size=20, found=found)
+            vars(known)["segment"] = (8, 2)
+            holds = {r.name for r in RULES if r.holds(known)}
+            assert ("turnable" in holds) == counts
+            assert ("grain" in holds) == (not counts)
+
+    def test_two_vectors_are_taken_where_rows_are_surer_and_hold_them(self) -> None:
+        facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)
+        sure = facts.lattices.accepted
+        assert sure is not None
+        rows = replace(sure, vectors=((20 * 256, 0),))
+        for vectors, kind in ((((0, 16 * 256), (20 * 256, 100)), "2-D"), (((0, 16 * 256), (30 * 256, 0)), "1-D")):
+            for verdict in ("sure", "refused"):
+                two = replace(sure, vectors=vectors, verdict=verdict, residual=0.1)
+                known = Facts(facts.exemplars, CANVAS)
+                vars(known)["lattices"] = replace(facts.lattices, accepted=rows, ranked=(rows, two))
+                assert known.lattice is not None
+                assert known.lattice.kind == (kind if verdict == "sure" else "1-D")
+
+    def test_the_first_rule_that_holds_leads_and_nothing_else_is_measured(self) -> None:
+        found = choice_of(picture("brick_colours"))
+        assert "symmetry" not in vars(found.facts)
+        assert "segment" not in vars(found.facts)
+
+    def test_the_same_exemplar_gives_the_same_choice(self) -> None:
+        first, second = choice_of(texture(90, 80, 3)), choice_of(texture(90, 80, 3))
+        assert first.method == second.method
+        assert (first.rule, first.why) == (second.rule, second.why)
+
+    def test_8_bit_16_bit_and_float_give_the_same_choice(self) -> None:
+        pixels = texture(90, 80, 3)
+        deep = choice_of(pixels.astype(np.uint16) * 257)
+        assert deep.method == choice_of(pixels).method
+
+
+class TestAsked:
+    def test_a_parameter_restricts_the_choice(self) -> None:
+        wall = picture("brick_colours")
+        assert choice_of(wall, given={"patch": 20}).method.slug == "image-quilting"
+        assert choice_of(speckle(96, 96), given={"patch": 20}).method.slug == "graphcut"
+        assert choice_of(wall, given={"tolerance": 0.2}).method.slug == "image-quilting"
+        assert choice_of(wall, given={"candidates": 3}).method.slug == "patch-sampling"
+        assert choice_of(wall, given={"jumps": 2}).method.slug == "ashikhmin"
+        assert choice_of(wall, given={"border": 8}).method.slug == "near-regular"
+        assert choice_of(wall, given={"border": 8}).method.border == 8
+
+    def test_a_patch_that_cannot_be_turned_is_laid_upright(self) -> None:
+        found = choice_of(speckle(96, 96), given={"patch": (20, 30)})
+        assert (found.method.slug, found.method.patch) == ("graphcut", (20, 30))
+        assert found.method.isometries == "none"
+
+    def test_parameters_that_no_method_has_together_are_refused(self) -> None:
+        with pytest.raises(ia.ParameterError, match="no method has all of"):
+            ia.Auto(given={"jumps": 1, "candidates": 2})
+
+    def test_a_value_that_no_method_allows_is_refused_as_it_would_be(self) -> None:
+        with pytest.raises(ia.ParameterError, match="tolerance=-1"):
+            ia.Auto(given={"tolerance": -1})
+        with pytest.raises(ia.ParameterError, match="patch=700 is larger"):
+            choice_of(texture(60, 60, 3), given={"patch": 700})
+
+    @pytest.mark.parametrize("trials", [0, -1, 65, True, 2.5])
+    def test_trials_are_checked(self, trials: Any) -> None:
+        with pytest.raises(ia.ParameterError, match="trials="):
+            ia.Auto(trials=trials)
+
+    def test_a_start_map_a_guide_and_several_exemplars_lead_to_methods_that_can(self) -> None:
+        e = Exemplar.of(picture("brick_colours"))
+        held = np.zeros((e.height, e.width), np.uint8)
+        held[:20] = HOLE
+        started = ia.Canvas(e.height, e.width, start=replace(identity([e.source], 0), which=held))
+        assert choice_of(e, started).rule == "begun-lattice"
+        assert choice_of(e, replace(started, rim=0)).rule == "begun"
+        both = ia.Auto().choose([e, Exemplar.of(picture("brick_colours"))], CANVAS)
+        assert (both.rule, both.method.slug) == ("several", "image-quilting")
+
+    def test_a_picture_to_look_like_is_followed_pixel_by_pixel(self) -> None:
+        pixels = picture("brick_colours")
+        e, gray = Exemplar.of(pixels), np.ascontiguousarray(np.asarray(pixels)[:, :, 0])
+        for kind, rule, slug in (
+            (ia.Kind.DATA, "transfer", "parallel-controllable"), (ia.Kind.LABEL, "guided", "image-quilting")
+        ):  # fmt: skip
+            beside = ia.Plane(gray // 128 if kind is ia.Kind.LABEL else gray, kind)
+            found = choice_of(e, ia.Canvas(e.height, e.width, guide=ia.Guide(beside, beside)))
+            assert (found.rule, found.method.slug) == (rule, slug)
+        guide = ia.Guide([ia.Plane(gray, ia.Kind.DATA)] * 2, ia.Plane(gray, ia.Kind.DATA))
+        several = ia.Auto().choose([e, Exemplar.of(pixels)], ia.Canvas(e.height, e.width, guide=guide))
+        assert several.rule == "guided"
+
+    def test_a_wrapped_canvas_that_no_period_fits_falls_to_the_next_method(self) -> None:
+        tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (5, 5))
+        made = ia.synthesize(tile, (101, 101), "auto", wrap="both")
+        assert made.map.yx.shape == (101, 101, 2)
+        assert not made.map.holes.any()
+
+    def test_what_is_healed_is_never_searched_for_a_lattice(self) -> None:
+        e = Exemplar.of(picture("brick_colours"))
+        held = np.zeros((e.height, e.width), np.uint8)
+        held[:20] = HOLE
+        start = replace(identity([e.source], 0), which=held)
+        found = choice_of(e, ia.Canvas(e.height, e.width, start=start, rim=0))
+        assert "lattices" not in vars(found.facts)
+
+
+class TestSynthesis:
+    def test_the_recipe_names_the_method_and_replays_without_auto(self) -> None:
+        pixels = texture(70, 64, 3)
+        made = ia.synthesize(pixels, 100, "auto", seed=4)
+        assert made.recipe["method"] == made.method.slug != "auto"
+        assert made.recipe["auto"]["rule"] == made.choice.rule
+        again = ia.synthesize(pixels, 100, made.method, seed=4)
+        assert again.map.digest == made.map.digest
+        assert again.choice is None
+        assert "auto" not in again.recipe
+
+    def test_extending_and_healing_choose_what_they_chose_before(self) -> None:
+        pixels = texture(60, 60, 3)
+        hole = np.zeros((60, 60), bool)
+        hole[20:30, 25:40] = True
+        assert ia.heal(pixels, hole, "auto").map.digest == ia.heal(pixels, hole, "image-quilting").map.digest
+        margins = ia.Margins(right=20)
+        plain = ia.extend(pixels, margins, ia.ImageQuilting())
+        assert ia.extend(pixels, margins, "auto").map.digest == plain.map.digest
+
+    def test_warnings_are_notes_of_the_run(self) -> None:
+        run = ia.Run()
+        ia.synthesize(texture(20, 20, 3), 40, "auto", run=run)
+        assert any("only 20 px" in note for note in run.notes)
+
+
+class TestTrials:
+    def test_the_best_score_is_kept_and_can_be_repeated(self) -> None:
+        pixels = texture(70, 64, 3)
+        made = ia.synthesize(pixels, 120, ia.Auto(trials=5), seed=1)
+        totals = [s.total for s in made.trials]
+        assert 1 < len(totals) <= 5
+        element = made.choice.facts.element.size
+        assert score(made.exemplars, made.map, element).total == min(totals)
+        again = ia.synthesize(pixels, 120, made.method, seed=made.recipe["seed"])
+        assert again.map.digest == made.map.digest
+
+    def test_more_trials_are_never_worse_by_the_score(self) -> None:
+        pixels = texture(70, 64, 3)
+        few, many = (ia.synthesize(pixels, 120, ia.Auto(trials=n), seed=1) for n in (2, 6))
+        assert min(s.total for s in many.trials) <= min(s.total for s in few.trials)
+
+    def test_what_was_asked_for_is_never_varied(self) -> None:
+        found = choice_of(texture(70, 64, 3), given={"patch": 20, "context": 0.5}, trials=8)
+        tried = variants(found, CANVAS, 3)
+        assert {m.patch for m, _ in tried} == {20}
+        assert {m.context for m, _ in tried} == {0.5}
+        assert len({seed for _, seed in tried}) == 8
+        assert tried[0] == (found.method, 3)
+
+    def test_a_method_without_chance_is_made_once(self) -> None:
+        tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (6, 6))
+        found = choice_of(tile, trials=5)
+        assert found.method.slug == "best-tile"
+        assert len(variants(found, CANVAS, 0)) == 1
+
+
+def moved(e: Exemplar, yx: np.ndarray) -> ia.SourceMap:
+    return ia.SourceMap(yx.astype(np.int32), None, None, (e.source,), ia.Wrap.NONE, ia.Blend(0))
+
+
+class TestRegions:
+    def test_two_kinds_of_windows_lie_apart_each_in_one_piece(self) -> None:
+        """They explain 62 % of the differences, 90 % of neighbours are alike, and the smaller holds a fifth."""
+        assert Regions(0.63, 0.91, 0.21).two
+        for two in (Regions(0.6, 0.95, 0.4), Regions(0.8, 0.88, 0.4), Regions(0.8, 0.95, 0.18)):
+            assert not two.two
+
+    def test_one_texture_that_grows_darker_is_not_two(self) -> None:
+        """Halved anywhere, a slope explains much: not as much as two textures do."""
+        y, x = np.mgrid[:160, :160]
+        pixels = (80 + 0.25 * x + 0.1 * y + speckle(160, 160) // 2).clip(0, 255).astype(np.uint8)
+        found = regions_of(Facts([Exemplar.of(pixels)], CANVAS).picture, None)
+        assert 0.3 < found.apart < 0.62
+        assert not found.two
+
+
+class TestScore:
+    """Each blind spot of a score by windows alone has its own term."""
+
+    def test_every_term_counts(self) -> None:
+        """Ten times the share of copies, or a twentieth of a blur, is as bad as windows that are nowhere alike."""
+        terms = {"strange": 1.0, "lost": 1.0, "seams": 1.0, "copies": 10.0, "blur": 0.05}
+        for name, value in terms.items():
+            assert Score(**{**dict.fromkeys(terms, 0.0), name: value}).total == pytest.approx(1)
+
+    def test_of_two_outputs_the_one_that_copies_less_is_better(self, exemplar: Exemplar) -> None:
+        """One strip again and again fits as well as the whole does, and is left for it by its copies alone."""
+        y, x = np.mgrid[:96, :96]
+        again = score([exemplar], moved(exemplar, np.dstack([y, x])), 12)
+        copied = replace(again, copies=score([exemplar], moved(exemplar, np.dstack([y % 48, x])), 12).copies)
+        assert copied.copies > again.copies
+        assert copied.total > again.total
+
+    @pytest.fixture
+    def exemplar(self) -> Exemplar:
+        return Exemplar.of(texture(96, 96, 3))
+
+    def test_the_exemplar_itself_is_best(self, exemplar: Exemplar) -> None:
+        whole = score([exemplar], identity([exemplar.source], 0), 12)
+        shards = np.indices((96, 96)).transpose(1, 2, 0)
+        broken = shards[(np.arange(96) * 37) % 96]
+        assert whole.strange == whole.lost == whole.seams == whole.blur == 0
+        worse = score([exemplar], moved(exemplar, broken), 12)
+        assert worse.strange > 0.05
+        assert worse.seams > 0.1
+        assert worse.total > whole.total
+
+    def test_one_smooth_place_again_and_again_is_lost_blurred_and_copied(self, exemplar: Exemplar) -> None:
+        one = np.broadcast_to(np.array((40, 40)), (96, 96, 2))
+        told = score([exemplar], moved(exemplar, one), 12)
+        assert told.blur > 0.9
+        assert told.lost > 0.3
+        assert told.copies > 10
+
+    def test_copies_of_a_whole_part_are_seen(self, exemplar: Exemplar) -> None:
+        y, x = np.mgrid[:96, :96]
+        twice = score([exemplar], moved(exemplar, np.dstack([y % 48, x % 48])), 12)
+        assert twice.copies > score([exemplar], moved(exemplar, np.dstack([y, x])), 96).copies
+
+    def test_a_step_of_tone_costs_seams(self) -> None:
+        y, x = np.mgrid[:96, :96]
+        slope = Exemplar.of((texture(96, 96, 3) // 8 + (x * 2)[:, :, None]).astype(np.uint8))
+        even = np.dstack([y, np.minimum(x, 95)])
+        stepped = np.dstack([y, np.where(x < 48, x, x - 48)])
+        assert score([slope], moved(slope, stepped), 12).seams > score([slope], moved(slope, even), 12).seams + 0.01
+
+
+class TestMeasurements:
+    def test_two_textures_side_by_side_are_seen_and_one_is_not(self) -> None:
+        left, right = speckle(96, 48) // 4, 180 + speckle(96, 48) // 16
+        two = np.hstack([left, right]).astype(np.int16)[:, :, None]
+        assert regions_of(two, None).two
+        assert not regions_of(texture(96, 96, 3).astype(np.int16), None).two
+
+    def test_structure_tells_direction(self) -> None:
+        x = np.mgrid[:64, :64][1]
+        down = structure_of(((x % 8) * 20).astype(np.int16)[:, :, None], None)
+        assert down.coherence == pytest.approx(1)
+        assert down.angle == pytest.approx(90)
+        assert structure_of(speckle(64, 64).astype(np.int16)[:, :, None], None).coherence < 0.1
+
+    def test_a_tileable_exemplar_is_seen(self) -> None:
+        y, x = np.mgrid[:64, :64]
+        assert border_of(speckle(64, 64).astype(np.int16)[:, :, None], None).closed
+        assert not border_of((x + y).astype(np.int16)[:, :, None], None).closed
+
+    def test_every_measurement_has_a_value_a_confidence_and_words(self) -> None:
+        for pixels in (picture("brick_colours"), texture(60, 64, 3), picture("constant"), picture("tiny")):
+            told = measurements(Facts([Exemplar.of(pixels)], CANVAS))
+            assert {"lattice", "variation", "elements", "structure", "symmetry", "border", "size", "kind"} <= set(told)
+            for m in told.values():
+                assert 0 <= m.confidence <= 1
+                assert m.says
+            json.dumps({k: m.as_dict() for k, m in told.items()}, allow_nan=False)
+
+    def test_a_large_exemplar_is_measured_reduced_and_says_so(self) -> None:
+        facts = Facts([Exemplar.of(np.tile(texture(128, 128, 3), (9, 9, 1)))], CANVAS)
+        assert facts.reduction == 3
+        assert facts.small.height == 384
+        assert "1/3" in measurements(facts)["reduced"].says
+
+    def test_names_are_told_from_light(self) -> None:
+        assert Facts([Exemplar.of(picture("labels"))], CANVAS).names
+        assert not Facts([Exemplar.of(texture(60, 64, 3))], CANVAS).names
+
+
+class TestWarnings:
+    @pytest.mark.parametrize(
+        ("make", "words"),
+        [
+            (lambda: texture(20, 24, 3), "only 20 px"),
+            (lambda: np.hstack([speckle(160, 80) // 4, 180 + speckle(160, 80) // 16]).astype(np.uint8), "two textures"),
+        ],
+    )
+    def test_exemplars_that_cannot_work_are_told_of(self, make: Callable[[], np.ndarray], words: str) -> None:
+        assert any(words in w for w in choice_of(make()).warnings)
+
+    def test_a_good_exemplar_has_none(self) -> None:
+        assert choice_of(picture("brick_colours")).warnings == ()
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    ia.write("wall.png", picture("brick_colours"))
+    ia.write("blobs.png", texture(90, 80, 3))
+    return tmp_path
+
+
+def run(*args: object, code: int = 0) -> Result:
+    result = CliRunner().invoke(cli, [str(a) for a in args])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+@pytest.mark.usefixtures("folder")
+class TestCommands:
+    def test_explain_tells_measurements_rule_method_and_command(self) -> None:
+        said = run("grow", "wall.png", "-mauto", "-o", "out.png", "--size", 150, "--explain").stderr
+        for word in ("lattice", "elements", "rule", "method", "parameters", "command"):
+            assert f"\n{word} " in said
+        assert "near-regular" in said
+
+    @pytest.mark.parametrize("exemplar", ["wall.png", "blobs.png"])
+    def test_the_command_repeats_the_picture_without_auto(self, exemplar: str) -> None:
+        asked = ("-mauto", "--size", "150x140", "--trials", 3, "--wrap", "x")
+        done = run("grow", exemplar, *asked, "-o", "out.png", "--json")
+        told = json.loads(done.stdout)
+        words = shlex.split(told["auto"]["command"])
+        assert words[:2] == ["intarsia", "grow"]
+        assert words[words.index("--method") + 1] == told["method"]
+        run(*words[1:], "--force")
+        first = np.asarray(ia.read("out.png").base.pixels)
+        run("grow", exemplar, "-mauto", "-o", "auto.png", "--size", "150x140", "--trials", 3, "--wrap", "x")
+        assert (np.asarray(ia.read("auto.png").base.pixels) == first).all()
+
+    def test_json_holds_the_choice_and_measurements_if_asked(self) -> None:
+        plain = json.loads(run("grow", "wall.png", "-mauto", "-o", "a.png", "--json", "--size", 140).stdout)["auto"]
+        assert set(plain) == {"rule", "why", "command"}
+        told = run("grow", "wall.png", "-mauto", "-o", "b.png", "--json", "--explain", "--trials", 2).stdout
+        full = json.loads(told)["auto"]
+        assert set(full) == {"rule", "why", "command", "measurements", "scores"}
+        assert len(full["scores"]) == 2
+        assert {"value", "confidence", "says"} == set(full["measurements"]["lattice"])
+
+    def test_dry_run_explains_without_growing(self) -> None:
+        said = run("grow", "wall.png", "-mauto", "-o", "out.png", "--explain", "--dry-run").stderr
+        assert "rule" in said
+        assert not Path("out.png").exists()
+
+    def test_an_option_restricts_the_choice(self) -> None:
+        told = json.loads(run("grow", "wall.png", "-mauto", "-o", "out.png", "--patch", 20, "--json").stdout)
+        assert told["method"] == "image-quilting"
+        assert told["parameters"]["patch"] == 20
+
+    @pytest.mark.parametrize(
+        "args",
+        [
+            "--jumps 1 --candidates 2",
+            "--trials 0",
+            "--method image-quilting --trials 2",
+            "--method repeat --explain",
+            "--tolerance -1",
+            "--patch 700",
+        ],
+    )
+    def test_errors_are_one_line(self, args: str) -> None:
+        result = run("grow", "wall.png", "-o", "out.png", *args.split(), code=2)
+        assert result.stderr.startswith("intarsia: ")
+        assert result.stderr.count("\n") == 1
+        assert not Path("out.png").exists()
+
+    def test_the_method_is_part_of_the_name(self) -> None:
+        run("grow", "wall.png", "-mauto", "-o", "{method}.png", "--size", 140)
+        assert Path("near-regular.png").exists()
+
+    def test_analyze_suggests_what_auto_chooses(self) -> None:
+        for name in ("wall.png", "blobs.png"):
+            found = json.loads(run("analyze", name, "--json").stdout)["suggested"]
+            made = json.loads(run("grow", name, "-mauto", "-o", f"grown_{name}", "--json").stdout)
+            assert (found["rule"], found["method"]) == (made["auto"]["rule"], made["method"])
+
+    def test_replay_follows_the_recipe(self) -> None:
+        run("grow", "blobs.png", "-mauto", "-o", "out.png", "--trials", 3)
+        run("replay", "out.png", "-o", "again.png", "-e", "blobs.png")
+        assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
+
+
+def test_the_page_lists_every_rule() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "auto.md").read_text(encoding="utf-8")
+    for rule in RULES:
+        assert f"| `{rule.name}` | {rule.when} | `{rule.method}` |" in text
+
+
+def test_options_give_the_same_method() -> None:
+    from intarsia.params import parameters, parse
+
+    for slug in METHODS:
+        cls = method_class(slug)
+        names = {p.name: p for p in parameters(cls)}
+        given = {"lattice": ((12.5, 0.25), (3.0, 9.75))} if "lattice" in names else {}
+        given |= {"snap": "on", "angle": 12.5, "zoom": 2} if "snap" in names else {}
+        given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
+        method = cls(**given)
+        words = options_of(method, {})
+        read = {}
+        for option, text in zip(words[::2], words[1::2], strict=True):
+            name = option[2:].replace("-", "_")
+            read[name] = parse(names[name], text)
+        assert cls(**read) == method

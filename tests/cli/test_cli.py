@@ -1,0 +1,412 @@
+"""The command line does what the library does, writes all files or none, and imports little before it must."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from numpy.typing import NDArray
+
+import intarsia as ia
+from intarsia import files
+from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli.commands.grow import SAMPLES
+from intarsia.image import Transfer
+from intarsia.methods.base import METHODS
+
+
+def run(*args: object, code: int = 0, data: bytes | None = None) -> Result:
+    result = CliRunner().invoke(cli, [str(a) for a in args], input=data)
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def answer(*args: object) -> dict[str, Any]:
+    told: dict[str, Any] = json.loads(run(*args, "--json").stdout)
+    return told
+
+
+def pixels(path: Path) -> NDArray[Any]:
+    return files.read_plane(path).pixels
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows, columns = np.mgrid[:40, :48]
+    noise = (rows * 7919 + columns * 104729 + rows * columns * 31) % 65521
+    colour = np.stack([noise, noise // 2, 65535 - noise], axis=2).astype(np.uint16)
+    files.write("deep.png", ia.Plane(colour))
+    files.write("a.png", ia.Plane((colour // 257).astype(np.uint8)))
+    files.write("b.png", ia.Plane((colour[::-1] // 257).astype(np.uint8)))
+    files.write("n.png", ia.Plane(np.full((40, 48, 3), [128, 128, 255], np.uint8)))
+    height = (noise / 65521).astype(np.float16)
+    files.write("h.exr", ia.Plane(height, ia.Kind.DATA, Transfer.LINEAR))
+    mask = np.full((40, 48), 255, np.uint8)
+    mask[:10] = 0
+    files.write("mask.png", ia.Plane(mask))
+
+
+GROW = ("grow", "a.png", "-q", "--size", "64x50", "--patch", "12")
+
+
+class TestListings:
+    def test_help_names_every_command_and_the_completion(self) -> None:
+        text = run("--help").stdout
+        assert all(name in text for name in COMMANDS)
+        assert "_INTARSIA_COMPLETE=bash_source" in text
+        assert run().stdout == text
+
+    @pytest.mark.parametrize("name", list(COMMANDS))
+    def test_every_command_has_help(self, name: str) -> None:
+        assert run(name, "-h").stdout.startswith("Usage: ")
+
+    def test_grow_lists_the_samples_and_the_parameters_of_all_methods(self) -> None:
+        text = run("grow", "--help").stdout
+        assert sorted(SAMPLES) == files.sample_names()
+        assert all(f"sample:{name}" in text for name in SAMPLES)
+        for entry in json.loads(run("methods", "--json").stdout):
+            assert all(f"--{p['name'].replace('_', '-')} " in text for p in entry["parameters"])
+
+    def test_version(self) -> None:
+        assert run("--version").stdout == f"intarsia {ia.__version__}\n"
+
+    def test_methods(self) -> None:
+        entries = json.loads(run("methods", "--json").stdout)
+        assert [e["slug"] for e in entries] == list(METHODS)
+        assert {"slug", "paper", "supports", "parameters"} <= set(entries[0])
+        assert {"name", "kind", "default", "low", "high", "unit", "choices", "help"} == set(entries[0]["parameters"][0])
+        assert len(run("methods").stdout.splitlines()) == len(METHODS)
+        assert "--patch" in run("methods", "image-quilting").stdout
+        assert len(json.loads(run("methods", "image-quilting", "--json").stdout)) == 1
+
+    def test_listings_and_usage_errors_import_nothing_heavy(self) -> None:
+        script = """
+import os, sys
+from click.testing import CliRunner
+from intarsia.cli.app import cli
+from intarsia.cli.app import COMMANDS
+calls = [["--help"], *([name, "-h"] for name in COMMANDS), *([name, "--frobnicate"] for name in COMMANDS),
+         ["methods"], ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
+         ["grow", "a", "-o", "b", "--size", "x"], ["grow", "a.png", "-o", "b.png", "--patch", "0"],
+         ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"],
+         ["analyze"], ["analyze", "a.png", "--overlay", "nonsense=b.png"], ["analyze", "a.png", "--overlay", ""],
+         ["analyze", "a.png", "--overlay", "-", "--best-tile", "-"]]
+for call in calls:
+    assert CliRunner().invoke(cli, call).exit_code in (0, 2), call
+os.environ.update(_INTARSIA_COMPLETE="bash_complete", COMP_WORDS="intarsia grow --me", COMP_CWORD="2")
+result = CliRunner().invoke(cli, [])
+assert "--method" in result.stdout, result.stdout
+heavy = {"numpy", "numba", "scipy", "skimage", "PIL", "OpenImageIO", "rich"} & set(sys.modules)
+assert not heavy, heavy
+"""
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, done.stderr
+
+
+class TestGrow:
+    def test_makes_what_the_library_makes_and_replay_repeats_it_byte_for_byte(self) -> None:
+        more = ("--wrap", "both", "--overlap", 4, "--isometries", "180", "-m", "image-quilting")
+        run(*GROW, "-o", "out.png", "--seed", 5, *more)
+        method = ia.ImageQuilting(patch=12, overlap=4, isometries="180")
+        made = ia.synthesize("a.png", (50, 64), method, seed=5, wrap="both")
+        ia.write("library.png", made.render(), recipe=made.recipe_text)
+        run("replay", "out.png", "--exemplar", "a.png", "-o", "again.png")
+        data = Path("out.png").read_bytes()
+        assert data == Path("library.png").read_bytes()
+        assert data == Path("again.png").read_bytes()
+
+    def test_threads_never_change_a_byte(self) -> None:
+        run(*GROW, "-o", "one.png", "--threads", 1, "--feather", 3)
+        run(*GROW, "-o", "two.png", "--threads", 2, "--feather", 3)
+        assert Path("one.png").read_bytes() == Path("two.png").read_bytes()
+
+    def test_sixteen_bits_stay_and_every_pixel_is_one_of_the_exemplar(self) -> None:
+        run("grow", "deep.png", "-o", "out.png", "--patch", 10, "-q")
+        out, exemplar = pixels(Path("out.png")), pixels(Path("deep.png"))
+        assert out.dtype == np.uint16
+        assert out.shape == (80, 96, 3)
+        known = set(map(tuple, exemplar.reshape(-1, 3).tolist()))
+        assert set(map(tuple, out.reshape(-1, 3).tolist())) <= known
+
+    def test_further_planes_lie_beside_in_the_format_they_came_in(self) -> None:
+        told = answer(*GROW, "--map", "normal=n.png", "--map", "height=h.exr", "-o", "out.png", "--save-map", "m.npz",
+                      "--st-map", "st.exr")  # fmt: skip
+        assert [f["path"] for f in told["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz", "st.exr"]
+        assert pixels(Path("out_height.exr")).dtype == np.float16
+        st, smap = pixels(Path("st.exr")), ia.SourceMap.load("m.npz")
+        assert np.array_equal(st[:, :, :2], smap.st_map())
+        exemplar = pixels(Path("h.exr"))
+        assert np.array_equal(pixels(Path("out_height.exr")), exemplar[smap.yx[:, :, 0], smap.yx[:, :, 1]])
+        assert sorted(p.name for p in Path().iterdir() if p.name.startswith(".")) == []
+
+    def test_json_says_what_was_done(self) -> None:
+        told = answer("grow", "a.png", "-q", "-o", "out.png", "--size", "64x50", "--patch", "14x12", "--overlap", "3x4")
+        assert told["size"] == [64, 50]
+        assert told["parameters"]["patch"] == [14, 12]
+        assert (told["pitch"], told["footprint"]) == ([11, 8], [14, 12])
+        assert (told["seed"], told["method"], told["wrap"]) == (0, "image-quilting", "none")
+        assert told["warnings"] == []
+        assert {"read", "grow", "write", "total"} == set(told["timings"])
+        assert told["exemplars"][0]["size"] == [48, 40]
+
+    @pytest.mark.parametrize(
+        "options",
+        [
+            ["--tolerance", "0.3"],
+            ["--channel-weights", "0.2,0.7,0.1"],
+            ["--isometries", "0,1"],
+            ["--usage", "0"],
+            ["--min-repeat-distance", "1"],
+            ["--search", "exact"],
+            ["--seam", "gradient"],
+            ["--feather", "4", "--mixing", "variance"],
+            ["--mixing", "source", "--feather", "2"],
+            ["--mask", "mask.png"],
+            ["--toroidal"],
+            ["--crop", "4,2,30,32"],
+            ["--scale", "0.5", "--patch", "8"],
+            ["--wrap", "x"],
+            ["--method", "random-tiling"],
+            ["--depth", "16"],
+            ["--alpha", "channel"],
+            ["--debug"],
+        ],
+        ids=lambda o: o[0],
+    )
+    def test_every_option_and_its_replay(self, options: list[str]) -> None:
+        run(*GROW, "-o", "out.png", *options)
+        again = ["--mask", "mask.png"] if "--mask" in options else []
+        run("replay", "out.png", "-e", "a.png", "-o", "again.png", "-q", *again)
+        assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
+
+    def test_masked_and_avoided_pixels_never_appear(self) -> None:
+        exemplar = pixels(Path("a.png"))
+        run(*GROW, "--mask", "mask.png", "-o", "out.png", "--save-map", "m.npz")
+        assert ia.SourceMap.load("m.npz").yx[:, :, 0].min() >= 10
+        picture = exemplar.copy()
+        picture[5, 5] = 255, 0, 255
+        files.write("pink.png", ia.Plane(picture))
+        told = answer("grow", "pink.png", "-q", "--patch", 9, "--avoid", "#FF00FF", "-o", "out2.png")
+        assert told["warnings"] == []
+        assert not (pixels(Path("out2.png")) == [255, 0, 255]).all(axis=2).any()
+        assert "#010203" in answer(*GROW, "--avoid", "#010203", "-o", "out3.png")["warnings"][0]
+        run("replay", "out2.png", "-e", "pink.png", "-o", "again.png")
+        assert Path("again.png").read_bytes() == Path("out2.png").read_bytes()
+
+    def test_scale_averages_all_planes_in_their_own_way(self) -> None:
+        run("grow", "a.png", "--map", "height=h.exr", "--map", "normal=n.png", "--scale", "1/4", "--method", "repeat",
+            "--size", "12x10", "-q", "-o", "out.png")  # fmt: skip
+        height = pixels(Path("h.exr")).astype(np.float64).reshape(10, 4, 12, 4).mean(axis=(1, 3))
+        assert np.allclose(pixels(Path("out_height.exr")), height, atol=1e-3)
+        assert (pixels(Path("out_normal.png")) == [128, 128, 255]).all()
+        exemplar = ia.Exemplar.of(pixels(Path("a.png")))
+        light = np.where((v := exemplar.base.pixels / 255) <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
+        mean = light.reshape(10, 4, 12, 4, 3).mean(axis=(1, 3))
+        code = np.where(mean <= 0.0031308, 12.92 * mean, 1.055 * mean ** (1 / 2.4) - 0.055) * 255
+        assert np.abs(pixels(Path("out.png")) - code).max() < 0.51
+
+    def test_scale_drops_what_is_over_and_a_crop_hits_smaller_planes(self) -> None:
+        small = np.arange(20 * 24, dtype=np.uint8).reshape(20, 24)
+        files.write("small.png", ia.Plane(small))
+        run("grow", "a.png", "--map", "ao=small.png", "--crop", "4,2,20,10", "--method", "repeat", "--size", "20x10",
+            "-q", "-o", "out.png")  # fmt: skip
+        assert np.array_equal(pixels(Path("out.png")), pixels(Path("a.png"))[2:12, 4:24])
+        assert np.array_equal(pixels(Path("out_ao.png")), small[1:6, 2:12])
+        told = answer("grow", "a.png", "--scale", "1/7", "--method", "repeat", "-q", "-o", "seventh.png")
+        assert told["exemplars"][0]["size"] == [6, 5]
+
+    def test_stdin_and_stdout(self) -> None:
+        result = run("grow", "-", "-o", "-", "--patch", 12, "-q", data=Path("a.png").read_bytes())
+        run("grow", "a.png", "-o", "out.png", "--patch", 12, "-q")
+        assert result.stdout_bytes == Path("out.png").read_bytes()
+        assert result.stderr == ""
+
+    def test_dry_run_writes_nothing(self) -> None:
+        before = sorted(os.listdir())
+        told = answer(*GROW, "-o", "out.png", "--dry-run", "--overlap", 4)
+        assert told["dry_run"] is True
+        assert told["patches"] == 8 * 6
+        assert told["memory_mib"] > 0
+        assert "not written" in run("grow", "a.png", "-o", "out.png", "--dry-run").stderr
+        assert sorted(os.listdir()) == before
+
+    def test_force_replaces(self) -> None:
+        Path("out.png").write_bytes(b"old")
+        run(*GROW, "-o", "out.png", "--force")
+        assert pixels(Path("out.png")).shape == (50, 64, 3)
+
+    def test_recipes_lie_beside_formats_without_text(self) -> None:
+        run(*GROW, "-o", "out.bmp", "--seed", 3)
+        assert json.loads(Path("out.bmp.recipe.json").read_text())["seed"] == 3
+        run("replay", "out.bmp", "-e", "a.png", "-o", "again.bmp")
+        run("replay", "out.bmp.recipe.json", "-e", "a.png", "-o", "third.bmp")
+        assert Path("out.bmp").read_bytes() == Path("again.bmp").read_bytes() == Path("third.bmp").read_bytes()
+
+    def test_the_seed_is_always_told(self) -> None:
+        assert "seed 0" in run("grow", "a.png", "-o", "out.png").stderr
+        told = answer(*GROW, "--seed", "random", "-o", "out2.png")
+        run(*GROW, "--seed", told["seed"], "-o", "out3.png")
+        assert Path("out2.png").read_bytes() == Path("out3.png").read_bytes()
+
+    def test_progress_as_json_lines_never_goes_back(self) -> None:
+        result = run(*GROW, "-o", "out_{seed}.png", "--seeds", "1,2", "--progress", "json")
+        told = [json.loads(line)["fraction"] for line in result.stderr.splitlines()]
+        assert told == sorted(told)
+        assert told[-1] == 1.0
+
+    def test_progress_bar_on_a_terminal(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda self: True)
+        run("grow", "a.png", "-o", "out.png")
+        assert Path("out.png").exists()
+
+
+class TestSets:
+    def test_files_that_share_a_stem_are_one_set(self) -> None:
+        Path("a.png").rename("moss_albedo.png")
+        Path("n.png").rename("moss_normal.png")
+        result = run("grow", "moss_albedo.png", "moss_normal.png", "-o", "{stem}_big.png", "--patch", 12)
+        assert "one set of 2 maps" in result.stderr
+        assert Path("moss_big.png").exists()
+        assert Path("moss_big_normal.png").exists()
+        run("replay", "moss_big_normal.png", "-e", "moss_albedo.png", "-e", "moss_normal.png", "-o", "again.png", "-q")
+        assert Path("again_normal.png").read_bytes() == Path("moss_big_normal.png").read_bytes()
+
+    def test_several_exemplars_in_one_output(self) -> None:
+        told = answer(
+            "grow", "a.png", "b.png", "-o", "out.png", "--patch", 12, "--mask", "mask.png", "--mask", "mask.png"
+        )
+        assert len(told["exemplars"]) == 2
+        run(
+            "replay",
+            "out.png",
+            "-e",
+            "a.png",
+            "-e",
+            "b.png",
+            "--mask",
+            "mask.png",
+            "--mask",
+            "mask.png",
+            "-o",
+            "two.png",
+        )
+        assert Path("out.png").read_bytes() == Path("two.png").read_bytes()
+
+    def test_set_and_several_force_the_reading(self) -> None:
+        Path("a.png").rename("moss_albedo.png")
+        Path("n.png").rename("other_normal.png")
+        assert (
+            len(answer("grow", "moss_albedo.png", "other_normal.png", "--set", "--dry-run", "-o", "o.png")["files"])
+            == 2
+        )
+        Path("other_normal.png").rename("moss_ao.png")
+        told = answer("grow", "moss_albedo.png", "moss_ao.png", "--several", "--dry-run", "-o", "{stem}_o.png")
+        assert len(told["results"]) == 2
+
+    def test_batch_with_sheet(self) -> None:
+        told = answer("grow", "a.png", "b.png", "--patch", 12, "-o", "{stem}-{method}-{w}x{h}-{seed}.png",
+                      "--seeds", "1..2", "--sheet", "sheet.png", "--save-map", "{stem}{seed}.npz")  # fmt: skip
+        assert [r["files"][0]["path"] for r in told["results"]] == [
+            f"{s}-image-quilting-96x80-{n}.png" for s in "ab" for n in (1, 2)
+        ]
+        assert [r["seed"] for r in told["results"]] == [1, 2, 1, 2]
+        sheet = pixels(Path("sheet.png"))
+        assert sheet.shape == (2 * 80 + 3 * 8, 2 * 96 + 3 * 8, 3)
+        assert np.array_equal(sheet[8:88, 8:104], pixels(Path("a-image-quilting-96x80-1.png")))
+        assert told["sheet"] == "sheet.png"
+
+
+class TestRender:
+    def test_draws_what_was_grown_softer_in_part_and_with_other_planes(self) -> None:
+        run(*GROW, "-o", "out.png", "--save-map", "m.npz", "--feather", 2, "--wrap", "x")
+        run("render", "m.npz", "-e", "a.png", "-o", "again.png")
+        whole = pixels(Path("out.png"))
+        assert np.array_equal(pixels(Path("again.png")), whole)
+        told = answer("render", "m.npz", "-e", "a.png", "-o", "part.png", "--window", "-5,3,20,10")
+        assert told["window"] == [-5, 3, 20, 10]
+        assert np.array_equal(pixels(Path("part.png")), np.roll(whole, 5, axis=1)[3:13, :20])
+        run("render", "m.npz", "-e", "b.png", "--map", "height=h.exr", "-o", "b2.png", "--feather", 0, "--threads", 1)
+        smap = ia.SourceMap.load("m.npz")
+        assert np.array_equal(pixels(Path("b2.png")), pixels(Path("b.png"))[smap.yx[:, :, 0], smap.yx[:, :, 1]])
+        assert Path("b2_height.exr").exists()
+        run("render", "m.npz", "-e", "a.png", "-o", "{stem}_{w}.png", "--mixing", "variance", "--depth", "16")
+        assert pixels(Path("a_64.png")).dtype == np.uint16
+
+    def test_maps_of_samples_need_no_exemplar(self) -> None:
+        run("grow", "sample:tiles", "-o", "out.png", "--size", 40, "--save-map", "m.npz", "-q")
+        run("render", "m.npz", "-o", "again.png")
+        run("replay", "out.png", "-o", "third.png")
+        assert np.array_equal(pixels(Path("out.png")), pixels(Path("again.png")))
+        assert Path("out.png").read_bytes() == Path("third.png").read_bytes()
+
+
+class TestReplay:
+    def test_another_version_is_a_warning(self) -> None:
+        run(*GROW, "-o", "out.png")
+        recipe = files.read_recipe("out.png")
+        assert recipe is not None
+        Path("old.json").write_text(json.dumps(recipe | {"intarsia": "0.0.1"}))
+        result = run("replay", "old.json", "-e", "a.png", "-o", "again.png")
+        assert "made by intarsia 0.0.1" in result.stderr
+        assert np.array_equal(pixels(Path("out.png")), pixels(Path("again.png")))
+
+    def test_depth_is_repeated(self) -> None:
+        run("grow", "deep.png", "-o", "out.jpg", "--depth", 8, "--size", "30x20", "-q")
+        run("replay", "out.jpg", "-e", "deep.png", "-o", "again.jpg", "-q")
+        assert Path("out.jpg").read_bytes() == Path("again.jpg").read_bytes()
+
+
+def test_warm_up_grows_with_every_method() -> None:
+    assert "ready: grew" in run("warm-up").stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_leaves_no_file(number: int) -> None:
+    before = sorted(os.listdir())
+    args = ["grow", "a.png", "-o", "out.png", "--size", "3000", "--patch", "9", "--progress", "json", "--threads", "1"]
+    work = subprocess.Popen(
+        [sys.executable, "-m", "intarsia", *args], stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # a shell's background jobs ignore Ctrl-C
+    )  # fmt: skip
+    assert work.stderr is not None
+    while json.loads(line := work.stderr.readline() or "{}") and not 0 < json.loads(line)["fraction"] < 0.9:
+        pass
+    sent = time.monotonic()
+    work.send_signal(number)
+    rest = work.stderr.read()
+    assert work.wait(20) == 130
+    assert time.monotonic() - sent < 2  # 0.2 s of work; the rest is for slow machines
+    assert rest.splitlines()[-1].startswith("intarsia: stopped")
+    assert "Traceback" not in rest
+    assert sorted(os.listdir()) == before
+    work.stderr.close()
+
+
+def test_a_closed_pipe_is_no_error_to_talk_about() -> None:
+    work = subprocess.Popen(
+        [sys.executable, "-m", "intarsia", "grow", "a.png", "-o", "-", "-q", "--size", "400", "--method", "repeat"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    assert work.stdout is not None
+    assert work.stderr is not None
+    work.stdout.close()
+    assert work.stderr.read() == b""
+    assert work.wait(20) == 1
+    work.stderr.close()
+
+
+def test_only_the_picture_goes_to_stdout() -> None:
+    result = run("grow", "a.png", "-o", "-", "--patch", 12)
+    assert files.read_plane(io.BytesIO(result.stdout_bytes).read()).pixels.shape == (80, 96, 3)
+    assert "seed 0" in result.stderr

@@ -1,0 +1,90 @@
+"""Little memory: a work that does not fit is refused before it begins, and what is told is near what is taken."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from intarsia.errors import ResourceError
+
+linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="address spaces and /proc as of Linux")
+
+LIMITED = """
+import resource, sys
+limit = int(sys.argv.pop(1)) << 10
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+from intarsia.cli import main
+main()
+"""
+
+
+def grow(limit: int, *more: str) -> subprocess.CompletedProcess[str]:
+    """Run a command whose address space is limited to so many KiB, as `ulimit -v` does."""
+    words = ["grow", "sample:tiles", "-m", "repeat", *more]
+    around = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    return subprocess.run(
+        [sys.executable, "-c", LIMITED, str(limit), *words], env=around, capture_output=True, text=True, timeout=90,
+        check=False,
+    )  # fmt: skip
+
+
+@linux
+@pytest.mark.parametrize("limit", [250_000, 400_000, 500_000, 700_000])
+def test_an_address_space_in_which_libraries_hang_or_crash_is_refused_at_once(tmp_path: Path, limit: int) -> None:
+    done = grow(limit, "--size", "9000", "-o", str(tmp_path / "o.png"))
+    assert done.returncode == 1, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert f"address space is limited to {limit >> 10} MiB" in line
+    assert not list(tmp_path.iterdir())
+
+
+@linux
+def test_in_a_larger_one_small_work_is_done_and_large_work_refused_before_it_begins(tmp_path: Path) -> None:
+    done = grow(1_000_000, "--size", "60", "-o", str(tmp_path / "o.png"))
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "o.png").is_file()
+    done = grow(1_000_000, "--size", "16384", "-o", str(tmp_path / "p.png"))
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert "16384x16384 px" in line
+    assert "address space" in line
+    assert "--size" in line
+    assert not (tmp_path / "p.png").exists()
+
+
+@linux
+def test_help_needs_no_room() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED, "200000", "grow", "--help"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_what_is_surely_too_much_is_refused_and_what_may_fit_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    from intarsia.cli import memory
+
+    monkeypatch.setattr(memory, "_limits", lambda: iter([(1 << 40, "one has"), (1000 << 20, "another leaves")]))
+    memory.check_fits(1200 << 20, "a work")
+    with pytest.raises(ResourceError, match="a work takes about 1300 MiB of memory, and another leaves 1000 MiB"):
+        memory.check_fits(1300 << 20, "a work")
+
+
+def test_the_limits_of_control_groups_are_found_in_both_versions_and_in_every_group_above(tmp_path: Path) -> None:
+    from intarsia.cli import memory
+
+    own, root = tmp_path / "cgroup", tmp_path / "root"
+    own.write_text("7:blkio:/\n4:memory:/a/b\n0::/c/d\n")
+    old, new = root / "memory" / "a", root / "c" / "d"
+    for folder, values in (
+        (old, {"limit_in_bytes": "900", "usage_in_bytes": "500", "stat": "cache 1\ntotal_inactive_file 100\n"}),
+        (new, {"max": "max", "current": "5", "stat": "inactive_file 1\n"}),
+        (new.parent, {"max": "700", "current": "300", "stat": "inactive_file 50\n"}),
+    ):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in values.items():
+            (folder / f"memory.{name}").write_text(text)
+    assert list(memory._groups(root, own)) == [(900, 400), (700, 250)]

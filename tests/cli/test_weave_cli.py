@@ -1,0 +1,149 @@
+"""``intarsia weave``: giant pictures from the command line, refused in one line or gone on with."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from giant.giants import needs
+
+import intarsia as ia
+from intarsia.cli.app import cli
+from intarsia.files import read_plane
+from intarsia.testing import as_depth, texture
+
+LAID = ["--method", "near-regular", "--lattice", "20,0 0,17", "--block", "16", "--border", "4"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    ia.write(tmp_path / "wall.png", texture(80, 77, 3, 1))
+    ia.write(tmp_path / "wall_h.png", as_depth(texture(80, 77, 1, 2), "uint16"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(cli, ["weave", *words])
+
+
+def test_what_it_writes_is_what_the_library_draws(here: Path) -> None:
+    """All planes, in all formats, anywhere."""
+    asked = ["-o", "{stem}_{w}.tif", "--size", "150x90", "--origin", "-7,99", "--seed", "3", "--feather", "4", "--json"]
+    done = run("wall.png", "--map", "height=wall_h.png", *asked, *LAID)
+    assert done.exit_code == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert [f["path"] for f in told["files"]] == ["wall_150.tif", "wall_150_height.tif"]
+    assert (told["size"], told["origin"], told["seed"]) == ([150, 90], [-7, 99], 3)
+    method = ia.NearRegular(lattice=((20, 0), (0, 17)), block=16, border=4)
+    exemplar = ia.read("wall.png", height="wall_h.png")
+    woven = ia.weave(exemplar, method, 3, blend=ia.Blend(4))
+    assert (read_plane("wall_150.tif").pixels == woven[99:189, -7:143]).all()
+    height = read_plane("wall_150_height.tif").samples
+    assert (height == woven.plane("height")[99:189, -7:143].reshape(90, 150, 1)).all()
+    assert run("wall.png", "-o", "o", "--size", "64", "--quiet", *LAID).exit_code == 0
+    assert (read_plane("o/image_files/6/0_0.png").pixels == ia.weave("wall.png", method)[0:64, 0:64]).all()
+
+
+def test_zarr_by_processes_and_dask(here: Path) -> None:
+    zarr = needs("zarr")
+    needs("distributed")
+    for name, more in (("a", ["--executor", "processes"]), ("b", ["--dask", "local"])):
+        words = ["wall.png", "-o", f"{name}.zarr", "--size", "90", "--chunk", "32", "--threads", "2", *more, *LAID]
+        command = [sys.executable, "-m", "intarsia", "weave", "-q", *words]
+        assert subprocess.run(command, check=False).returncode == 0
+    one, two = (zarr.open_array(here / f"{name}.zarr", mode="r")[:] for name in "ab")
+    assert (one == two).all()
+    method = ia.NearRegular(lattice=((20, 0), (0, 17)), block=16, border=4)
+    assert (one == ia.weave("wall.png", method)[0:90, 0:90]).all()
+
+
+def test_a_dry_run_tells_size_memory_and_time_and_writes_nothing(here: Path) -> None:
+    before = sorted(os.listdir(here))
+    done = run("wall.png", "-o", "o.tif", "--size", "65536", "--dry-run", "--json", *LAID)
+    assert done.exit_code == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["pixels_bytes"] == 3 * 65536**2
+    assert told["cells"] == 4096
+    assert told["seconds"] > 1
+    assert told["memory_mib"] > 0  # of this process; test_estimate.py compares it with the peak of one of its own
+    assert "65536x65536 px, near-regular, seed 0, 12.9 GB of pixels, about" in done.stderr
+    assert sorted(os.listdir(here)) == before
+
+
+def test_progress_is_told_as_json(here: Path) -> None:
+    done = run("wall.png", "-o", "o", "--size", "1100", "--progress", "json", *LAID)
+    lines = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
+    assert [line["done"] for line in lines if line["stage"] == "weave"][-1] == 4
+    assert lines[-1]["fraction"] == 1.0
+
+
+REFUSED = [
+    (["-o", "o.png"], 2, "-o o.png: name a .zarr, a .tif, or a folder (without an ending) for tiles."),
+    (["-o", "-"], 2, "-o -: a giant picture does not fit into a pipe"),
+    (["-o", "o{colour}.tif"], 2, "{colour} is unknown"),
+    (["-o", "missing/o.tif"], 3, "the folder of missing/o.tif does not exist; make it first, or name another."),
+    (["-o", "o.tif", "--dask", "nowhere"], 2, "executor='nowhere' is unknown; give threads, processes, local, the tcp://"),
+    (["-o", "o.tif", "--dask", "local", "--executor", "threads"], 2, "--executor and --dask exclude each other"),
+    (["-o", "o.tif", "--origin", "1099511627776,0"], 2, "lie too far away; stay within 2**40 px."),
+    (["-o", "o.tif", "--method", "image-quilting"], 2, "'image-quilting' is not one of"),
+    (["-o", "o.tif", "--patch", "40"], 2, "No such option"),
+    (["-o", "o.tif", "--chunk", "40"], 2, "tile=40 is not allowed; give 16 to 4096 px, a multiple of 16."),
+    (["-o", "o.tif", "--size", "1e9"], 2, "1e9 is no size"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("words", "code", "message"), REFUSED)
+def test_bad_input_is_one_line(words: list[str], code: int, message: str, here: Path) -> None:
+    needs("distributed")
+    before = sorted(os.listdir(here))
+    done = run("wall.png", *([] if "--size" in words else ["--size", "64"]), *words)
+    assert done.exit_code == code, done.stderr
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert sorted(os.listdir(here)) == before
+
+
+def test_a_missing_extra_exits_with_5(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module, words in (("zarr", ["-o", "o.zarr"]), ("distributed", ["-o", "o.tif", "--dask", "local"])):
+        monkeypatch.setitem(sys.modules, module, None)
+        done = run("wall.png", "--size", "64", *words, *LAID)
+        assert done.exit_code == 5
+        assert done.stderr == f"intarsia: {module} is not installed; run: pip install 'intarsia[giant]'\n"
+
+
+def test_another_recipe_is_refused_and_a_woven_picture_is_not_replayed(here: Path) -> None:
+    assert run("wall.png", "-o", "o.tif", "--size", "64", "-q", *LAID).exit_code == 0
+    done = run("wall.png", "-o", "o.tif", "--size", "64", "--seed", "1", *LAID)
+    assert done.exit_code == 2
+    assert "o.tif holds another recipe (seed); name another place, or replace it with --force" in done.stderr
+    assert run("wall.png", "-o", "o.tif", "--size", "64", "--seed", "1", "-q", "--force", *LAID).exit_code == 0
+    again = CliRunner().invoke(cli, ["replay", "o.tif", "-o", "p.png", "--exemplar", "wall.png"])
+    assert again.exit_code == 3
+    assert "o.tif was woven; make it again with intarsia weave" in again.stderr
+
+
+def test_what_ctrl_c_stops_the_same_command_goes_on_with(here: Path) -> None:
+    words = [sys.executable, "-m", "intarsia", "weave", "wall.png", "--size", "1500", "--threads", "2", *LAID]
+    assert subprocess.run([*words, "-q", "-o", "whole.tif"], check=False).returncode == 0
+    begun = subprocess.Popen([*words, "-o", "o.tif"], stderr=subprocess.PIPE, text=True)
+    ledger = here / "o.tif.ledger"
+    while begun.poll() is None and (not ledger.exists() or ledger.read_bytes().count(b"\n") < 2):
+        time.sleep(0.01)
+    begun.send_signal(signal.SIGINT)
+    told = begun.communicate()[1]
+    if begun.returncode != 0:  # it may have been done already
+        assert begun.returncode == 130
+        assert told.splitlines()[-1] == "intarsia: stopped; the same command goes on where it was."
+    assert subprocess.run([*words, "-q", "-o", "o.tif"], check=False).returncode == 0
+    for ending in ("", ".ledger"):
+        assert (here / f"o.tif{ending}").read_bytes() == (here / f"whole.tif{ending}").read_bytes()
+    assert np.asarray(read_plane("o.tif")).shape == (1500, 1500, 3)

@@ -1,0 +1,292 @@
+"""parallel-controllable with numbers for every pixel: where it jitters, what of the exemplar stays as it is."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from methods.test_parallel_controllable import naive, toy
+from scipy.ndimage import label
+
+import intarsia as ia
+from intarsia import files
+from intarsia.cli.app import cli
+from intarsia.corrections.correction_kernels import Axis
+from intarsia.corrections.jitter import spread_over
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import Box
+from intarsia.run import Run
+from intarsia.testing.cases import texture
+
+ONE = Run(threads=1)
+FREE = ia.ParallelControllable(jitter=(0.3, 0.2, 0.5), passes=1)
+
+
+def waves(y: Any, x: Any) -> Any:
+    """Sixteenths, so that shares of the jitter are whole numbers."""
+    return (y + 2 * x) % 16 / 16
+
+
+def spots(y: Any, x: Any) -> Any:
+    return (3 * y + x) % 8 / 8
+
+
+def picture(height: int, width: int, deep: bool = False) -> Any:
+    y, x = np.mgrid[:height, :width]
+    return ((7 * y + 13 * x) % 256).astype(np.uint16) * 257 if deep else ((7 * y + 13 * x) % 256).astype(np.uint8)
+
+
+@pytest.mark.parametrize("toroidal", [False, True])
+@pytest.mark.parametrize(
+    "method",
+    [
+        replace(FREE, jitter_output=waves),
+        replace(FREE, jitter_exemplar=spots, neighbourhood="colour"),
+        replace(FREE, jitter_output=waves, jitter_exemplar=spots),
+        replace(FREE, jitter_output=0.25),
+        replace(FREE, feature="edges"),
+        replace(FREE, feature=spots, feature_weight=3.0, neighbourhood="colour"),
+    ],
+    ids=["output", "exemplar", "both", "number", "edges", "mask"],
+)
+def test_the_controls_do_what_the_plain_twin_says(method: ia.ParallelControllable, toroidal: bool) -> None:
+    e = toy(toroidal=toroidal)
+    twin = naive(method, e, 11)
+    twin.share = lambda p, u: _of(method.jitter_output, p) * _of(method.jitter_exemplar, u)
+    box = Box(-3, 1 << 33, 1, (1 << 33) + 5)
+    got = method.window([e], box, 11, ONE).yx
+    expected = [[twin.final(y, x) for x in range(box.x0, box.x1)] for y in range(box.y0, box.y1)]
+    assert got.tolist() == [[list(u) for u in row] for row in expected]
+
+
+def _of(given: Any, at: tuple[int, int]) -> float:
+    if given is None or isinstance(given, float):
+        return 1.0 if given is None else given
+    return float(given.value(*at))
+
+
+def test_shares_are_multiplied_and_rounded_to_the_nearest() -> None:
+    """Half of 3 / 4096 px is 2; as far as the map is wide, with parents and steps of any size."""
+    axes = [Axis(np.array([0, 0, 1]), np.array([-1, 1, 9]), np.array([4, 5, 6])), Axis(*np.zeros((3, 2), np.int64))]
+    parents = np.array([[[0, 2]], [[3, 0]]])
+    exemplar = np.arange(12).reshape(4, 3) * 300
+    output = np.array([[4096, 2048]] * 3)
+    got = spread_over(1 << 30, output, exemplar, parents, axes)
+    read = [exemplar[(a + s) % 4, b] for (a, b), s in zip([(0, 2), (0, 2), (3, 0)], (-1, 1, 9), strict=True)]
+    assert got.tolist() == [[(r << 30) // 4096, (r << 29) // 4096] for r in read]
+    assert spread_over(3, np.array([[2048]]), np.array([[4096]]), parents, axes).tolist() == [[2, 2]] * 3
+
+
+CONTROLS: list[dict[str, Any]] = [
+    {"jitter_output": waves},
+    {"jitter_output": picture(61, 53)},
+    {"jitter_exemplar": picture(70, 90, deep=True)},
+    {"jitter_output": picture(61, 53), "jitter_exemplar": spots},
+    {"feature": "edges", "feature_weight": 2},
+    {"feature": picture(70, 90), "neighbourhood": "colour"},
+]
+
+
+@pytest.mark.parametrize("values", CONTROLS, ids=["function", "picture", "exemplar", "both", "edges", "mask"])
+def test_windows_are_crops(values: dict[str, Any]) -> None:
+    """Across 0 and far away, where a picture's border goes on; threads change nothing."""
+    e, method = Exemplar.of(texture(70, 90, 3, 8)), ia.ParallelControllable(**values)
+    for y, x in ((-20, -31), (2**31 - 33, -(2**31) - 17)):
+        whole = method.window([e], Box(y, x, y + 90, x + 70), 5, ONE)
+        for part in (Box(11, 13, 75, 70), Box(0, 40, 33, 41), Box(89, 0, 90, 70)):
+            alone = method.window([e], Box(y + part.y0, x + part.x0, y + part.y1, x + part.x1), 5, ONE)
+            assert alone.digest == whole.window(part).digest
+        assert method.window([e], Box(y, x, y + 90, x + 70), 5, Run(threads=3)).digest == whole.digest
+    texture_ = ia.weave(e, method, 5)
+    assert (texture_[-20:70, -31:39] == texture_[-40:90, -60:60][20:110, 29:99]).all()
+    assert (pickle.loads(pickle.dumps(texture_))[0:40, 0:30] == texture_[0:40, 0:30]).all()
+
+
+@pytest.mark.parametrize("field", ["jitter_output", "jitter_exemplar"])
+def test_none_of_the_jitter_tiles_and_all_of_it_changes_nothing(field: str) -> None:
+    e = Exemplar.of(texture(37, 50, 3, 5), toroidal=True)
+    size = (80, 110) if field == "jitter_output" else (37, 50)
+    free = ia.synthesize(e, (80, 110), ia.ParallelControllable(), seed=3, run=ONE).map
+    for none in (0, np.zeros(size), np.zeros(size, np.uint8), lambda y, x: 0 * y * x):
+        still = ia.synthesize(e, (80, 110), ia.ParallelControllable(**{field: none}), seed=3, run=ONE).map.yx
+        y, x = np.mgrid[:80, :110]
+        assert (still == np.stack([y % 37, x % 50], axis=2)).all()
+        assert (still != free.yx).any()
+    for every in (1, np.ones(size), np.full(size, 65535, np.uint16), lambda y, x: 1):
+        method = ia.ParallelControllable(**{field: every})
+        assert ia.synthesize(e, (80, 110), method, seed=3, run=ONE).map.digest == free.digest
+
+
+@pytest.mark.parametrize("wrap", ["none", "both"])
+def test_it_jitters_where_the_picture_over_the_output_is_light(wrap: str) -> None:
+    """Left black, right white: the left half is the exemplar side by side, and not the right one."""
+    e = Exemplar.of(texture(64, 64, 3, 5), toroidal=True)
+    light = np.zeros((128, 256))
+    light[:, 128:] = 1
+    yx = ia.synthesize(e, (128, 256), ia.ParallelControllable(jitter_output=light), seed=3, wrap=wrap, run=ONE).map.yx
+    own = (yx == np.stack(np.mgrid[:128, :256], axis=2) % 64).all(axis=2)
+    assert own[:, 24:104].all()
+    assert own[:, 152:232].mean() < 0.2
+
+
+def test_dark_parts_of_the_exemplar_stay_as_they_are() -> None:
+    """Pieces are jittered, on the levels of 16 and 32 px, but the pixels of what comes from the dark half are not."""
+    e = Exemplar.of(texture(96, 96, 3, 5), toroidal=True)
+    light = np.ones((96, 96))
+    light[:, :48] = 0
+    fine = ia.ParallelControllable(jitter=(1, 1, 0), passes=0, jitter_exemplar=light)
+    yx = ia.synthesize(e, (192, 192), fine, seed=3, run=ONE).map.yx
+    y, x = np.mgrid[:192, :192] % 96
+    assert (yx[x < 48] == np.stack([y, x], axis=2)[x < 48]).all()
+    assert (yx[x >= 51] == np.stack([y, x], axis=2)[x >= 51]).all(axis=1).mean() < 0.1
+    pieces = replace(fine, jitter=(1, 1, 0, 0, 0.5, 0.5, 0))
+    yx = ia.synthesize(e, (192, 192), pieces, seed=3, run=ONE).map.yx
+    on = (yx[:, 1:] == yx[:, :-1] + (0, 1)).all(axis=2)
+    dark = (yx[:, 1:, 1] < 48) & (yx[:, :-1, 1] < 48)
+    assert on[dark].mean() > 0.9
+    assert on[~dark].mean() < 0.2
+
+
+def test_pictures_of_the_wrong_size_are_refused_before_work() -> None:
+    e = toy()
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"jitter_output": np.ones((30, 41))}, r"^the picture jitter_output is 41x30 px, the output 40x30; make them"),
+        ({"feature": picture(30, 40)}, r"^the picture feature is 40x30 px, the exemplar 18x21; make them equal"),
+        ({"feature": np.ones((21, 18))}, r"^feature is light everywhere, and so has no outline; paint white what"),
+        ({"feature": np.zeros((21, 18))}, r"^feature is dark everywhere, and so has no outline"),
+        ({"jitter_exemplar": np.ones((30, 40))}, r"^the picture jitter_exemplar is 40x30 px, the exemplar 18x21; make"),
+    ]
+    for values, message in cases:
+        method = ia.ParallelControllable(**values)
+        with pytest.raises(ia.InputError, match=message):
+            ia.synthesize(e, (30, 40), method)
+        with pytest.raises(ia.InputError, match=message):
+            ia.synthesize(e, (30, 40), ia.Auto(given=values))
+        if "jitter_output" in values:
+            assert ia.weave(e, method)[0:50, 0:60].shape == (50, 60, 3)
+        else:
+            with pytest.raises(ia.InputError, match=message):
+                ia.weave(e, method)
+
+
+def test_a_number_is_no_feature() -> None:
+    for value in (0.5, 1, ia.Field(0.5), "lines", True):
+        with pytest.raises(ia.ParameterError, match=r"^feature=.* is not allowed; give edges, or a gray picture over"):
+            ia.ParallelControllable(feature=value)
+
+
+def test_a_feature_is_part_of_what_is_remembered() -> None:
+    """Other outlines and weights make other maps of the same exemplar; the same ones, or weight 0, the same."""
+    e = Exemplar.of(texture(48, 48, 3, 8))
+    kinds: list[dict[str, Any]] = [
+        {}, {"feature": "edges"}, {"feature": "edges", "feature_weight": 3}, {"feature": picture(48, 48)},
+        {"feature": picture(48, 48).T},
+    ]  # fmt: skip
+    maps = [ia.synthesize(e, 120, ia.ParallelControllable(**k), seed=2, run=ONE).map.digest for k in kinds]
+    assert len(set(maps)) == 5
+    again = [ia.synthesize(e, 120, ia.ParallelControllable(**k), seed=2, run=ONE).map.digest for k in kinds]
+    assert again == maps
+    none = ia.ParallelControllable(feature="edges", feature_weight=0)
+    assert ia.synthesize(e, 120, none, seed=2, run=ONE).map.digest == maps[0]
+
+
+def test_a_mask_keeps_together_what_colours_do_not_tell_apart() -> None:
+    """Discs of the same grain as the ground: with their mask fewer are cut to shreds."""
+    y, x = np.mgrid[:96, :96]
+    inside = (y % 32 - 15.5) ** 2 + (x % 32 - 15.5) ** 2 < 110
+    e = Exemplar.of(np.random.default_rng(1).integers(0, 256, (96, 96), np.uint8), toroidal=True)
+    shreds = []
+    for values in ({}, {"feature": inside}):
+        yx = ia.synthesize(e, 256, ia.ParallelControllable(jitter=0.5, **values), seed=1, run=ONE).map.yx
+        areas = np.bincount(label(inside[yx[..., 0], yx[..., 1]])[0].ravel())[1:]
+        shreds.append(int((areas < 100).sum()))
+    assert shreds[1] < 0.7 * shreds[0]
+
+
+@pytest.fixture
+def here(tmp_path: Path) -> Any:
+    before = os.getcwd()
+    os.chdir(tmp_path)
+    files.write("e.png", ia.Plane(texture(30, 34, 3, 5)))
+    files.write("map.png", ia.Plane(picture(40, 50)))
+    files.write("deep.png", ia.Plane(picture(40, 50, deep=True)))
+    files.write("rgb.png", ia.Plane(np.repeat(picture(40, 50)[:, :, None], 3, axis=2)))
+    files.write("other.png", ia.Plane(picture(40, 50)[::-1]))
+    files.write("colour.png", ia.Plane(texture(40, 50, 3, 5)))
+    files.write("clear.png", ia.Plane(texture(40, 50, 2, 5)))
+    files.write("wild.exr", ia.Plane(picture(40, 50).astype(np.float32), transfer="linear"))
+    files.write("small.png", ia.Plane(picture(30, 34)))
+    yield tmp_path
+    os.chdir(before)
+
+
+def run(*words: str, data: bytes | None = None) -> tuple[int, str]:
+    result = CliRunner().invoke(cli, [*words, "-q"], input=data)
+    assert result.exit_code == 0 or len(result.stderr.splitlines()) == 1, result.stderr
+    return result.exit_code, result.stderr
+
+
+GROW = ("grow", "e.png", "--size", "50x40", "--force", "-o")
+
+
+def test_the_command_line_reads_gray_pictures_of_any_depth(here: Path) -> None:
+    assert run(*GROW, "a.png", "--jitter-output", "map.png", "--jitter-exemplar", "small.png") == (0, "")
+    method = ia.ParallelControllable(jitter_output=picture(40, 50), jitter_exemplar=picture(30, 34))
+    wanted = ia.synthesize("e.png", (40, 50), method)
+    assert (files.read_plane("a.png").pixels == wanted.render().pixels).all()
+    assert files.read_recipe("a.png")["parameters"] == wanted.recipe["parameters"]  # type: ignore[index]
+    for name in ("map.png", "deep.png", "rgb.png", "-"):
+        data = Path("map.png").read_bytes() if name == "-" else None
+        assert run(*GROW, "b.png", "--jitter-output", name, data=data) == (0, "")
+        again = run("replay", "b.png", "-e", "e.png", "-o", "c.png", "--force", "--picture", "jitter_output=map.png")
+        assert again == (0, "")
+        assert Path("b.png").read_bytes() == Path("c.png").read_bytes()
+    size = "weave", "e.png", "-o", "w.tif", "--size", "90x70", "--jitter-output", "map.png"
+    assert run(*size) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("value", "code", "told"),
+    [
+        ("missing.png", 3, "missing.png does not exist"),
+        ("e.png", 3, "e.png is a colour picture; jitter_output takes a gray one"),
+        ("colour.png", 3, "colour.png is a colour picture"),
+        ("clear.png", 3, "clear.png is transparent in parts; jitter_output takes a gray picture without opacity"),
+        ("wild.exr", 3, "of wild.exr, it holds numbers from 0 to 255; give 0 to 1"),
+        ("small.png", 3, "the picture jitter_output is 34x30 px, the output 50x40; make them equal"),
+        ("", 3, "'' is no name of a file"),
+        ("2", 2, "jitter_output=2.0 is not allowed; give 0 to 1, or a gray picture over the output"),
+        ("nan", 2, "jitter_output=nan is not allowed"),
+    ],
+)
+def test_what_is_no_gray_picture_is_refused_in_one_line(here: Path, value: str, code: int, told: str) -> None:
+    found = run(*GROW, "a.png", "--jitter-output", value)
+    assert found[0] == code
+    assert told in found[1]
+    assert not Path("a.png").exists()
+
+
+def test_replay_wants_the_pictures_again(here: Path) -> None:
+    assert run(*GROW, "a.png", "--jitter-output", "map.png")[0] == 0
+    replay = "replay", "a.png", "-e", "e.png", "-o", "b.png"
+    for words, code, told in (
+        ((), 2, "a.png was made with a picture as jitter_output; name it with --picture jitter_output=FILE."),
+        (("jitter_output=other.png",), 3, "other.png is another picture than the recipe has as jitter_output"),
+        (("jitter_output=small.png",), 3, "small.png is another picture than the recipe has as jitter_output"),
+        (("jitter_output=missing.png",), 3, "missing.png does not exist"),
+        (("jitter_output=map.png", "k=map.png"), 2, "a.png was made without a picture as k; drop --picture k=FILE."),
+    ):
+        found = run(*replay, *(part for w in words for part in ("--picture", w)))
+        assert (found[0], told in found[1]) == (code, True), found
+    assert not Path("b.png").exists()
+    made = ia.synthesize("e.png", (40, 50), ia.ParallelControllable(jitter_output=waves))
+    files.write("f.png", made.render(), recipe=made.recipe_text)
+    found = run("replay", "f.png", "-e", "e.png", "-o", "b.png", "--picture", "jitter_output=map.png")
+    assert found[0] == 3
+    assert f"jitter_output of f.png is the function {__name__}.waves, which no recipe holds" in found[1]

@@ -1,0 +1,368 @@
+"""Courses of whole bricks: joints are found, bricks stay whole, rows straight, and windows are crops."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from courses import naive_wall as naive
+from scipy.ndimage import label
+
+import intarsia as ia
+from intarsia.analysis.features import features
+from intarsia.canvas import Canvas
+from intarsia.courses import chain_kernels, wall_kernels
+from intarsia.courses.bricks import bricks_of
+from intarsia.courses.brickwork import brickwork_of
+from intarsia.courses.wall import Wall
+from intarsia.courses.wall_kernels import FACE
+from intarsia.exemplar import Exemplar
+from intarsia.kernels import paths
+from intarsia.testing import texture
+from intarsia.testing.cases import noise
+
+FREE = (52, (90, 110, 150), 8)
+BONDED = (30, (60,), 4)
+THIN = (16, (24, 24, 48), 4)
+WALLS = [FREE, BONDED, THIN, (25, (40, 55, 70), 4)]
+
+
+def wall(height: int, width: int, course: int, lengths: tuple[int, ...], joint: int, lean: float = 0.0, seed: int = 1):
+    """A wall of bricks of free lengths, each of its own colour: pixels, and the number of each brick (0: mortar)."""
+    drawn = noise(400, 400, seed).astype(object)
+    numbers = np.zeros((height, width), np.int64)
+    y, x = np.mgrid[:height, :width]
+    row = np.floor((y - lean * x) / course).astype(int)
+    v = y - lean * x - row * course
+    n = 1
+    for r in range(row.min(), row.max() + 1):
+        left = -int(drawn[r % 400, 399] % max(lengths))
+        k = 0
+        while left < width:
+            long = lengths[int(drawn[r % 400, k % 400] % len(lengths))]
+            inside = (row == r) & (x >= left + joint / 2) & (x < left + long - joint / 2)
+            numbers[inside & (v >= joint / 2) & (v < course - joint / 2)] = n
+            left, k, n = left + long, k + 1, n + 1
+    colours = 100 + (noise(n, 3, seed + 1) % np.uint64(140)).astype(int)
+    colours[0] = 25
+    grain = (noise(height, width, seed + 2) % np.uint64(9)).astype(int)[:, :, None]
+    return (colours[numbers] + grain).astype(np.uint8), numbers
+
+
+def exemplar_of(kind, **other):
+    course, lengths, joint = kind
+    return wall(max(6 * course, 200), 300, course, lengths, joint, **other)
+
+
+@pytest.mark.parametrize("kind", WALLS)
+def test_beds_and_joints_are_found(kind) -> None:
+    """Every bed and joint lies within 1 px of the truth, and none is missed or invented."""
+    pixels, numbers = exemplar_of(kind)
+    course, _, joint = kind
+    picture = features([Exemplar.of(pixels)]).pictures[0]
+    work = brickwork_of(picture, np.ones(picture.shape[:2], bool), (course * 256, 0))
+    assert len(work.courses) >= len(pixels) // course - 1
+    assert abs(work.thickness - joint) <= 1
+    for k in work.courses:
+        bed = np.median(work.beds[k])
+        assert min(bed % course, -bed % course) <= 1
+        middle = int(np.median(work.beds[k] + work.beds[k + 1])) // 2
+        row = numbers[middle]
+        edges = np.flatnonzero(np.diff((row == 0).astype(int)))
+        inner = [(a + b + 2) // 2 for a, b in pairwise(edges) if row[a + 1] == 0]
+        found = [int(work.joints[j, middle]) for j in work.of_course[k]]
+        found = [x for x in found if joint < x < 300 - joint]
+        inner = [x for x in inner if joint < x < 300 - joint]
+        assert len(found) == len(inner), k
+        assert np.abs(np.array(found) - inner).max(initial=0) <= 1
+
+
+@pytest.mark.parametrize("kind", WALLS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_every_brick_is_one_brick(kind, seed: int) -> None:
+    """Connected faces show one brick of the exemplar: at most a line of pixels of another; and it is whole."""
+    pixels, numbers = exemplar_of(kind)
+    made = ia.synthesize(pixels, (300, 400), ia.NearRegular(lattice=((0, kind[0]),)), seed=seed)
+    shown = numbers[made.map.yx[:, :, 0], made.map.yx[:, :, 1]]
+    area = np.bincount(numbers.ravel())
+    parts, n = label(shown > 0)
+    border = set(np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]]))
+    cut = 0
+    for k in range(1, n + 1):
+        counts = np.bincount(shown[parts == k])
+        assert counts.sum() - counts.max() <= max(0.05 * counts.sum(), kind[0]), np.flatnonzero(counts)
+        if k not in border:
+            cut += counts.max() < 0.8 * area[counts.argmax()]
+    assert cut <= 0.05 * n
+    assert n > 0.7 * 300 * 400 / (kind[0] * np.mean(kind[1]))  # and they do not run into one another
+
+
+@pytest.mark.parametrize("kind", [FREE, BONDED])
+def test_rows_are_straight_and_joints_staggered(kind) -> None:
+    """Beds lie where the pitch puts them, and no joint lies on one of the course above."""
+    pixels, numbers = exemplar_of(kind)
+    course, lengths, joint = kind
+    method = ia.NearRegular(lattice=((0, course),))
+    made = ia.synthesize(pixels, (10 * course, 600), method, seed=5)
+    shown = numbers[made.map.yx[:, :, 0], made.map.yx[:, :, 1]]
+    mortar = (shown == 0).mean(axis=1)
+    for i in range(1, 10):
+        assert mortar[i * course - 1 : i * course + 1].min() > 0.9
+    near = total = 0
+    for i in range(9):
+        above, below = (shown[i * course + course // 2 + d * course] == 0 for d in (0, 1))
+        for x in np.flatnonzero(below):
+            total += 1
+            near += above[max(0, x - 2) : x + 3].any()
+    chance = (joint + 4) / np.mean(lengths)
+    assert near / total < 0.5 * chance
+
+
+@pytest.mark.parametrize("lean", [0.06, -0.06])
+def test_courses_may_lean(lean: float) -> None:
+    pixels, numbers = wall(260, 300, 26, (50, 70), 4, lean)
+    vector = (-26 * lean / (1 + lean**2), 26 / (1 + lean**2))
+    made = ia.synthesize(pixels, (300, 300), ia.NearRegular(lattice=(vector,)), seed=2)
+    shown = numbers[made.map.yx[:, :, 0], made.map.yx[:, :, 1]]
+    y, x = np.mgrid[:300, :300]
+    v = (y - lean * x + 1) % 26
+    assert (shown[v < 2] == 0).mean() > 0.95
+    parts, n = label(shown > 0)
+    pure = sum(np.bincount(shown[parts == k]).max() >= 0.95 * (parts == k).sum() for k in range(1, n + 1))
+    assert pure >= 0.97 * n
+
+
+def test_upright_courses_are_courses_turned() -> None:
+    pixels, _ = exemplar_of(BONDED)
+    lying = ia.synthesize(pixels, (200, 260), ia.NearRegular(lattice=((0, 30),)), seed=3)
+    upright = ia.synthesize(pixels.swapaxes(0, 1).copy(), (260, 200), ia.NearRegular(lattice=((30, 0),)), seed=3)
+    np.testing.assert_array_equal(upright.map.yx, lying.map.yx.swapaxes(0, 1)[:, :, ::-1])
+
+
+def test_bricks_are_used_in_turn() -> None:
+    """Whole bricks are all shown, none much more often than others, and none beside itself."""
+    pixels, numbers = exemplar_of((25, (40, 55, 70), 4))
+    made = ia.synthesize(pixels, (600, 900), ia.NearRegular(lattice=((0, 25),)), seed=1)
+    shown = numbers[made.map.yx[:, :, 0], made.map.yx[:, :, 1]]
+    parts, n = label(shown > 0)
+    first = np.array([shown[parts == k][0] for k in range(1, n + 1)])
+    whole = [k for k in range(1, numbers.max() + 1) if not (set(np.argwhere(numbers == k)[:, 1]) & {0, 299})]
+    count = np.bincount(first, minlength=numbers.max() + 1)[whole]
+    assert (count > 0).mean() > 0.9
+    assert count.max() < 1.85 * count.mean()
+    for row in shown[12::25]:
+        names = [b for a, b in pairwise(row) if b and b != a]
+        assert all(a != b for a, b in pairwise(names))
+
+
+def test_a_brick_is_cheapest_when_it_is_its_turn() -> None:
+    """Along a chain the bricks of its hand take turns, one a usual length: nothing else is to choose between them."""
+    pixels, _ = wall(200, 300, 25, (50,), 4)
+    layer = Wall.of(ia.NearRegular(lattice=((0, 25),)), Exemplar.of(pixels), Canvas(10, 10), 5)
+    chain = layer.layout
+    whole = [k for k, row in enumerate(chain.bricks.table) if FACE not in row[3:]]
+    assert len(whole) >= 8
+    cost = chain._starts(whole, [], 0, round(2.5 * len(whole) * chain.bricks.usual))
+    for turn in range(2 * len(whole)):
+        at = round((turn + 0.5) * chain.bricks.usual)
+        assert cost[:, at].argmin() == turn % len(whole)
+        assert np.sort(cost[:, at])[1] > cost[:, at].min()
+
+
+@pytest.mark.parametrize(("width", "shown"), [(150, True), (300, False)])
+def test_bricks_that_the_border_cuts_are_left_out_where_whole_ones_are_enough(width: int, shown: bool) -> None:
+    """Their straight ends and sharp corners are seen; few whole ones repeat, which is worse."""
+    pixels = wall(130, width, 25, (40, 55, 70), 4)[0]
+    picture = features([Exemplar.of(pixels)]).pictures[0]
+    found = bricks_of(brickwork_of(picture, np.ones(picture.shape[:2], bool), (25 * 256, 0)))
+    whole = (found.table[:, 3:] != wall_kernels.FACE).all(axis=1)
+    assert (whole.sum() < 16) == shown
+    assert (~whole).any() == shown
+
+
+CASES = [
+    (exemplar_of((25, (40, 55, 70), 4))[0], ((0, 25),)),
+    (exemplar_of((25, (40, 55, 70), 4))[0].swapaxes(0, 1).copy(), ((25, 0),)),
+    (wall(200, 220, 26, (50, 70), 4, 0.06)[0], ((-1.56, 26),)),
+    (texture(40, 44, 3), ((3, 18),)),
+    (texture(36, 32, 1), ((0, 6),)),
+]
+
+
+@pytest.mark.parametrize(("pixels", "lattice"), CASES)
+@pytest.mark.parametrize("corner", [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)])
+def test_a_window_is_a_crop(pixels, lattice, corner: tuple[int, int]) -> None:
+    e, method, (y, x) = Exemplar.of(pixels), ia.NearRegular(lattice=lattice), corner
+    whole = Wall.of(method, e, Canvas(10, 10), 5).window(y, x, 150, 170)
+    for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
+        part = Wall.of(method, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)
+        np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
+
+
+@pytest.mark.parametrize(("pixels", "lattice"), CASES)
+@pytest.mark.parametrize("long", [37, 290, 900])
+def test_a_wrapped_canvas_continues_in_itself(pixels, lattice, long: int) -> None:
+    """The window one canvas further on shows the same, at any length along the courses."""
+    (a, b), e = lattice[0], Exemplar.of(pixels)
+    pitch = (a * a + b * b) / max(abs(a), abs(b))
+    height, width = (round(7 * pitch), long) if abs(b) > abs(a) else (long, round(7 * pitch))
+    wall_ = Wall.of(ia.NearRegular(lattice=lattice), e, Canvas(height, width, ia.Wrap.BOTH), 3)
+    here = wall_.window(0, 0, height, width)
+    np.testing.assert_array_equal(wall_.window(height, -width, height, width), here)
+    np.testing.assert_array_equal(wall_.window(-100, 200, height, width), np.roll(here, (100, -200), (0, 1)))
+
+
+def test_sizes_that_strain_the_courses_are_refused() -> None:
+    pixels, _ = exemplar_of(BONDED)
+    with pytest.raises(ia.ParameterError, match=r"^wrap: height=195 px is no whole number .* choose 180 or 210 px"):
+        ia.synthesize(pixels, (195, 288), ia.NearRegular(lattice=((0, 30),)), wrap="both")
+    with pytest.raises(ia.ParameterError, match=r"^wrap: width=195 px is no whole number .* choose 180 or 210 px"):
+        ia.synthesize(pixels.swapaxes(0, 1).copy(), (288, 195), ia.NearRegular(lattice=((30, 0),)), wrap="x")
+
+
+def test_exemplars_without_a_whole_course_are_refused() -> None:
+    with pytest.raises(ia.MethodError, match="holds no whole course"):
+        ia.synthesize(texture(20, 60), 40, ia.NearRegular(lattice=((0, 28),)))
+
+
+def test_masked_pixels_are_never_shown() -> None:
+    pixels, _ = exemplar_of(BONDED)
+    usable = np.ones(pixels.shape[:2], bool)
+    usable[40:75, 100:160] = False
+    usable[:8] = False
+    e = Exemplar.of(pixels, usable=usable)
+    made = ia.synthesize(e, 300, ia.NearRegular(lattice=((0, 30),)), seed=1)
+    assert usable[made.map.yx[:, :, 0], made.map.yx[:, :, 1]].all()
+
+
+def test_threads_change_nothing() -> None:
+    pixels, _ = exemplar_of(BONDED)
+    method = ia.NearRegular(lattice=((0, 30),))
+    digests = {ia.synthesize(pixels, 500, method, seed=9, run=ia.Run(n)).map.digest for n in (1, 3, 8)}
+    assert len(digests) == 1
+
+
+def test_boards_go_on_without_joints() -> None:
+    """Courses without joints: every course of the output is one course of the exemplar, in place."""
+    y = np.mgrid[:160, :240][0]
+    tone = np.array([120, 180, 150, 200, 100, 160, 140, 190])[y // 20]
+    grain = (noise(160, 240, 4) % np.uint64(20)).astype(int)
+    pixels = np.where(y % 20 < 3, 10, tone + grain).astype(np.uint8)
+    picture = features([Exemplar.of(pixels)]).pictures[0]
+    assert bricks_of(brickwork_of(picture, np.ones(picture.shape[:2], bool), (20 * 256, 0))) is None
+    made = ia.synthesize(pixels, (200, 700), ia.NearRegular(lattice=((0, 20),)), seed=2)
+    board = made.map.yx[:, :, 0] // 20
+    seen = [np.unique(board[i * 20 + 6 : i * 20 + 17]) for i in range(9)]
+    assert all(len(some) == 1 for some in seen)
+    assert all(a[0] != b[0] for a, b in pairwise(seen))
+
+
+def draws(shape, seed: int, below: int) -> np.ndarray:
+    return (noise(int(np.prod(shape)), 1, seed) % np.uint64(below)).astype(np.int64).reshape(shape)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_paths_and_cuts_are_the_cheapest(seed: int) -> None:
+    cost, gap = draws((5, 4), seed, 9), draws((5, 3), seed + 90, 9)
+    path = paths.cheapest(cost)
+    assert np.abs(np.diff(path)).max() <= 1
+    assert cost[np.arange(5), path].sum() == naive.cheapest_cost(cost) == paths.accumulate(cost)[-1].min()
+    cut = paths.least_cut(cost, gap)
+    assert naive.cut_cost(cost, gap, cut) == naive.least_cut_cost(cost, gap)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_chains_are_the_best(seed: int) -> None:
+    """Without the cost of early returns, which only looks back, the chain is the best of all."""
+    length, sizes = 17, 3 + draws(3, seed, 5)
+    start, joint = draws((3, length + 1), seed + 20, 30), draws(length + 1, seed + 40, 30)
+    pair, closing = draws((3, 3), seed + 60, 30), draws(3, seed + 80, 30)
+    rules = np.array([seed % 3, seed % 2, 2, 25, 0, -1], np.int64)
+    out = np.empty((length + 2, 3), np.int64)
+    n = chain_kernels.link(length, sizes, start, joint, pair, closing, rules, out)
+    chain = out[:n]
+    assert chain[0, 1] == 0
+    assert chain[-1, 2] == length
+    assert (chain[1:, 1] == chain[:-1, 2]).all()
+    is_cut = bool(chain[-1, 2] - chain[-1, 1] < sizes[chain[-1, 0]] - 1 or n == 1)
+    arguments = (length, sizes, start, joint, pair, closing, rules)
+    names = tuple(int(k) for k in chain[:, 0])
+    cost = min(naive.chain_cost((names, c), *arguments) for c in ({is_cut, True, False}))
+    assert cost == naive.best_chain_cost(*arguments)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_leaps_are_the_cheapest(seed: int) -> None:
+    strip = texture(6, 30, 2, seed).astype(np.int16)
+    costs = chain_kernels.leap_costs(strip, 2, 4)
+    np.testing.assert_array_equal(costs, naive.leap_costs(strip, 2, 4))
+    for apart, keep in ((1, 30), (9, 3)):
+        found = chain_kernels.best_leaps(costs, apart, keep)
+        np.testing.assert_array_equal(found, naive.best_leaps(costs, apart, keep))
+
+
+@pytest.mark.parametrize("length", [1, 7, 40, 130])
+def test_walks_arrive(length: int) -> None:
+    """A walk of leaps is as long as asked for, begins and ends where it must, and leaps only where it may."""
+    costs = chain_kernels.leap_costs(texture(6, 30, 1, 3).astype(np.int16), 2, 4)
+    leaps = chain_kernels.best_leaps(costs, 9, 4)
+    out = np.empty((length + 1, 3), np.int64)
+    count = chain_kernels.leap(length, costs, leaps, np.array([6, 11]), 5, np.uint64(7), out)
+    at, u = 6, 0
+    for v, x, z in out[:count][::-1]:
+        assert x == at + v - u
+        assert z in leaps[x]
+        at, u = z, v
+    assert at + length - u <= 30
+
+
+def scene_of(seed: int):
+    picture = texture(24, 40, 2, seed).astype(np.int16)
+    usable = np.ones((24, 40), bool)
+    usable[3, 5] = False
+    joints = np.stack([np.full(24, 12), 25 + np.arange(24) // 9]).astype(np.int64)
+    beds = np.stack([np.full(40, 4), np.full(40, 15)]).astype(np.int64)
+    return picture, usable, draws((24, 40), seed, 200), beds, joints, np.array([2, 1], np.int64)
+
+
+@pytest.mark.parametrize("kinds", [(1, 0), (-1, 0), (1, -1), (-2, -2)])
+def test_pieces_are_cut_as_their_twins(kinds: tuple[int, int]) -> None:
+    scene = scene_of(sum(kinds) + 5)
+    left = np.array([0, 14, 11, 2, 0, -2, kinds[0], 0, 25, 0], np.int64)
+    right = np.array([14, 30, -2, 1, 0, kinds[1], -2, 12, 30, 0], np.int64)
+    cost, gap = naive.junction_costs(scene, left, right, 1, 16, 4)
+    cut = np.empty(16, np.int64)
+    wall_kernels.junction(scene, left, right, 1, cut, 4)
+    np.testing.assert_array_equal(cut, 10 + paths.least_cut(cost, gap))
+    rows = np.full(30, 1, np.int64)
+    spans = np.array([[0, 1, 0], [1, 16, 4]], np.int64)
+    out, wrong = np.empty((16, 30, 2), np.int32), np.empty((16, 30), np.int64)
+    wall_kernels.lay(scene, np.stack([left, right]), rows, spans, out, wrong)
+    for v in range(16):
+        for x in range(30):
+            piece = left if x < cut[v] else right
+            y, z = 1 + v + piece[3], x + piece[2]
+            assert tuple(out[v, x]) == (y, z)
+            usable = 0 <= y < 24 and 0 <= z < 40 and scene[1][y, z]
+            beyond = usable and not scene[3][0, z] <= y < scene[3][1, z]
+            assert wrong[v, x] == (naive.UNREADABLE if not usable else beyond * (scene[2][y, z] + naive.STEP))
+
+
+def test_beds_are_cut_and_poured_as_their_twins() -> None:
+    scene = scene_of(3)
+    upper = (draws((12, 9, 2), 1, 24).astype(np.int32), draws((12, 9), 2, 99))
+    lower = (draws((12, 9, 2), 3, 24).astype(np.int32), draws((12, 9), 4, 99))
+    shift = draws(9, 5, 3) + 3
+    for mine, theirs in zip(wall_kernels.part(scene, upper, lower, shift, 2), naive.part(scene, upper, lower, shift, 2),
+                            strict=True):  # fmt: skip
+        np.testing.assert_array_equal(mine, theirs)
+    out = np.zeros((14, 8, 2), np.int32)
+    top, end = draws(9, 6, 3), 8 + draws(9, 7, 3)
+    wall_kernels.pour(upper[0], shift, top, end, out, -2)
+    for y in range(14):
+        for u in range(8):
+            x = u + 2
+            v = y - shift[x] if x < 9 else -1
+            shown = x < 9 and top[x] <= v < end[x]
+            assert tuple(out[y, u]) == (tuple(upper[0][v, x]) if shown else (0, 0))

@@ -1,0 +1,200 @@
+"""Temporary files: nothing of a killed run stays, nothing of a living one is touched, and no link is followed."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from corpus import pillow
+
+import intarsia as ia
+from intarsia.cli.app import cli
+from intarsia.errors import InputError, ParameterError
+from intarsia.files import read_plane, source, write
+from intarsia.testing import texture
+
+PICTURE = texture(20, 24, 3, 1)
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork, and the signals of such systems")
+
+
+@pytest.fixture(autouse=True)
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty TMPDIR, and an empty folder for the work."""
+    made = tmp_path / "tmp"
+    made.mkdir()
+    (tmp_path / "work").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(made))
+    monkeypatch.chdir(tmp_path / "work")
+    return made
+
+
+def started(work: Callable[[], object]) -> int:
+    """Do something in a process of its own; return how it ended."""
+    pid = os.fork()
+    if pid == 0:
+        code = 1
+        try:
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+    return os.waitpid(pid, 0)[1]
+
+
+def die(*_: object, **__: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_what_a_killed_run_left_is_gone_after_the_next(temporary: Path) -> None:
+    """Beside the output, below TMPDIR, and the folder of a command with its files."""
+
+    def half_a_picture() -> None:
+        os.replace = die  # type: ignore[assignment]
+        write("a.png", PICTURE)
+
+    def a_copy() -> None:
+        with source.look(pillow("png", PICTURE)).plain_path():
+            die()
+
+    write("b.png", PICTURE)
+    assert os.WIFSIGNALED(started(half_a_picture))
+    assert os.WIFSIGNALED(started(a_copy))
+    assert len(os.listdir()) == 2, "a file was left beside the output"
+    assert len(os.listdir(temporary)) == 1, "a folder was left"
+    assert started(lambda: write("a.png", PICTURE)) == 0
+    assert sorted(os.listdir()) == ["a.png", "b.png"]
+    assert os.listdir(temporary) == []
+    grow = ["grow", "b.png", "-m", "repeat", "-o"]
+    started(lambda: (setattr(os, "replace", die), CliRunner().invoke(cli, [*grow, "c.png"])))
+    assert len(os.listdir()) == 3
+    started(lambda: CliRunner().invoke(cli, [*grow, "d.png"]))
+    assert sorted(os.listdir()) == ["a.png", "b.png", "d.png"]
+
+
+def test_only_what_is_exactly_ours_and_dead_is_swept(temporary: Path) -> None:
+    from intarsia.disk import whole
+
+    pid = os.fork()
+    if pid == 0:
+        os._exit(0)
+    os.waitpid(pid, 0)  # there was such a process
+    dead = whole.name_in(".").replace(f"-{os.getpid()}-", f"-{pid}-")
+    other = dead.replace(whole.host(), "0" * 8)
+    kept = [whole.name_in("."), f"./.intarsia-{pid}-1", f"{dead}.txt", f"{dead}0", dead.replace("/.", "/x"), other,
+            dead.replace(f"-{pid}-", f"-{os.getppid()}-"), dead.replace("/.", "/")]  # fmt: skip
+    for name in kept:
+        Path(name).write_text("work")
+    Path("victim").mkdir()
+    Path("victim/thesis").write_text("years")
+    link, folder, pipe = dead[:-1] + "0", dead[:-1] + "1", dead[:-1] + "2"
+    os.symlink("victim", link)
+    os.mkfifo(pipe)
+    os.mkdir(folder)
+    os.symlink("../victim", f"{folder}/inside")
+    Path(dead[:-1] + "3").write_text("half a picture")
+    whole.sweep(".")
+    left = {os.path.join(".", name) for name in os.listdir()}
+    assert left == {*kept, "./victim", link, pipe}
+    assert Path("victim/thesis").read_text() == "years"
+
+
+def test_what_belongs_to_others_is_not_swept(monkeypatch: pytest.MonkeyPatch) -> None:
+    from intarsia.disk import whole
+
+    name = whole.name_in(".").replace(f"-{os.getpid()}-", "-999999999-")
+    Path(name).write_text("work")
+    monkeypatch.setattr(os, "getuid", lambda: os.geteuid() + 1)
+    assert not whole.left_over(name)
+
+
+@pytest.mark.parametrize("work", ["encode", "plain_path", "command"])
+def test_a_stop_right_after_a_folder_was_made_leaves_none(
+    work: str, temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write("a.png", PICTURE)
+    mkdir = os.mkdir
+
+    def made_and_stopped(*given: object, **more: object) -> None:
+        mkdir(*given, **more)  # type: ignore[arg-type]
+        if ".intarsia-" in str(given[0]) or work != "command":
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "mkdir", made_and_stopped)
+    if work == "command":
+        CliRunner().invoke(cli, ["grow", "a.png", "-o", "b.png", "-m", "repeat"])
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            write("b.png", PICTURE) if work == "encode" else read_plane(pillow("tiff", PICTURE))
+    assert os.listdir(temporary) == []
+    assert os.listdir() == ["a.png"]
+
+
+def test_a_planted_link_is_neither_followed_nor_replaced() -> None:
+    from intarsia.disk import whole
+
+    Path("victim").write_text("work")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.urandom", lambda n: b"U" * n)
+        planted = whole.name_in(".")
+        os.symlink("victim", planted)
+        with pytest.raises(FileExistsError):
+            whole.create(planted)
+        with pytest.raises(FileExistsError):
+            whole.put("a.txt", b"mine")
+    assert Path("victim").read_text() == "work"
+    os.symlink("victim", "a.txt")
+    os.mkfifo("pipe")
+    for name in ("a.txt", "pipe"):
+        with pytest.raises(ParameterError, match="no ordinary file; move it elsewhere"):
+            whole.put(name, b"mine")
+        with pytest.raises(ParameterError):
+            whole.open_again(name)
+    assert Path("victim").read_text() == "work"
+    assert Path("a.txt").is_symlink()
+    assert Path("pipe").is_fifo()
+
+
+def test_a_full_disk_is_told_by_the_name_that_was_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "full").mkdir()
+    write("a.png", PICTURE)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for words in (["../full/x.bmp"], ["../full/x.bmp", "--save-map", "../full/x.npz"]):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (8000, limits[1]))
+        try:
+            done = CliRunner().invoke(cli, ["grow", "a.png", "-m", "repeat", "-s", "90", "-o", *words])
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert done.exit_code == 1
+        assert "there is no room for ../full/x.bmp; free some" in done.stderr
+        assert os.listdir(tmp_path / "full") == []
+
+
+def test_a_map_that_may_not_be_read_is_no_damaged_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    ia.synthesize(PICTURE, 30, ia.Repeat()).map.save("map.npz")
+    opened = open
+
+    def refuse(path: object, *more: object, **others: object) -> object:
+        if str(path) == "map.npz":
+            raise PermissionError(13, "Permission denied")
+        return opened(path, *more, **others)  # type: ignore[call-overload]
+
+    monkeypatch.setattr("builtins.open", refuse)
+    with pytest.raises(InputError, match=r"map\.npz cannot be read \(permission denied\); check the permissions"):
+        ia.SourceMap.load("map.npz")
+
+
+def test_pictures_replace_what_a_link_leads_to() -> None:
+    """A link that the user names as the output is his wish: the file behind it is replaced."""
+    write("real.png", PICTURE)
+    os.symlink("real.png", "link.png")
+    write("link.png", PICTURE // 2, force=True)
+    assert Path("link.png").is_symlink()
+    np.testing.assert_array_equal(read_plane("real.png").pixels, PICTURE // 2)

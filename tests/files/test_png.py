@@ -1,0 +1,99 @@
+"""PNG of every kind: read as it was written, and nothing but our line on the terminal where it is damaged."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from corpus import chunk
+from pictures import CHANNELS, flat_png, png_of, samples_of
+
+from intarsia import files
+from intarsia.errors import InputError
+
+KINDS = [
+    *((0, depth) for depth in (1, 2, 4, 8, 16)), *((3, depth) for depth in (1, 4, 8)),
+    *((colour, depth) for colour in (2, 4, 6) for depth in (8, 16)),
+]  # fmt: skip
+PALETTE = chunk(b"PLTE", bytes(range(48)))
+
+
+def expected(samples: np.ndarray, depth: int, colour: int) -> np.ndarray:
+    if colour == 3:
+        table = np.vstack([np.arange(48, dtype=np.uint8).reshape(16, 3), np.zeros((240, 3), np.uint8)])
+        return table[samples[:, :, 0]]
+    values = samples * ((65535 if depth == 16 else 255) // ((1 << depth) - 1))
+    values = values.astype(np.uint16 if depth == 16 else np.uint8)
+    return values[:, :, 0] if colour == 0 else values
+
+
+@pytest.mark.parametrize("interlaced", [False, True])
+@pytest.mark.parametrize(("colour", "depth"), KINDS)
+def test_a_png_of_every_kind_reads_as_it_was_written(colour: int, depth: int, interlaced: bool) -> None:
+    for kind, (height, width) in enumerate(((1, 1), (3, 5), (9, 8), (13, 11), (2, 17))):
+        samples = samples_of(height, width, depth, colour)
+        samples = np.minimum(samples, 15) if colour == 3 else samples
+        extra = chunk(b"PLTE", bytes(range(min(48, 3 << depth)))) if colour == 3 else b""
+        data = png_of(samples, depth, colour, interlaced=interlaced, kind=kind, extra=extra)
+        np.testing.assert_array_equal(files.read_plane(data).pixels, expected(samples, depth, colour))
+
+
+@pytest.mark.parametrize(("colour", "depth"), [(0, 2), (0, 8), (0, 16), (2, 8), (2, 16)])
+def test_a_colour_that_means_transparent_becomes_alpha(colour: int, depth: int) -> None:
+    samples = samples_of(9, 8, depth, colour)
+    key = samples[3, 4]
+    data = png_of(samples, depth, colour, extra=chunk(b"tRNS", struct.pack(f">{len(key)}H", *key)))
+    read = files.read_plane(data).samples
+    np.testing.assert_array_equal(read[:, :, -1] == 0, (samples == key).all(axis=2))
+    np.testing.assert_array_equal(read[:, :, :-1], expected(samples, depth, colour).reshape(9, 8, -1))
+
+
+@pytest.mark.parametrize("interlaced", [False, True])
+@pytest.mark.parametrize(("colour", "depth"), KINDS)
+def test_a_damaged_png_says_our_line_alone(
+    colour: int, depth: int, interlaced: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A wrong filter, too few or too many rows, streams that are cut: libpng would speak for itself."""
+    samples = samples_of(9, 8, depth, colour)
+    extra = chunk(b"PLTE", bytes(min(768, 3 << depth))) if colour == 3 else b""
+    sound = png_of(samples, depth, colour, interlaced=interlaced, kind=0, extra=extra)
+    at = sound.index(b"IDAT")
+    rows = zlib.decompress(sound[at + 4 : at + 4 + int.from_bytes(sound[at - 4 : at], "big")])
+    lines = [rows[: len(rows) * n // 9] for n in range(1, 9)]  # whole rows, where nothing is interlaced
+    for body in (*lines, b"\x05" + rows[1:], b"\xff" + rows[1:], rows[: len(rows) // 2], rows[:-1], b""):
+        with pytest.raises(InputError, match="damaged"):
+            files.read_plane(png_of(samples, depth, colour, interlaced=interlaced, body=body, extra=extra))
+        assert capfd.readouterr() == ("", "")
+    tail = sound.index(b"IEND") - 4
+    more = sound[:tail] + chunk(b"IDAT", b"more") + sound[tail:]
+    for bent in (sound[: at + 6] + b"\xff" * 5 + sound[at + 11 :], more):
+        length = int.from_bytes(bent[at - 4 : at], "big")
+        mended = struct.pack(">I", zlib.crc32(bent[at : at + 4 + length]))
+        with suppress(InputError):
+            files.read_plane(bent[: at + 4 + length] + mended + bent[at + 8 + length :])
+        assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("colour", "depth"), [(7, 8), (2, 4), (3, 16), (1, 8), (6, 1)])
+def test_a_header_that_no_png_can_have_is_damage(
+    colour: int, depth: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    sound = png_of(samples_of(4, 4, 8, 0), 8, 0)
+    head = struct.pack(">IIBBBBB", 4, 4, depth, colour, 0, 0, 0)
+    with pytest.raises(InputError, match="damaged"):
+        files.read_plane(sound[:8] + chunk(b"IHDR", head) + sound[33:])
+    assert capfd.readouterr() == ("", "")
+
+
+def test_large_pictures_are_converted_in_bands() -> None:
+    """More pixels than a band, in every way that a band is packed or converted."""
+    for colour, depth in ((0, 1), (0, 8), (0, 16), (2, 8), (3, 8), (4, 8), (6, 8)):
+        samples = np.zeros((1300, 900, CHANNELS[colour]), int)
+        samples[1295, 7], samples[1160:1170, 890] = (1 << depth) - 1 if colour != 3 else 5, 1
+        extra = PALETTE if colour == 3 else b""
+        data = png_of(samples, depth, colour, kind=0, extra=extra)
+        np.testing.assert_array_equal(files.read_plane(data).pixels, expected(samples, depth, colour))
+    assert files.read_plane(flat_png(1, 70000, 8, 2)).height == 70000

@@ -1,0 +1,439 @@
+"""Endless textures: any window alone; streamed into files that are checked, and the same however they are cut."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from giant.giants import SMALL, files_below, needs, small
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import intarsia as ia
+from intarsia.errors import InputError, ParameterError, ResourceError
+from intarsia.files import read_plane, read_recipe
+from intarsia.geometry import Box
+from intarsia.giant import bigtiff, cells, deepzoom, zarrays
+from intarsia.giant.cells import Grid
+from intarsia.giant.ledger import ABOUT, Ledger
+from intarsia.giant.png import decode_png, encode_png
+from intarsia.giant.stores import store_of
+from intarsia.giant.stream import stream
+from intarsia.testing import as_depth, texture
+from intarsia.testing.cases import noise
+
+FAR = (0, -7, 2**31 - 20, -(2**31) - 20, 2**40 - 400, -(2**40) + 300)
+WHERE = st.sampled_from(FAR)
+METHODS = [SMALL, ia.NearRegular(lattice=((0, 16),)), ia.NearRegular(variant="plain", lattice=((20, 0), (0, 17))),
+           ia.BestTile(lattice=((20, 0), (3, 17))), ia.Repeat()]  # fmt: skip
+
+
+@settings(max_examples=12)
+@given(st.sampled_from(METHODS), WHERE, WHERE, st.integers(0, 9), st.integers(0, 60), st.integers(1, 70))
+def test_a_window_is_a_crop_of_a_larger_one(
+    method: Any, y: int, x: int, feather: int, down: int, side: int
+) -> None:
+    """Law 5, drawn: with feathers, at the origin, across 2**31 and as far as 2**40; an exemplar of 137 x 200 px."""
+    woven = ia.weave(texture(137, 200, 3, 4), method, 9, blend=ia.Blend(feather))
+    large = woven[y : y + 140, x : x + 150]
+    small = woven[y + down : y + down + side, x + down // 2 : x + down // 2 + side]
+    assert (small == large[down : down + side, down // 2 : down // 2 + side]).all()
+
+
+@settings(max_examples=4)
+@given(st.integers(0, 2), st.sampled_from([ia.Mixing.MEAN, ia.Mixing.VARIANCE, ia.Mixing.SOURCE]))
+def test_levelled_windows_are_crops(feather: int, mixing: ia.Mixing) -> None:
+    """A finish reaches far beyond a window."""
+    blend = ia.Blend(feather, mixing, (ia.Levelling(11),))
+    woven = ia.weave(texture(80, 77, 4, 1), SMALL, 5, blend=blend)
+    large = woven[-40:80, -30:100]
+    assert (woven[10:31, 20:77] == large[50:71, 50:107]).all()
+
+
+def test_a_plain_canvas_is_the_window_at_the_origin() -> None:
+    """What `synthesize` draws, but for the feather at the border of the canvas."""
+    made = ia.synthesize(texture(80, 77, 3, 1), (130, 120), SMALL, seed=5, blend=ia.Blend(6))
+    assert (np.asarray(made.render())[4:-4, 4:-4] == small(6)[4:126, 4:116]).all()
+    assert made.map.digest == small().map(Box(0, 0, 130, 120)).digest
+
+
+def test_windows_larger_than_a_cell_are_filled_by_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = small(3)[-50:70, -40:60]
+    monkeypatch.setattr("intarsia.giant.texture.SIDE", 16)
+    assert (small(3)[-50:70, -40:60] == whole).all()
+    assert (small(3).draw(Box(-50, -40, 70, 60)) == whole).all()
+
+
+def test_planes_by_name_and_in_their_own_size() -> None:
+    """A larger plane has windows in its own px; each window is one of the plane that `synthesize` draws."""
+    colour = texture(80, 77, 3, 1)
+    planes = {"height": as_depth(texture(160, 154, 1, 2), "uint16")[:, :, 0], "normal": texture(80, 77, 3, 3)}
+    woven = small(4, **planes)
+    made = ia.synthesize({"albedo": colour} | planes, (120, 110), SMALL, seed=5, blend=ia.Blend(4))
+    assert woven.planes == ("albedo", "height", "normal")
+    tall = woven.plane("height")
+    assert (tall.dtype, tall.channels, tall.scale) == (np.uint16, 1, (2, 1))
+    whole = np.asarray(made.render("height"))
+    assert (tall[21:170, 33:150] == whole[21:170, 33:150]).all()
+    assert (woven.plane("normal")[20:80, 20:70] == np.asarray(made.render("normal"))[20:80, 20:70]).all()
+    with pytest.raises(ParameterError, match="plane=rust is unknown; choose one of albedo, height, normal"):
+        woven.plane("rust")
+
+
+def test_a_smaller_plane_is_averaged_in_its_own_windows() -> None:
+    woven = ia.weave({"albedo": texture(80, 76, 3, 1), "rough": texture(40, 38, 1, 2)[:, :, 0]}, SMALL, 5)
+    rough = woven.plane("rough")
+    assert rough.scale == (1, 2)
+    assert (rough[-9:23, 5:40][9:20, 3:30] == rough[0:11, 8:35]).all()
+    whole = rough[-9:40, 5:60]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("intarsia.giant.texture.SIDE", 16)
+        assert (rough.draw(Box(-9, 5, 40, 60)) == whole).all()
+
+
+def test_a_weave_is_sent_with_what_is_known_of_its_exemplar() -> None:
+    woven = small()
+    window = woven[0:30, 0:30]
+    sent = pickle.loads(pickle.dumps(woven))
+    assert sent.exemplars[0]._memo, "analysed where it was made"
+    assert (sent[0:30, 0:30] == window).all()
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        (slice(0, 4), "is no window; give rows and columns as texture[y0:y1, x0:x1]"),
+        ((slice(0, 4), 3), "is no window"),
+        ((slice(0, 4), slice(0, 4), slice(None)), "is no window"),
+        ((slice(None), slice(0, 4)), "texture[:, 0:4]: an endless plane has no first or last pixel"),
+        ((slice(0, 4), slice(3, None)), "texture[0:4, 3:]: an endless plane"),
+        ((slice(0, 4, 2), slice(0, 4)), "texture[0:4:2, 0:4]: every pixel is drawn; drop the step"),
+        ((slice(0, 4), slice(4, 4)), "texture[0:4, 4:4] is empty"),
+        ((slice(0, -4), slice(0, 4)), "is empty"),
+        ((slice(0.5, 4), slice(0, 4)), "rows and columns are whole numbers"),
+        ((slice(2**40, 2**40 + 1), slice(0, 4)), "lie too far away; stay within 2**40 px"),
+    ],
+)
+def test_what_is_no_window_is_refused(key: Any, message: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(message)):
+        small()[key]
+
+
+def test_a_slice_larger_than_memory_says_how_to_stream() -> None:
+    with pytest.raises(ResourceError) as caught:
+        small()[0 : 2**24, -(2**24) : 2**24]
+    told = str(caught.value)
+    assert told.startswith("a window of 33554432x16777216 px takes 1688849.9 GB, ")
+    assert "stream it with texture.to_zarr(path, shape, origin=...), to_tiff or to_dask" in told
+    assert "\n" not in told
+
+
+def test_methods_without_windows_are_refused() -> None:
+    with pytest.raises(ParameterError, match="image-quilting cannot make windows of an endless plane; choose one of"):
+        ia.weave(texture(40, 40), "image-quilting")
+    with pytest.raises(ParameterError, match="near-regular grows from one exemplar"):
+        ia.weave([texture(40, 40), texture(40, 40)], SMALL)
+
+
+def test_auto_chooses_among_methods_that_make_windows() -> None:
+    woven = ia.weave("sample:tiles")
+    assert woven.method.slug == "near-regular"
+    assert woven[0:3, 0:3].shape == (3, 3, 3)
+
+
+@pytest.fixture
+def cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small cells, so that a small picture has several."""
+    for module in (zarrays, deepzoom):
+        monkeypatch.setattr(module, "SIDE", 64)
+    monkeypatch.setattr(bigtiff, "AREA", 64 * 64)
+
+
+DEPTHS = [("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1), ("uint16", 3), ("float32", 3),
+          ("float32", 6), ("uint8", 7)]  # fmt: skip
+
+
+@pytest.mark.usefixtures("cut")
+@pytest.mark.parametrize(("dtype", "channels"), DEPTHS)
+def test_stores_hold_the_window(dtype: str, channels: int, tmp_path: Path) -> None:
+    """Every depth and number of channels, read by the libraries of others."""
+    zarr, tifffile = needs("zarr"), needs("tifffile")
+    woven = ia.weave(as_depth(texture(80, 77, channels, 1), dtype), SMALL, 5, blend=ia.Blend(2))
+    window = woven[-20:103, 9:154]
+    woven.to_zarr(tmp_path / "o.zarr", (123, 145), origin=(-20, 9), chunk=32)
+    stored = zarr.open_array(tmp_path / "o.zarr", mode="r")
+    assert (stored.dtype, stored.chunks[:2], stored.shards[:2]) == (window.dtype, (32, 32), (64, 64))
+    assert (stored[:] == window).all()
+    assert stored.attrs["intarsia"]["seed"] == 5
+    woven.to_tiff(tmp_path / "o.tif", (123, 145), origin=(-20, 9), tile=32)
+    with tifffile.TiffFile(tmp_path / "o.tif") as file:
+        assert file.is_bigtiff
+        assert file.pages[0].is_tiled
+        assert (file.asarray() == window.squeeze()).all()
+    read = read_plane(tmp_path / "o.tif")
+    assert (read.samples == window).all()
+    assert read.alpha == (channels in (2, 4))
+    recipe = read_recipe(tmp_path / "o.tif")
+    assert recipe is not None
+    assert (recipe["origin"], recipe["size"]) == ([9, -20], [145, 123])
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize("dtype", ["uint8", "uint16"])
+def test_tiles_are_png(dtype: str, channels: int, tmp_path: Path) -> None:
+    pixels = as_depth(texture(29, 37, channels, 8), dtype)
+    data = encode_png(pixels)
+    assert (decode_png(data) == pixels).all()
+    (tmp_path / "o.png").write_bytes(data)
+    assert (read_plane(tmp_path / "o.png").samples == pixels).all()
+
+
+@pytest.mark.usefixtures("cut")
+@pytest.mark.parametrize(("height", "width"), [(150, 170), (1, 33), (64, 64), (65, 31)])
+def test_tiles_are_a_pyramid_of_the_canvas(height: int, width: int, tmp_path: Path) -> None:
+    """The last level is the texture; each pixel of another is the mean of four, in linear light."""
+    woven = small()
+    woven.to_tiles(tmp_path / "o", (height, width), tile=32)
+    files = tmp_path / "o" / "image_files"
+    levels = sorted(int(p.name) for p in files.iterdir())
+    assert levels == list(range((max(height, width) - 1).bit_length() + 1))
+    above = None
+    for level in reversed(levels):
+        grid = Grid(-(-height // 2 ** (levels[-1] - level)), -(-width // 2 ** (levels[-1] - level)), 32, 32)
+        shown = np.zeros((grid.height, grid.width, 3), np.uint8)
+        for cell in grid:
+            tile = read_plane(files / str(level) / f"{cell.column}_{cell.row}.png").samples
+            shown[cell.box.y0 : cell.box.y1, cell.box.x0 : cell.box.x1] = tile
+        assert len(list((files / str(level)).iterdir())) == len(grid)
+        if above is None:
+            assert (shown == woven[0:height, 0:width]).all()
+        else:
+            even = np.pad(above, ((0, above.shape[0] % 2), (0, above.shape[1] % 2), (0, 0)), mode="edge") / 255
+            light = np.where(even <= 0.04045, even / 12.92, ((even + 0.055) / 1.055) ** 2.4)
+            mean = light.reshape(grid.height, 2, grid.width, 2, 3).mean(axis=(1, 3))
+            code = 255 * np.where(mean <= 0.0031308, 12.92 * mean, 1.055 * mean ** (1 / 2.4) - 0.055)
+            assert np.abs(shown - code).max() < 0.51
+        above = shown
+    assert f'<Size Width="{width}" Height="{height}"/>' in (tmp_path / "o" / "image.dzi").read_text()
+
+
+@settings(max_examples=6)
+@given(st.integers(1, 6), st.integers(1, 6), st.integers(0, 5))
+def test_the_size_of_the_pieces_changes_no_byte(
+    tmp_path_factory: pytest.TempPathFactory, one: int, two: int, feather: int
+) -> None:
+    """However many tiles are drawn together, a TIFF has the same bytes; however it is cut, a zarr array the pixels."""
+    zarr = needs("zarr")
+    folder = tmp_path_factory.mktemp("pieces")
+    woven, found = small(feather), []
+    for n, together in enumerate((one, two)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(bigtiff, "AREA", together * 32 * 32)
+            patch.setattr(zarrays, "SIDE", 32 * together)
+            woven.to_tiff(folder / f"{n}.tif", (90, 170), tile=32)
+            woven.to_zarr(folder / f"{n}.zarr", (90, 170), chunk=32 + 13 * n)
+        found.append(((folder / f"{n}.tif").read_bytes(), zarr.open_array(folder / f"{n}.zarr", mode="r")[:].tobytes()))
+    assert found[0] == found[1]
+
+
+SIDES = {"zarr": 32, "tiff": 32, "tiles": 32}
+
+
+def drawn(how: str, path: Path, force: bool = False, seed: int = 5) -> int:
+    """Weave, and return how many cells were drawn."""
+    woven = ia.weave(texture(80, 77, 3, 1), SMALL, seed)
+    store, counted = store_of(how, woven, path, (170, 150), (3, -8), SIDES[how], force), []
+    put = store.put
+    store.put = lambda cell, pieces: (counted.append(cell.number), put(cell, pieces))[1]  # type: ignore[method-assign]
+    stream(store, None, ia.Run(1))
+    return len(counted)
+
+
+@pytest.mark.usefixtures("cut")
+@pytest.mark.parametrize("how", SIDES)
+def test_corrupt_pieces_are_found_and_made_again(how: str, tmp_path: Path) -> None:
+    """Bytes that were turned over, files that were cut or removed; nothing else is drawn again."""
+    if how == "zarr":
+        needs("zarr")
+    path = tmp_path / "o"
+    first = drawn(how, path)
+    sound = files_below(path)
+    assert drawn(how, path) == 0
+    data = [Path(str(path) + name) for name in sorted(sound) if not name.endswith(("ledger", ".json", ".dzi"))]
+    chosen = data[len(data) // 2 :: max(len(data) // 3, 1)]
+    for target in chosen:
+        for damage in ("flip", "cut", "gone") if how != "tiff" else ("flip",):
+            whole = target.read_bytes()
+            at = len(whole) // 3
+            if damage == "gone":
+                target.unlink()
+            else:
+                rest = bytes([whole[at] ^ 255]) + whole[at + 1 :] if damage == "flip" else b""
+                target.write_bytes(whole[:at] + rest)
+            again = drawn(how, path)
+            assert again < first
+            assert again > 0 or how == "tiles", "tiles of smaller levels are made of others"
+            assert files_below(path) == sound
+
+
+def test_a_line_that_a_kill_cut_off_counts_as_not_written(tmp_path: Path) -> None:
+    """Wherever it was cut: what is left of a checksum is none."""
+    path, header = tmp_path / "o.ledger", {"holds": ABOUT, "recipe": {"seed": 1}}
+    ledger = Ledger.begin(path, header)
+    for name in ("a", "b"):
+        ledger.add(name, name.encode() * 9)
+    ledger.close()
+    whole = path.read_bytes()
+    for cut in range(1, len(whole.splitlines()[-1]) + 1):
+        path.write_bytes(whole[:-cut])
+        read = Ledger.load(path, header, "o", None)
+        assert read is not None
+        assert list(read.entries) == ["a"], cut
+
+
+@pytest.mark.usefixtures("cut")
+@pytest.mark.parametrize("how", SIDES)
+@pytest.mark.parametrize("keep", [0, 1, 7, 100000])
+def test_a_damaged_ledger_costs_time_only(how: str, keep: int, tmp_path: Path) -> None:
+    """Lines that are missing, cut off or wrong: their pieces count as not written."""
+    if how == "zarr":
+        needs("zarr")
+    path = tmp_path / "o"
+    drawn(how, path)
+    sound = files_below(path)
+    ledger = path / "weave.ledger" if path.is_dir() else tmp_path / "o.ledger"
+    lines = ledger.read_bytes().splitlines(keepends=True)
+    if how == "tiff" and keep < len(lines) - 1:
+        path.rename(tmp_path / "o.part")
+    ledger.write_bytes(b"".join(lines[: 1 + keep]) + b"zz 7 nonsense\nhalf a li")
+    drawn(how, path)
+    assert files_below(path) == sound
+
+
+@pytest.mark.usefixtures("cut")
+@pytest.mark.parametrize("how", SIDES)
+def test_another_recipe_is_refused_not_mixed(how: str, tmp_path: Path) -> None:
+    """It is named in what it differs; with force it gives way."""
+    if how == "zarr":
+        needs("zarr")
+    path = tmp_path / "o"
+    drawn(how, path)
+    before = files_below(path)
+    with pytest.raises(ParameterError, match=r"o holds another recipe \(seed\); name another place, or replace it"):
+        drawn(how, path, seed=6)
+    with pytest.raises(ParameterError, match=r"holds another recipe \((chunk|tile)\)"):
+        getattr(small(), f"to_{how}")(path, (170, 150), origin=(3, -8), **{"chunk" if how == "zarr" else "tile": 64})
+    assert files_below(path) == before
+    assert drawn(how, path, force=True, seed=6) > 0
+    assert files_below(path) != before
+    drawn(how, path, force=True)
+    assert files_below(path) == before
+
+
+@pytest.mark.parametrize("how", SIDES)
+def test_what_is_no_texture_is_never_touched(how: str, tmp_path: Path) -> None:
+    """Other files and folders; with force, too, where it is a folder."""
+    if how == "zarr":
+        needs("zarr")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "thesis.txt").write_text("years")
+    (tmp_path / "file").write_text("work")
+    for name in ("folder", "file"):
+        for force in (False, True):
+            if not (name == "file" and how == "tiff" and force):
+                with pytest.raises(ParameterError):
+                    drawn(how, tmp_path / name, force)
+    assert (tmp_path / "folder" / "thesis.txt").read_text() == "years"
+    assert (tmp_path / "file").read_text() == "work"
+    with pytest.raises(InputError, match="does not exist; make it first"):
+        drawn(how, tmp_path / "missing" / "o")
+
+
+def test_a_tiff_that_somebody_replaced_is_not_written_to(tmp_path: Path) -> None:
+    drawn("tiff", tmp_path / "o")
+    (tmp_path / "o").write_bytes(b"a picture of somebody else, long enough to hold tiles" * 9999)
+    with pytest.raises(ParameterError, match="o exists; name another file"):
+        drawn("tiff", tmp_path / "o")
+
+
+@pytest.mark.parametrize(
+    ("how", "more", "message"),
+    [
+        ("tiff", {"shape": (0, 5)}, "shape=(0, 5) is not allowed"),
+        ("tiff", {"shape": "big"}, "shape='big' is no size"),
+        ("tiff", {"shape": 2**33}, "a TIFF holds at most 4294967295 px a side; write a zarr array."),
+        ("tiff", {"shape": 2**31}, "cells of 2048x512; at most 4194304"),
+        ("tiff", {"tile": 40}, "tile=40 is not allowed; give 16 to 4096 px, a multiple of 16."),
+        ("tiff", {"origin": 4}, "origin=4 is no pixel; give (y, x)."),
+        ("tiff", {"origin": (0, 2**40)}, "lie too far away"),
+        ("tiles", {"tile": 15}, "tile=15 is not allowed"),
+        ("zarr", {"chunk": True}, "chunk=True is not allowed"),
+    ],
+)
+def test_what_cannot_be_stored_is_refused_before_work(how: str, more: dict, message: str, tmp_path: Path) -> None:
+    if how == "zarr":
+        needs("zarr")
+    with pytest.raises(ParameterError, match=re.escape(message)):
+        getattr(small(), f"to_{how}")(tmp_path / "o", **({"shape": 64} | more))
+    assert not list(tmp_path.iterdir())
+
+
+def test_tiles_of_floats_are_refused(tmp_path: Path) -> None:
+    woven = ia.weave(as_depth(texture(80, 77, 3, 1), "float32"), SMALL)
+    with pytest.raises(ParameterError, match="8 or 16 bit, not 3 of float32; write a zarr array or a TIFF"):
+        woven.to_tiles(tmp_path / "o", 64)
+
+
+def test_labels_and_truth_values_are_stored(tmp_path: Path) -> None:
+    zarr = needs("zarr")
+    names = (noise(80, 77, 3) % np.uint64(5)).astype(np.uint32)
+    woven = ia.weave({"albedo": texture(80, 77, 3, 1), "ids": ia.Plane(names, "label")}, SMALL, 5)
+    woven.plane("ids").to_zarr(tmp_path / "ids.zarr", 90)
+    assert (zarr.open_array(tmp_path / "ids.zarr", mode="r")[:] == woven.plane("ids")[0:90, 0:90]).all()
+    bits = ia.weave({"albedo": texture(80, 77, 3, 1), "on": ia.Plane(names > 2, "label")}, SMALL, 5).plane("on")
+    bits.to_tiles(tmp_path / "on", 90)
+    bits.to_tiff(tmp_path / "on.tif", 90)
+    assert (read_plane(tmp_path / "on.tif").pixels == 255 * bits[0:90, 0:90]).all()
+
+
+def test_cancelling_keeps_what_is_done(tmp_path: Path) -> None:
+    """Law 12: the same call goes on, and ends in the same bytes."""
+    from threading import Event
+
+    whole, event = tmp_path / "whole", Event()
+    small().to_tiff(whole, 300, tile=64)
+
+    def step(done: int, total: int, draft: object) -> None:
+        if done == 1:
+            event.set()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bigtiff, "AREA", 64 * 64)
+        with pytest.raises(ia.CancelledError):
+            small().to_tiff(tmp_path / "o", 300, tile=64, run=ia.Run(1, step, event))
+    assert not (tmp_path / "o").exists()
+    assert (tmp_path / "o.part").stat().st_size > 16
+    small().to_tiff(tmp_path / "o", 300, tile=64)
+    assert files_below(tmp_path / "o") == files_below(whole)
+
+
+def test_memory_is_asked_for_where_the_system_tells(monkeypatch: pytest.MonkeyPatch) -> None:
+    free = cells.free_memory()
+    assert free is None or free > 1 << 20
+    monkeypatch.setattr(cells, "free_memory", lambda: 1000)
+    with pytest.raises(ResourceError, match="takes 1 MB, 1 MB are free"):
+        small()[0:20, 0:20]
+    monkeypatch.setattr(cells, "free_memory", lambda: None)
+    assert small()[0:20, 0:20].shape == (20, 20, 3)
+
+
+def test_the_recipe_names_all_that_a_pixel_depends_on() -> None:
+    told = small(3).recipe
+    assert json.loads(json.dumps(told))["seed"] == 5
+    assert set(told) == {"intarsia", "method", "parameters", "seed", "blend", "exemplars", "plane"}
+    assert small(3).digest != small(4).digest

@@ -1,0 +1,169 @@
+"""The best tile repeated: exact by whole lattices, right to half a px by real ones, and closed around what wraps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tiles.naive_tiles import naive_shown
+
+import intarsia as ia
+from intarsia.canvas import Canvas
+from intarsia.testing import texture
+from intarsia.testing.cases import noise
+from intarsia.tiles.tile_layout import STRAIN, TileLayout, periods_along, read_offsets
+from intarsia.tiles.tiling import Tiling
+
+WHOLE = (((24, 0), (0, 20)), ((30, 0), (15, 16)), ((21, 5), (-4, 18)), ((17, -9), (3, 22)))
+REAL = (((24.3, 0.1), (-0.2, 19.7)), ((21.5, 5.25), (-4.1, 18.6)), ((30.2, 0.3), (15.2, 16.1)))
+
+
+def units(lattice: tuple) -> tuple:
+    return tuple((round(256 * y), round(256 * x)) for x, y in lattice)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.sampled_from(WHOLE + REAL),
+    st.sampled_from(list(ia.Wrap)),
+    st.integers(-(2**41), 2**41),
+    st.integers(-300, 300),
+)
+def test_a_layout_equals_its_plain_form(lattice: tuple, wrap: ia.Wrap, y: int, x: int) -> None:
+    height = periods_along(units(lattice), 0, 4000)[-1][2]
+    width = periods_along(units(lattice), 1, 4000)[-1][2]
+    layout = TileLayout.of((7, 5), units(lattice), Canvas(height, width, wrap))
+    window = layout.window(y, x, 5, 7)
+    for i in range(5):
+        for j in range(7):
+            assert tuple(window[i, j]) == naive_shown(layout, y + i, x + j)
+
+
+@pytest.mark.parametrize("lattice", WHOLE)
+def test_whole_vectors_repeat_exactly(lattice: tuple) -> None:
+    """Lopez Recas 2011, 4.1: output(x) = output(x + v1) = output(x + v2), and every px of one period is shown."""
+    made = ia.synthesize(texture(100, 110, 3, 2), (130, 140), ia.BestTile(lattice=lattice))
+    yx = made.map.yx
+    for dx, dy in lattice:
+        here = yx[max(0, -dy) : 130 - max(0, dy), max(0, -dx) : 140 - max(0, dx)]
+        there = yx[max(0, dy) : 130 + min(0, dy), max(0, dx) : 140 + min(0, dx)]
+        np.testing.assert_array_equal(here, there)
+    (a, b), (c, d) = lattice
+    assert len(np.unique(yx.reshape(-1, 2), axis=0)) == abs(a * d - b * c)
+
+
+@pytest.mark.parametrize("lattice", WHOLE + REAL)
+def test_what_is_shown_lies_a_lattice_vector_away(lattice: tuple) -> None:
+    """Real vectors, too: an output px and the px that it shows differ by a lattice point, to half a px."""
+    layout = Tiling.of(ia.BestTile(lattice=lattice), 4, ia.Exemplar.of(texture(100, 110, 1, 3))).layout()
+    for y0, x0 in ((0, 0), (-5000, 70000)):
+        away = np.mgrid[y0 : y0 + 60, x0 : x0 + 60].transpose(1, 2, 0) - layout.window(y0, x0, 60, 60)
+        points = np.array([[v / 256 for v in row] for row in units(lattice)])
+        near = np.rint(away @ np.linalg.inv(points)) @ points
+        assert np.abs(away - near).max() <= 0.5 + 1e-6
+
+
+@pytest.mark.parametrize("lattice", WHOLE + REAL)
+@pytest.mark.parametrize("wrap", [ia.Wrap.X, ia.Wrap.Y, ia.Wrap.BOTH])
+def test_a_wrapped_canvas_continues_in_itself(lattice: tuple, wrap: ia.Wrap) -> None:
+    vectors = units(lattice)
+    height, width = (periods_along(vectors, axis, 3000)[2][2] for axis in (0, 1))
+    layout = TileLayout.of((3, 4), vectors, Canvas(height, width, wrap))
+    here = layout.window(0, 0, height, width)
+    if wrap.y:
+        np.testing.assert_array_equal(layout.window(-3 * height, 0, height, width), here)
+    if wrap.x:
+        np.testing.assert_array_equal(layout.window(0, 2 * width, height, width), here)
+
+
+@pytest.mark.parametrize("vectors", [units(v) for v in WHOLE + REAL] + [((256 * 9, -130), (700, 256 * 7))])
+def test_offsets_hold_all_that_is_read(vectors: tuple) -> None:
+    """Of whole vectors exactly that; of real ones nothing is read beside them."""
+    inside, (above, before) = read_offsets(vectors)
+    found = np.unique(TileLayout.of((0, 0), vectors).window(-400, -500, 800, 900).reshape(-1, 2), axis=0)
+    assert inside[found[:, 0] + above, found[:, 1] + before].all()
+    if all(n % 256 == 0 for v in vectors for n in v):
+        assert inside.sum() == len(found)
+    else:
+        assert inside.sum() <= len(found) + 0.1 * inside.sum() + 8
+
+
+@pytest.mark.parametrize("lattice", WHOLE + REAL)
+def test_periods_along_an_axis_are_all_that_there_are(lattice: tuple) -> None:
+    """Against every pair of small numbers of both vectors."""
+    vectors = units(lattice)
+    for axis in (0, 1):
+        found = {px for *_, px in periods_along(vectors, axis, 500)}
+        for a in range(-40, 41):
+            for b in range(-40, 41):
+                forward, aside = (a * vectors[0][k] + b * vectors[1][k] for k in (axis, 1 - axis))
+                px = (forward + 128) // 256
+                if 0 < px <= 500 and np.hypot(forward - 256 * px, aside) <= STRAIN * 256 * px:
+                    assert px in found
+
+
+def test_the_tile_is_the_best_and_comes_from_the_undamaged_part() -> None:
+    """A regular exemplar with a stain: the tile is one of those without."""
+    y, x = np.mgrid[:120, :120]
+    pixels = np.where((y % 20 < 3) | (x % 24 < 3), 30, 170) + (noise(120, 120, 1) % np.uint64(5)).astype(int)
+    pixels[:70, :60] += (noise(70, 60, 2) % np.uint64(70)).astype(int)
+    tiling = Tiling.of(ia.BestTile(lattice=((24, 0), (0, 20))), 8, ia.Exemplar.of(pixels.astype(np.uint8)))
+    assert tiling.tile.anchor[0] >= 60 or tiling.tile.anchor[1] >= 50
+    assert tiling.band == 8
+
+
+def test_a_real_lattice_never_shows_masked_pixels() -> None:
+    usable = np.ones((90, 100), bool)
+    usable[::31, ::37] = False
+    usable[:, 97:] = False
+    e = ia.Exemplar.of(texture(90, 100, 3, 1), usable=usable)
+    for lattice in REAL[:2]:
+        shown = ia.synthesize(e, (200, 210), ia.BestTile(lattice=lattice)).map.yx
+        assert usable[shown[..., 0], shown[..., 1]].all()
+
+
+def test_a_narrow_exemplar_gets_a_narrower_border() -> None:
+    tiling = Tiling.of(ia.BestTile(lattice=((24, 0), (0, 20))), 8, ia.Exemplar.of(texture(22, 26, 1, 1)))
+    assert 1 <= tiling.band < 8
+    with pytest.raises(ia.MethodError, match=r"no tile of one period \(24.0,0.0 px and 0.0,20.0 px\) and its border"):
+        ia.synthesize(texture(20, 24, 1, 1), 60, ia.BestTile(lattice=((24, 0), (0, 20))))
+
+
+def test_one_vector_is_enough() -> None:
+    """Rows keep their pitch; along them the exemplar is cut off where that shows least."""
+    y, _ = np.mgrid[:120, :140]
+    e = np.where(y % 15 < 3, 10, 120 + (noise(120, 140, 3) % np.uint64(60)).astype(int)).astype(np.uint8)
+    made = ia.synthesize(e, (200, 300), ia.BestTile(lattice=((0, 15),)))
+    np.testing.assert_array_equal(made.map.yx[15:], made.map.yx[:-15])
+    dark = made.render().pixels[:, :] < 60
+    assert set(np.flatnonzero(dark.mean(axis=1) > 0.9) % 15) == set(np.flatnonzero(dark.mean(axis=1) > 0.5) % 15)
+    assert len(np.unique(made.map.yx[..., 1])) >= 35
+
+
+def test_sizes_that_strain_the_lattice_are_refused() -> None:
+    e = texture(100, 110, 1, 2)
+    method = ia.BestTile(lattice=((24, 0), (0, 20)))
+    with pytest.raises(ia.ParameterError, match=r"^wrap: height=187 px is no whole number .* choose 180 or 200 px"):
+        ia.synthesize(e, (187, 240), method, wrap="both")
+    with pytest.raises(ia.ParameterError, match=r"^wrap: width=9 px .* choose 24 px"):
+        ia.synthesize(e, (180, 9), method, wrap="x")
+    oblique = ia.BestTile(lattice=((17.3, 7.1), (-6.4, 19.9)))
+    with pytest.raises(ia.ParameterError, match=r"^wrap: height=11 px .* drop wrap"):
+        ia.synthesize(e, (11, 240), oblique, wrap="y")
+
+
+def test_an_exemplar_without_a_lattice_is_refused() -> None:
+    with pytest.raises(ia.MethodError, match=r"^best-tile finds no lattice .*confidence 0.* use method image-quilting"):
+        ia.synthesize(texture(90, 80, 3), 100, "best-tile")
+
+
+def test_vectors_of_the_largest_exemplars_do_not_overflow() -> None:
+    """Sides of 60000 px and their fractions: still right to half a px, far out."""
+    lattice = ((60000.3, 20.7), (-31.9, 50000.1))
+    layout = TileLayout.of((11, 12), units(lattice), Canvas(1, 1))
+    y, x = 2**40 + 17, -(2**39)
+    assert tuple(layout.window(y, x, 1, 1)[0, 0]) == naive_shown(layout, y, x)
+    wrapped = TileLayout.of((11, 12), units(lattice), Canvas(100_032, 2_000, ia.Wrap.Y))
+    far = wrapped.window(100_032 * 5 + 3, 999, 2, 3)
+    np.testing.assert_array_equal(far, wrapped.window(3, 999, 2, 3))

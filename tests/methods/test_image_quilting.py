@@ -1,0 +1,451 @@
+"""Image quilting as Robinson 2004 describes it, what is weak in that, and the remedies; docs/sources-002.md lists all.
+
+Tested elsewhere: the cut and its cost in test_cuts; reading and writing PPM in test_files and test_bad_input; knots and
+dark pebbles that return too often in test_repetition; a patch from the size of the elements in test_elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from naive import NaiveQuilting, joins
+from torture import TORTURE
+
+import intarsia as ia
+from intarsia.analysis.features import features
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import Wrap, spread
+from intarsia.methods.base import make
+from intarsia.params import extent
+from intarsia.patches.growing_map import waves
+from intarsia.seams.cost import seam_total
+from intarsia.search.windows import WindowGrid
+from intarsia.sourcemap import HOLE, SourceMap, identity
+from intarsia.testing import noise, texture, unbroken
+
+
+def bytes_of(height: int, width: int, channels: int = 1, seed: int = 0) -> np.ndarray:
+    """White noise: nothing in it is alike, so every match is by intent."""
+    layers = [noise(height, width, 7 * seed + c) >> np.uint64(56) for c in range(channels)]
+    return np.stack(layers, axis=2).astype(np.uint8)
+
+
+def grow(exemplar, size, seed=0, wrap="none", start=None, **parameters) -> SourceMap:
+    """The map of image quilting on one thread."""
+    method = ia.ImageQuilting(**parameters)
+    return ia.synthesize(exemplar, size, method, seed=seed, wrap=wrap, start=start, run=ia.Run(1)).map
+
+
+def holed(smap: SourceMap, holes: np.ndarray) -> SourceMap:
+    which = np.zeros(holes.shape, np.uint8) if smap.which is None else smap.which
+    return replace(smap, which=np.where(holes, HOLE, which))
+
+
+# ---- the algorithm, against a slow twin ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+@pytest.mark.parametrize("isometries", ["none", "180", "90"])
+def test_it_is_quilting_in_raster_order(channels: int, isometries: str) -> None:
+    """Best patch, least cut, patch by patch from the top left; waves of patches change nothing."""
+    e = Exemplar.of(bytes_of(19, 17, channels))
+    ids = {"none": (0,), "180": (0, 1, 2, 6), "90": (0, 3, 4, 5, 7)}[isometries]
+    for seed in range(2):
+        out = grow(e, (23, 29), seed, patch=8, overlap=3, tolerance=0, usage=0, search="exact", isometries=isometries)
+        truth = NaiveQuilting([e], (23, 29), 8, 3, seed, isometries=ids).run()
+        np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
+        np.testing.assert_array_equal(np.zeros((23, 29)) if out.pose is None else out.pose, truth[:, :, 1])
+
+
+@pytest.mark.parametrize("wrap", ["x", "y", "both"])
+def test_patches_on_a_wrapped_border_are_matched_and_cut_on_all_sides(wrap: str) -> None:
+    """Law 6: the patch that closes the torus is searched and cut against what lies across the border, too."""
+    one, two = Exemplar.of(bytes_of(19, 17)), Exemplar.of(bytes_of(14, 21, seed=1))
+    out = grow([one, two], (24, 21), 5, wrap, patch=7, overlap=3, tolerance=0, usage=0, search="exact")
+    twin = NaiveQuilting([one, two], (24, 21), 7, 3, 5, Wrap(wrap))
+    layout = WindowGrid(tuple(twin.rows), tuple(twin.columns), twin.patch, 24, 21, Wrap(wrap).y, Wrap(wrap).x)
+    every = np.ones((len(twin.rows), len(twin.columns)), bool)
+    truth = twin.run([w for wave in waves(layout, every) for w in wave])
+    np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
+    np.testing.assert_array_equal(out.which, truth[:, :, 0])
+
+
+def test_without_overlap_patches_lie_where_the_raster_says() -> None:
+    """With overlap 0 patches stand side by side at multiples of the pitch; nothing is matched."""
+    out = grow(Exemplar.of(bytes_of(30, 30)), (30, 40), patch=10, overlap=0)
+    for axis in (0, 1):
+        broken = ~unbroken(out, axis)[: 29 if axis == 0 else 30, : 39 if axis == 1 else 40]
+        lines = np.flatnonzero(broken.any(axis=1 - axis))
+        assert set(lines.tolist()) <= {9, 19, 29}
+        assert len(lines) >= 2
+
+
+@pytest.mark.parametrize(("patch", "overlap"), [((12, 12), (4, 4)), ((6, 14), (1, 5)), ((13, 8), (6, 0))])
+def test_seams_lie_in_the_overlaps_only(patch: tuple[int, int], overlap: tuple[int, int]) -> None:
+    """What a patch shares with no other is unbroken; rows and columns have sizes of their own."""
+    size = (44, 51)
+    out = grow(Exemplar.of(bytes_of(40, 40)), size, patch=patch, overlap=overlap)
+    patches = []
+    for axis in (0, 1):
+        starts, length = spread(size[axis], patch[axis], overlap[axis], wrap=False)
+        assert len(starts) == -(-(size[axis] - overlap[axis]) // (patch[axis] - overlap[axis]))
+        patches.append([{k for k, s in enumerate(starts) if s <= p < s + length} for p in range(size[axis])])
+    rows, columns = patches
+    for axis, (dy, dx) in enumerate(((1, 0), (0, 1))):
+        whole = unbroken(out, axis)
+        for y, x in product(range(size[0] - dy), range(size[1] - dx)):
+            one, two = (set(product(rows[b], columns[a])) for b, a in ((y, x), (y + dy, x + dx)))
+            assert whole[y, x] or len(one | two) > 1
+
+
+def test_uneven_sizes_widen_overlaps_and_crop_nothing() -> None:
+    """The last patch ends at the border, whole; overlaps grow by a little instead."""
+    for length in range(1, 90):
+        for wrap in (False, True):
+            starts, patch = spread(length, 12, 4, wrap)
+            assert patch == min(12, length)
+            gaps = np.diff([*starts, *([starts[0] + length] if wrap else [])])
+            assert wrap or starts[-1] + patch == length
+            assert starts[0] == 0
+            assert not len(gaps) or (gaps.max() <= max(8, patch) and gaps.max() - gaps.min() <= 1)
+            assert len(gaps) == 0 or length <= 12 or gaps.max() <= 8
+
+
+def test_the_automatic_overlap_is_a_third_and_can_be_set() -> None:
+    """Our default is a third of the patch, Robinson's a sixth; both can be said."""
+    e = Exemplar.of(texture(48, 48, 3))
+    canvas = ia.Canvas(60, 60)
+    assert ia.ImageQuilting(patch=24).resolved([e], canvas).overlap == 8
+    assert ia.ImageQuilting(patch=(24, 18)).resolved([e], canvas).overlap == (8, 6)
+    assert ia.ImageQuilting(patch=24, overlap=4).resolved([e], canvas).pitch == (20, 20)
+    assert ia.ImageQuilting(patch=(24, 18), overlap=(8, 6)).footprint == (24, 18)
+    resolved = ia.ImageQuilting().resolved([e], canvas)
+    assert 1 <= resolved.overlap < resolved.patch <= 48
+
+
+def test_channel_weights_are_those_of_luminance_and_can_be_equal() -> None:
+    """Squared factors 0.30 : 0.59 : 0.11 by default; equal ones on request; a wrong number is refused."""
+    e = Exemplar.of(bytes_of(20, 20, 3))
+    spans = [np.ptp(features([e], w).pictures[0], axis=(0, 1)) for w in (None, (1, 1, 1), (1, 0, 0))]
+    np.testing.assert_allclose((spans[0] / spans[0].max()) ** 2, np.array([0.30, 0.59, 0.11]) / 0.59, atol=0.01)
+    np.testing.assert_allclose(spans[1], spans[1][0])
+    assert spans[2][0] > 1000
+    assert not spans[2][1:].any()
+    plain, equal = (grow(e, (40, 40), patch=8, overlap=3, channel_weights=w) for w in (None, (1, 1, 1)))
+    assert plain.digest != equal.digest
+    with pytest.raises(ia.ParameterError, match="channel_weights"):
+        grow(e, (40, 40), patch=8, channel_weights=(1, 1))
+
+
+def test_tolerance_0_takes_the_best_and_a_tolerance_chooses() -> None:
+    """A draw among all within the tolerance; with 0 only the first patch is drawn."""
+    e = Exemplar.of(texture(30, 30, 3))
+    start = holed(identity([e.source], 0), np.arange(30) >= np.full((30, 1), 8))
+    best = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=0, usage=0).digest for k in range(5)}
+    some = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=5, usage=0).digest for k in range(5)}
+    assert len(best) == 1
+    assert len(some) == 5
+
+
+def test_a_perfect_match_does_not_end_all_variety() -> None:
+    """Where some patch fits perfectly, the tolerance still lets others win, on a periodic texture, too."""
+    e = Exemplar.of(TORTURE["stripes"](size=60))
+    maps = [grow(e, (80, 80), k, patch=20, overlap=6) for k in range(4)]
+    assert len({m.digest for m in maps}) == 4
+    for m in maps:
+        assert not unbroken(m, 0)[:-1].all()
+    grain = Exemplar.of(texture(64, 64, 3, 3))
+    out = grow(grain, (128, 128), patch=16, overlap=6)
+    assert (~unbroken(out, 1)[:, :-1]).mean() > 0.02, "one long verbatim copy"
+
+
+SETTINGS = [(12, 4), (24, 4), (24, 8), (24, 12), (48, 16), ((24, 48), 8)]
+SHOWN = ["brick", "stones", "tiles", "gravel", "pebbles"]
+
+
+@pytest.fixture(scope="module")
+def seams() -> dict[tuple[object, ...], float]:
+    """What a px of output costs in seams, by exemplar, patch and overlap; overlap None: laid blindly."""
+    found = {}
+    for name in SHOWN:
+        e = Exemplar.of(np.ascontiguousarray(np.asarray(ia.read(f"sample:{name}").base.samples)[:112, :112]))
+        methods = {setting: ia.ImageQuilting(patch=setting[0], overlap=setting[1]) for setting in SETTINGS}
+        methods |= {(patch, None): ia.RandomTiling(patch=patch) for patch in (12, 24, 48)}
+        for (patch, overlap), method in methods.items():
+            maps = [ia.synthesize(e, 160, method, seed=k, run=ia.Run(1)).map for k in (1, 2)]
+            found[name, patch, overlap] = sum(seam_total(features([e]), [e], m) for m in maps) / 2 / 160**2
+    return found
+
+
+def test_beside_random_tiling_quilting_meets_better_in_every_setting(seams) -> None:
+    """Patch and overlap are taken as they are given; blind patches of the same side cost twice as much."""
+    for (name, patch, overlap), cost in seams.items():
+        if overlap is not None:
+            assert 2 * cost < seams[name, patch if isinstance(patch, int) else min(patch), None], (name, patch, overlap)
+
+
+def test_what_the_report_saw_is_seen_here(seams) -> None:
+    """Small patches meet worst; wider overlap helps bricks and hurts round things; rectangles do not help."""
+    for name in SHOWN:
+        assert seams[name, 12, 4] > 1.5 * seams[name, 24, 8]
+        assert seams[name, (24, 48), 8] > seams[name, 48, 16]
+    assert seams["brick", 24, 8] < seams["brick", 24, 4]
+    assert seams["pebbles", 24, 4] < seams["pebbles", 24, 12]
+
+
+def test_the_first_patch_is_drawn() -> None:
+    """The seed decides where the first patch comes from, all over the exemplar."""
+    e = Exemplar.of(bytes_of(30, 30))
+    firsts = np.array([grow(e, (8, 8), k, patch=8, overlap=2).yx[0, 0] for k in range(40)])
+    assert len(np.unique(firsts, axis=0)) > 30
+    assert (firsts.min(axis=0) < 5).all()
+    assert (firsts.max(axis=0) > 17).all()
+
+
+def test_seeds_differ_and_one_seed_repeats() -> None:
+    """The source's program had no seed; here the same seed gives the same map, others give others."""
+    e = Exemplar.of(texture(30, 30, 3))
+    maps = [grow(e, (40, 40), k, patch=10, overlap=3).digest for k in (0, 1, 2**64 - 1, 0)]
+    assert maps[0] == maps[3]
+    assert len(set(maps)) == 3
+
+
+# ---- known defects ------------------------------------------------------------------------------------------------
+
+
+def test_black_and_white_are_far_apart() -> None:
+    """|255 - 0| is 255, so stripes continue; as signed bytes they would be almost equal."""
+    e = Exemplar.of(TORTURE["stripes"](size=60))
+    assert np.ptp(features([e]).pictures[0]) == 1023
+    for seed, search in product(range(4), ("exact", "fast")):
+        method = ia.ImageQuilting(patch=24, overlap=8, search=search)
+        out = ia.synthesize(e, (70, 70), method, seed=seed).render().pixels
+        wrong = (out != out[0]).mean()
+        assert wrong == 0 if search == "exact" else wrong < 0.1, "stripes run from top to bottom"
+        edges = np.flatnonzero(np.diff(out[0].astype(int)))
+        assert set(np.diff(edges).tolist()) == {5}
+
+
+def test_127_and_128_are_neighbours() -> None:
+    """The other half of the signed-byte error."""
+    picture = np.full((20, 20), 127, np.uint8)
+    picture[:, 10:] = 128
+    picture[0, 0], picture[0, 19] = 0, 255
+    assert np.ptp(features([Exemplar.of(picture)]).pictures[0][1:]) <= 5
+
+
+@pytest.mark.parametrize("seam", ["difference", "gradient"])
+def test_seams_are_cheaper_than_straight_ones(seam: str) -> None:
+    """Cut along the least cost, neighbours across joins differ less than with hard straight joins."""
+    e = Exemplar.of(TORTURE["pebbles_black"](size=96)[:, :, 0])
+
+    def cost(smap: SourceMap) -> float:
+        pixels = e.base.pixels[smap.yx[:, :, 0], smap.yx[:, :, 1]].astype(float)
+        step = np.abs(np.diff(pixels, axis=1))
+        return float(step[~unbroken(smap, 1)[:, :-1]].mean())
+
+    cut = np.mean([cost(grow(e, (120, 120), k, patch=24, overlap=8, seam=seam)) for k in range(3)])
+    hard = np.mean([cost(ia.synthesize(e, 120, ia.RandomTiling(patch=24), seed=k).map) for k in range(3)])
+    assert cut < 0.7 * hard
+
+
+def test_isometries_add_mirrored_patches() -> None:
+    """Eight orientations, all of which occur; without being asked for, none."""
+    e = Exemplar.of(bytes_of(24, 24))
+    assert grow(e, (40, 40), patch=8, overlap=2).pose is None
+    poses = set(grow(e, (90, 90), patch=8, overlap=2, isometries="both").poses)
+    assert poses == set(range(8))
+    assert set(grow(e, (90, 90), patch=8, overlap=2, isometries=(0, 6)).poses) == {0, 6}
+    with pytest.raises(ia.ParameterError, match="not square"):
+        grow(e, (40, 40), patch=(8, 6), isometries="90")
+
+
+def test_the_wrapped_border_is_crossed_by_patches() -> None:
+    """Law 6: pieces run across the border; the border is no line of cuts."""
+    e = Exemplar.of(texture(40, 40, 3))
+    for axis in (0, 1):
+        broken = joins(grow(e, (48, 48), 1, "both", patch=14, overlap=5), axis)
+        line = broken.mean(axis=1 - axis)
+        assert line[-1] <= line[:-1].max() + 0.1
+        assert not broken.take(-1, axis=axis).all()
+
+
+# ---- sizes and shapes ---------------------------------------------------------------------------------------------
+
+ODD = {
+    "patch is the exemplar": ((12, 12), (30, 30), {"patch": 12, "overlap": 4}),
+    "overlap is patch - 1": ((16, 16), (14, 15), {"patch": 6, "overlap": 5}),
+    "overlap 0": ((16, 16), (30, 30), {"patch": 6, "overlap": 0}),
+    "patch 1": ((9, 9), (7, 8), {"patch": 1, "overlap": 0}),
+    "output below the patch": ((30, 30), (5, 7), {"patch": 12, "overlap": 4}),
+    "output 1x1": ((30, 30), (1, 1), {"patch": 12, "overlap": 4}),
+    "exemplar 1xN": ((1, 40), (20, 20), {"patch": 1, "overlap": 0}),
+    "exemplar Nx1": ((40, 1), (20, 20), {}),
+    "exemplar 1x1": ((1, 1), (13, 17), {}),
+    "exemplar 2x2": ((2, 2), (9, 9), {}),
+    "rows of an exemplar of rows": ((1, 40), (20, 30), {"patch": (1, 10), "overlap": (0, 4)}),
+    "wide": ((20, 20), (2, 500), {"patch": 8, "overlap": 3}),
+    "high": ((20, 20), (500, 1), {"patch": 8, "overlap": 3}),
+    "a strip of an exemplar": ((8, 200), (40, 40), {"patch": 8, "overlap": 3}),
+}
+
+
+@pytest.mark.parametrize("wrap", ["none", "x", "y", "both"])
+@pytest.mark.parametrize("name", ODD)
+def test_odd_sizes_are_filled(name: str, wrap: str) -> None:
+    """No size crashes or hangs; every pixel is filled from inside the exemplar."""
+    (height, width), size, parameters = ODD[name]
+    e = Exemplar.of(bytes_of(height, width, 3))
+    for isometries in ("none", "180"):
+        out = grow(e, size, 3, wrap, isometries=isometries, **parameters)
+        assert (out.height, out.width) == size
+        assert not out.holes.any()
+        out.check_sources()
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"patch": 31}, "patch=31 is larger than the exemplar (30 x 24 px); choose at most 24"),
+        ({"patch": (25, 10)}, "patch=10x25 is larger"),
+        ({"patch": 10, "overlap": 10}, "overlap=10 is not below patch=10 px; choose 0 to 9 px"),
+        ({"patch": (10, 6), "overlap": 6}, "overlap=6 is not below patch=6"),
+        ({"patch": 0}, "patch=0 is not allowed; give 1 to 65536 px"),
+        ({"overlap": -1}, "overlap=-1 is not allowed"),
+        ({"tolerance": -0.1}, "tolerance=-0.1 is not allowed; give 0 to 100"),
+        ({"usage": float("nan")}, "usage=nan is not allowed"),
+        ({"search": "best"}, "search=best is not allowed; give one of fast, exact"),
+        ({"isometries": "45"}, "isometries=45 is not allowed"),
+        ({"min_repeat_distance": 1.5}, "min_repeat_distance=1.5 is not allowed"),
+        ({"channel_weights": (0, 0, 0)}, "channel_weights"),
+    ],
+)
+def test_what_cannot_work_is_refused_before_any_work(parameters: dict, message: str) -> None:
+    """One line that says what was given, what is allowed, what to do."""
+    with pytest.raises(ia.ParameterError) as caught:
+        grow(Exemplar.of(bytes_of(24, 30, 3)), (40, 40), **parameters)
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_overlap_above_the_automatic_patch_is_refused() -> None:
+    """The patch that is decided later must hold the overlap, too."""
+    with pytest.raises(ia.ParameterError, match="overlap=24"):
+        grow(Exemplar.of(texture(30, 30, 3)), (40, 40), overlap=24)
+
+
+def test_masks_are_kept_to_the_pixel() -> None:
+    """With single forbidden pixels none is ever shown; where no patch is free of them the mask is refused."""
+    usable = np.ones((40, 40), bool)
+    usable[10, 10] = usable[25, 30] = usable[39, 0] = False
+    e = Exemplar.of(bytes_of(40, 40), usable=usable)
+    for search, wrap in product(("fast", "exact"), ("none", "both")):
+        out = grow(e, (60, 60), 2, wrap, patch=12, overlap=4, search=search, isometries="both")
+        assert usable[out.yx[:, :, 0], out.yx[:, :, 1]].all()
+    grid = np.ones((40, 40), bool)
+    grid[::8, ::8] = False
+    with pytest.raises(ia.MethodError, match="free of masked pixels") as caught:
+        grow(Exemplar.of(bytes_of(40, 40), usable=grid), (60, 60), patch=12)
+    assert "\n" not in str(caught.value)
+    with pytest.raises(ia.InputError, match="no pixel"):
+        grow(Exemplar.of(bytes_of(40, 40), usable=np.zeros((40, 40))), (60, 60), patch=12)
+
+
+@pytest.mark.parametrize("method", ["image-quilting", "patch-sampling", "graphcut", "random-tiling", "segment-based"])
+def test_what_a_mask_leaves_is_measured_before_work(method: str) -> None:
+    """An automatic patch fits into what is not masked; a patch that does not is refused when it is resolved."""
+    e = Exemplar.of(texture(64, 64, 3), usable=np.tile(np.arange(64) < 20, (64, 1)))
+    canvas = Canvas(80, 80)
+    assert extent(make(method, {}).resolved([e], canvas).patch)[1] <= 20  # type: ignore[attr-defined]
+    with pytest.raises(ia.MethodError, match="no 24x24 px patch of the exemplar is free of masked pixels"):
+        make(method, {"patch": 24}).resolved([e], canvas)
+
+
+# ---- start maps ---------------------------------------------------------------------------------------------------
+
+
+def start_of(e: Exemplar, kind: str) -> SourceMap:
+    """The exemplar itself with holes."""
+    start = identity([e.source], 0)
+    y, x = np.mgrid[: e.height, : e.width]
+    holes = {
+        "left half known": x >= e.width // 2,
+        "a hole in the middle": (abs(y - e.height // 2) < 7) & (abs(x - e.width // 2) < 9),
+        "scattered": noise(e.height, e.width, 3) % np.uint64(29) == 0,
+        "a known speck": (abs(y - 20) > 2) | (abs(x - 20) > 2),
+    }[kind]
+    return holed(start, holes)
+
+
+@pytest.mark.parametrize("kind", ["left half known", "a hole in the middle", "scattered", "a known speck"])
+@pytest.mark.parametrize("wrap", ["none", "both"])
+def test_a_start_is_continued(kind: str, wrap: str) -> None:
+    """Law 7: holes are filled, what is deeper than the overlap stays, whatever the holes' shape."""
+    from scipy.ndimage import distance_transform_cdt
+
+    e = Exemplar.of(texture(44, 48, 3, 2))
+    start = replace(start_of(e, kind), wrap=Wrap(wrap))
+    out = grow(e, None, 1, wrap, start=start, patch=12, overlap=4)
+    known = ~start.holes
+    around = np.pad(known, 48, mode="wrap") if wrap == "both" else np.pad(known, 48, constant_values=True)
+    deep = distance_transform_cdt(around, metric="chessboard")[48:-48, 48:-48] > 4
+    assert (out.yx[deep] == start.yx[deep]).all()
+    assert not out.holes.any()
+
+
+def test_a_small_hole_is_healed_by_pixels_that_fit() -> None:
+    """Filled from the same picture, the hole is hardly worse than the picture itself."""
+    e = Exemplar.of(TORTURE["grapes"](size=96))
+    start = start_of(e, "a hole in the middle")
+    usable = np.array(~start.holes)
+    masked = Exemplar.of(e.base, usable=usable)
+    start = replace(start, sources=(masked.source,))
+    out = ia.synthesize(masked, None, ia.ImageQuilting(patch=20, overlap=7), start=start)
+    pixels = out.render().pixels.astype(float)
+    assert usable[out.map.yx[:, :, 0], out.map.yx[:, :, 1]].all()
+    steps = np.abs(np.diff(pixels, axis=1)).mean(axis=2)
+    assert steps[:, 35:62][42:55].mean() < 2 * steps.mean()
+
+
+def test_a_picture_that_may_not_be_sampled_is_continued_to_match() -> None:
+    """A wholly unusable exemplar under the start counts in matching: dark continues dark."""
+    ramp = np.zeros((60, 60, 3), np.uint8)
+    ramp[:30] = 40
+    ramp[30:] = 210
+    ramp += (noise(60, 60, 9)[:, :, None] % np.uint64(12)).astype(np.uint8)
+    below = Exemplar.of(ramp[:, :40], usable=np.zeros((60, 40), bool))
+    sampled = Exemplar.of(ramp[::-1].copy())  # bright above, dark below
+    start = holed(identity([below.source, sampled.source], 0), np.arange(40) >= np.full((60, 1), 20))
+    out = ia.synthesize([below, sampled], None, ia.ImageQuilting(patch=12, overlap=4, usage=0), start=start)
+    right = out.render().pixels[:, 24:34].mean(axis=(1, 2))
+    assert right[:24].max() < 100
+    assert right[36:].min() > 150
+
+
+def test_starts_in_any_pose_are_read_and_kept() -> None:
+    """Law 7: a start may show turned pieces though new patches are upright."""
+    e = Exemplar.of(texture(40, 40, 3, 4))
+    turned = grow(e, (40, 44), 1, patch=12, overlap=4, isometries="both")
+    start = holed(turned, np.arange(44) >= np.full((40, 1), 22))
+    out = grow(e, None, 2, start=start, patch=12, overlap=4)
+    assert (out.yx[:, :17] == turned.yx[:, :17]).all()
+    assert out.pose is not None
+    assert (out.pose[:, :17] == turned.pose[:, :17]).all()
+    assert not out.pose[:, 22:].any()
+
+
+def test_a_start_of_other_exemplars_is_refused() -> None:
+    """A start map must point into what is given."""
+    e = Exemplar.of(texture(40, 40, 3))
+    other = Exemplar.of(texture(30, 40, 3))
+    with pytest.raises(ia.InputError, match="start map"):
+        grow(e, None, start=start_of(other, "scattered"), patch=12)
+    with pytest.raises(ia.InputError, match="start map"):
+        grow(e, (50, 50), start=start_of(e, "scattered"), patch=12)
+    damaged = replace(start_of(e, "scattered"), yx=np.full((40, 40, 2), 40, np.int32))
+    with pytest.raises(ia.InputError, match="damaged"):
+        grow(e, None, start=damaged, patch=12)

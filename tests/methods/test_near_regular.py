@@ -1,0 +1,417 @@
+"""Near-regular textures: rows are kept, windows are crops, and what has no lattice is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.analysis.features import features
+from intarsia.blocks.mosaic import Mosaic
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS
+from intarsia.lattice.vectors import check_lattice, lattice_of
+from intarsia.methods.near_regular import FEW
+from intarsia.testing import texture
+from intarsia.testing.cases import noise
+
+
+def tiling(height: int, width: int, rows: float, columns: float, shear: float = 0.0) -> np.ndarray:
+    """Tiles of different grey with dark joints; every second vector leans by `shear` px."""
+    y, x = np.mgrid[:height, :width].astype(float)
+    i = np.floor(y / rows).astype(int)
+    u = x - i * shear
+    j = np.floor(u / columns).astype(int)
+    joint = (y % rows < 3) | (u % columns < 3)
+    grey = 120 + (noise(64, 256, 5)[i % 64, j % 256] % np.uint64(100)).astype(int)
+    grain = (noise(height, width, 7) % np.uint64(9)).astype(int)
+    return np.where(joint, 20, grey + grain).astype(np.uint8)
+
+
+def joints(pixels: np.ndarray) -> np.ndarray:
+    return pixels < 60
+
+
+LATTICES = [
+    (20.0, 24.0, 0.0),
+    (17.5, 22.25, 0.0),
+    (16.0, 30.0, 15.0),  # running bond
+]
+
+
+@pytest.mark.parametrize(("rows", "columns", "shear"), LATTICES)
+def test_the_output_repeats_by_the_lattice_of_the_exemplar(rows: float, columns: float, shear: float) -> None:
+    """Its joints lie on the lattice within 1 px: near the joints of a tiling of the same phase."""
+    e = tiling(160, 180, rows, columns, shear)
+    made = ia.synthesize(e, (300, 320), ia.NearRegular(lattice=((columns, 0), (shear, rows))), seed=4)
+    shown = joints(made.render().pixels.reshape(300, 320))
+    truth = joints(tiling(300, 320, rows, columns, shear))
+    grown = truth.copy()
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            grown |= np.roll(truth, (dy, dx), (0, 1))
+    assert (shown & ~grown).mean() < 0.005
+    assert 0.85 < shown.mean() / truth.mean() < 1.15
+
+
+def test_elements_differ_in_order_from_the_exemplar() -> None:
+    """It is no repetition of one tile: more than half of the exemplar is shown, and periods differ."""
+    e = tiling(200, 240, 20, 24)
+    made = ia.synthesize(e, (400, 480), ia.NearRegular(lattice=((24, 0), (0, 20))), seed=1)
+    shown = np.zeros((200, 240), bool)
+    shown[made.map.yx[:, :, 0], made.map.yx[:, :, 1]] = True
+    assert shown.mean() > 0.5
+
+
+ANYWHERE = [(17, 15), (23, 27), (30, 12)]
+"""Where an exemplar is cut out of a tiling: its first joint lies so many px before its border."""
+
+
+@pytest.mark.parametrize("cut", ANYWHERE)
+@pytest.mark.parametrize("block", [40, 88])
+def test_blocks_meet_in_the_joints_wherever_these_lie(cut: tuple[int, int], block: int) -> None:
+    """The grid of blocks begins near a joint, not at the border of the exemplar, so cuts lie in joints."""
+    pixels = tiling(360, 380, 40, 44)[cut[0] :, cut[1] :].copy()
+    method = ia.NearRegular(lattice=((44, 0), (0, 40)), block=block, border=8)
+    made = ia.synthesize(pixels, (400, 420), method, seed=1)
+    dark = joints(made.render().pixels.reshape(400, 420))
+    cuts = [made.map.yx[1:, :, 0] != made.map.yx[:-1, :, 0] + 1, made.map.yx[:, 1:, 1] != made.map.yx[:, :-1, 1] + 1]
+    beside = [dark[1:] | dark[:-1], dark[:, 1:] | dark[:, :-1]]
+    assert sum(int(c.sum()) for c in cuts) > 2000
+    assert sum(int((c & d).sum()) for c, d in zip(cuts, beside, strict=True)) > 0.7 * sum(int(c.sum()) for c in cuts)
+
+
+def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tuple[int, int]]:
+    """By how much the pixel in the middle of each block lies elsewhere in the exemplar: what the block shows."""
+    window = mosaic.window(0, 0, height, width)
+    down = (mosaic.canvas.rows[0] + mosaic.canvas.columns[0]) / 512
+    right = (mosaic.canvas.rows[1] + mosaic.canvas.columns[1]) / 512
+    found = {}
+    last = mosaic.canvas.block_of(height, width)
+    for i in range(last[0]):
+        for j in range(last[1]):
+            y, x = (int(v / 256 + d) for v, d in zip(mosaic.canvas.origin(i, j), (down, right), strict=True))
+            if 0 <= y < height and 0 <= x < width:
+                found[i, j] = int(window[y, x, 0]) - y, int(window[y, x, 1]) - x
+    return found
+
+
+def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> None:
+    """Wherever on the canvas, a block is moved by whole steps of the lattice, rounded once."""
+    method = ia.NearRegular(lattice=((22.25, 0), (0, 17.7)), block=40, slack=0)
+    mosaic = Mosaic.of(method, Exemplar.of(tiling(200, 210, 17.7, 22.25)), Canvas(900, 900), 5)
+    random = [move for (i, j), move in moves(mosaic, 900, 900).items() if (i + j) % 2 == 0]
+    assert len(random) > 150
+    for axis, period in enumerate((round(17.7 * 256) / 256, 22.25)):
+        off = [(move[axis] + period / 2) % period - period / 2 for move in random]
+        assert max(abs(o) for o in off) <= 0.5 + 1e-9
+        assert max(off) > 0.3
+        assert min(off) < -0.2
+
+
+def test_places_are_used_in_turn() -> None:
+    """Every second block shows a place drawn without putting back, so all are shown about as often."""
+    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    mosaic = Mosaic.of(method, Exemplar.of(tiling(160, 192, 20, 24)), Canvas(800, 800), 3)
+    shown: dict[tuple[int, int], int] = {}
+    for (i, j), move in moves(mosaic, 800, 800).items():
+        if (i + j) % 2 == 0:
+            y, x = mosaic.canvas.origin(i, j)
+            place = round(y / 256) + move[0], round(x / 256) + move[1]
+            shown[place] = shown.get(place, 0) + 1
+    counts = np.array(list(shown.values()))
+    assert len(counts) > 40
+    assert counts.sum() > 8 * len(counts)
+    assert counts.std() < 0.2 * counts.mean()  # independent draws: 0.3
+
+
+def test_a_gap_shows_something_else_than_what_lies_beside_it() -> None:
+    """It neither repeats a block beside it, nor goes on with it as the exemplar does, where others fit, too."""
+    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    mosaic = Mosaic.of(method, Exemplar.of(tiling(200, 240, 20, 24)), Canvas(900, 900), 7)
+    found = moves(mosaic, 900, 900)
+    pairs = repeated = continued = 0
+    for (i, j), (dy, dx) in found.items():
+        for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)) if (i + j) % 2 else ():
+            if (a, b) in found:
+                (y, x), (v, u) = mosaic.canvas.origin(i, j), mosaic.canvas.origin(a, b)
+                other = found[a, b]
+                pairs += 1
+                continued += other == (dy, dx)
+                repeated += (round(v / 256) + other[0], round(u / 256) + other[1]) == (
+                    round(y / 256) + dy, round(x / 256) + dx
+                )  # fmt: skip
+    assert pairs > 1000
+    assert continued < 0.01 * pairs  # 37 in 1000 where any that fits is drawn
+    assert repeated < 0.004 * pairs  # 10 in 1000
+
+
+def test_the_lattice_is_found_and_replayed() -> None:
+    e = Exemplar.of(tiling(160, 180, 20, 24))
+    found = lattice_of(e, "near-regular")
+    assert len(found) == 2
+    resolved = ia.NearRegular().resolved([e], Canvas(50, 50))
+    assert resolved.lattice == found
+    for x, y in found:
+        assert abs(x / 24 - round(x / 24)) < 0.05
+        assert abs(y / 20 - round(y / 20)) < 0.06
+    one = ia.synthesize(e, 120, ia.NearRegular(), seed=2)
+    two = ia.synthesize(e, 120, ia.NearRegular(lattice=found), seed=2)
+    assert one.map.digest == two.map.digest
+    assert one.recipe_text == two.recipe_text
+
+
+def test_threads_change_nothing() -> None:
+    method = ia.NearRegular(lattice=((22.25, 0), (0, 17.5)))
+    e = tiling(120, 140, 17.5, 22.25)
+    maps = [ia.synthesize(e, 300, method, seed=9, run=ia.Run(n)).map.digest for n in (1, 3, 8)]
+    assert len(set(maps)) == 1
+
+
+@pytest.mark.parametrize("lattice", [((22.25, 0), (0, 17.5)), ((30, 0), (15, 16)), ((21, 5), (-4, 18)), ((3, 18),)])
+@pytest.mark.parametrize("corner", [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)])
+def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
+    method, (y, x) = ia.NearRegular(lattice=lattice), corner
+    e = Exemplar.of(tiling(120, 140, 17.5, 22.25))
+    mosaic = Mosaic.of(method, e, Canvas(10, 10), 5)
+    whole = mosaic.window(y, x, 150, 170)
+    assert whole.any(axis=2).mean() > 0.99
+    for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
+        part = mosaic.window(y + top, x + left, height, width)
+        np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
+
+
+def test_two_neighbours_never_meet_inside_a_gap() -> None:
+    """They would meet along the mitre, in a seam that no cut counts."""
+    method = ia.NearRegular(lattice=((20, 0), (0, 21)), block=20)
+    mosaic = Mosaic.of(method, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
+    moved = mosaic.window(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
+
+    def shown_by(gap: tuple[int, int], y: int, x: int) -> set[tuple[int, int]]:
+        """The neighbours of a gap that show a pixel in it, and not the gap's own block."""
+        i, j = gap
+        middle = tuple(c // 256 + 10 for c in mosaic.canvas.origin(i, j))
+        own = moved[middle] if 0 <= middle[0] < 180 and 0 <= middle[1] < 190 else moved[y, x]
+        if mosaic.canvas.block_of(y, x) != gap or (own == moved[y, x]).all():
+            return set()
+        near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
+        return {n for n in near if mosaic._shift(*n, mosaic._place(*n)) == tuple(moved[y, x])}
+
+    let_in = 0
+    for y, x in np.ndindex(179, 189):
+        gap = mosaic.canvas.block_of(y, x)
+        one = shown_by(gap, y, x) if sum(gap) % 2 else set()
+        let_in += bool(one)
+        for other in (shown_by(gap, y + 1, x), shown_by(gap, y, x + 1)) if one else ():
+            assert not other or one & other
+    assert let_in > 500
+
+
+def test_a_wrapped_canvas_continues_in_itself() -> None:
+    """The window of the mosaic one canvas further on shows the same."""
+    canvas = Canvas(203, 290, ia.Wrap.BOTH)
+    e = Exemplar.of(tiling(120, 140, 17, 24))
+    mosaic = Mosaic.of(ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
+    here = mosaic.window(0, 0, 203, 290)
+    np.testing.assert_array_equal(mosaic.window(203, -290, 203, 290), here)
+    np.testing.assert_array_equal(mosaic.window(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
+
+
+def test_sizes_that_strain_the_lattice_are_refused() -> None:
+    e = tiling(120, 140, 17, 24)
+    method = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17)
+    with pytest.raises(ia.ParameterError, match=r"^wrap: height=187 px is no even .* choose 170 or 204"):
+        ia.synthesize(e, (187, 288), method, wrap="both")
+
+
+def test_up_to_two_percent_of_strain_closes_a_canvas() -> None:
+    """12 rows of 17 px are 204 px: up to 4 px off is stretched, 5 px off is refused with sizes that fit."""
+    e, method = tiling(120, 140, 17, 24), ia.NearRegular(lattice=((24, 0), (0, 17)), block=17)
+    assert ia.synthesize(e, (208, 288), method, wrap="both").map.height == 208
+    assert ia.synthesize(e, (200, 288), method, wrap="both").map.height == 200
+    for size, good in ((199, "170 or 204 or 238"), (209, "170 or 204 or 238")):
+        with pytest.raises(ia.ParameterError, match=rf"^wrap: height={size} px .* choose {good} px\.$") as caught:
+            ia.synthesize(e, (size, 288), method, wrap="both")
+        assert "at most 2 %" in str(caught.value)
+    for size in (170, 204, 238):
+        assert ia.synthesize(e, (size, 288), method, wrap="both").map.height == size
+
+
+def test_wrapped_blocks_are_read_at_strained_places() -> None:
+    """The block at q is read at round(M M'^-1 q) plus lattice multiples: exactly so in random blocks."""
+    e = Exemplar.of(tiling(120, 140, 17, 24))
+    method, canvas = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0), Canvas(200, 293, ia.Wrap.BOTH)
+    mosaic = Mosaic.of(method, e, canvas, 3)
+    shown = mosaic.window(0, 0, 200, 293)
+    for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
+        phase = mosaic.source.phase[axis] / 256
+        assert mosaic.around[axis] == turns
+        for i, j in ((0, 0), (1, 1), (5, 3), (10, 10)):
+            q = (i, j)[axis] * length / turns + phase
+            middle = [int(mosaic.canvas.phase[k] / 256 + (n + 0.5) * (200, 293)[k] / 12) for k, n in enumerate((i, j))]
+            y, x = middle[0] % 200, middle[1] % 293
+            read = shown[y, x, axis] - middle[axis] + q  # where the block's first px lies in the exemplar
+            want = (q - phase) * turns * side / length + phase
+            assert abs((read - want + period / 2) % period - period / 2) <= 1
+
+
+def test_a_slanted_lattice_that_cannot_close_is_refused() -> None:
+    """Rows that lean by 4 % would be cut at every block; the message names the variant that closes them."""
+    e = tiling(160, 180, 26, 24, 1.0)
+    with pytest.raises(ia.ParameterError, match=r"the lattice is slanted; choose variant=plain"):
+        ia.synthesize(e, (260, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), block=26), wrap="y")
+    made = ia.synthesize(e, (624, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), variant="plain"), wrap="y")
+    assert made.map.height == 624
+
+
+@pytest.mark.parametrize("isometries", ["180", "90", "both"])
+def test_turned_blocks_keep_the_joints_on_the_lattice(isometries: str) -> None:
+    """Wherever the joints lie in the exemplar: copies are moved until they agree with it."""
+    e = tiling(170, 190, 20, 20)[7:160, 3:]
+    method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries=isometries)
+    made = ia.synthesize(e, (300, 320), method, seed=4)
+    assert made.map.poses == ISOMETRY_SETS[isometries]
+    shown = joints(made.render().pixels.reshape(300, 320))
+    truth = joints(tiling(327, 343, 20, 20)[7:307, 3:323])
+    grown = truth.copy()
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            grown |= np.roll(truth, (dy, dx), (0, 1))
+    assert (shown & ~grown).mean() < 0.005
+    assert 0.85 < shown.mean() / truth.mean() < 1.15
+
+
+def test_the_sheet_shows_the_poses_that_the_map_names() -> None:
+    """Every px of the sheet is the exemplar's px that it is turned into."""
+    pixels = texture(41, 47, 3, 2)
+    e = Exemplar.of(pixels)
+    mosaic = Mosaic.of(ia.NearRegular(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
+    yx = mosaic.window(0, 0, 200, 200)
+    shown, picture = mosaic.sheet.to_exemplar(yx)[0], features([e]).pictures[0]
+    np.testing.assert_array_equal(picture[shown[..., 0], shown[..., 1]], mosaic.sheet.picture[yx[..., 0], yx[..., 1]])
+    own = np.moveaxis(np.indices(mosaic.sheet.size, np.int32), 0, 2)  # the exemplar with its completed periods
+    exact, pose = replace(mosaic.sheet, source=own).to_exemplar(yx)
+    assert set(np.unique(pose)) == set(range(8))
+    within = (np.diff(yx, axis=1) == (0, 1)).all(axis=2)  # the sheet runs on to the right
+    j = np.array([iso.j for iso in ISOMETRIES])[pose[:, :-1]]
+    np.testing.assert_array_equal(np.diff(exact, axis=1)[within], j[..., 1][within])
+
+
+def test_isometries_that_break_the_lattice_are_left_out_or_refused() -> None:
+    e = tiling(120, 140, 17, 24)
+    both = ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="both"), seed=1)
+    assert both.map.poses == (0, 1, 2, 6)
+    running = ia.NearRegular(lattice=((30, 0), (7, 16)), isometries="both").resolved([Exemplar.of(e)], Canvas(9, 9))
+    assert ia.synthesize(e, 200, running, seed=1).map.poses == (0, 6)
+    with pytest.raises(ia.ParameterError, match=r"^isometries: 5 \(rotate 90\) does not map the lattice to itself"):
+        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries=(0, 5)))
+    with pytest.raises(ia.ParameterError, match="variant=plain lays all blocks upright"):
+        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="180", variant="plain"))
+
+
+def test_auto_leaves_out_what_changes_the_look() -> None:
+    """Tiles that are bright above and dark below are not turned; whatever is allowed keeps the lattice, too."""
+    y, x = np.mgrid[:160, :160]
+    grain = (noise(160, 160, 7) % np.uint64(120)).astype(int)
+    shaded, even = 130 - 6 * (y % 20), 70
+    allowed = []
+    for shade in (shaded, even):
+        e = np.where((y % 20 < 2) | (x % 20 < 2), 20, shade + grain).astype(np.uint8)
+        method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries="auto")
+        allowed.append(method.resolved([Exemplar.of(e)], Canvas(9, 9)).isometries)
+    assert set(allowed[0]) <= {0, 1}
+    assert len(allowed[1]) > 1
+
+
+def test_masked_pixels_are_never_shown() -> None:
+    usable = np.ones((120, 140), bool)
+    usable[:30, :40] = False
+    usable[70:75, 100:] = False
+    e = Exemplar.of(tiling(120, 140, 17, 24), usable=usable)
+    made = ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), seed=1)
+    assert usable[made.map.yx[:, :, 0], made.map.yx[:, :, 1]].all()
+
+
+def test_one_vector_is_enough() -> None:
+    """Courses without a period along them keep their pitch."""
+    y, _ = np.mgrid[:120, :140]
+    grain = (noise(120, 140, 3) % np.uint64(60)).astype(int)
+    e = np.where(y % 15 < 3, 10, 120 + grain).astype(np.uint8)
+    made = ia.synthesize(e, 200, ia.NearRegular(lattice=((0, 15),)), seed=2).render().pixels.reshape(200, 200)
+    dark = (made < 60).mean(axis=1)
+    assert set(np.flatnonzero(dark > 0.6) % 15) <= {14, 0, 1, 2, 3}
+    assert (dark > 0.6).sum() >= 30
+
+
+@pytest.mark.parametrize(
+    ("lattice", "message"),
+    [
+        (((20, 0), (40, 0.5)), "the two lattice vectors are parallel"),
+        (((200, 0), (0, 10)), "a lattice vector must be 1 px long at least"),
+        (((0.5, 0), (0, 10)), "a lattice vector must be 1 px long at least"),
+    ],
+)
+def test_vectors_that_span_no_lattice_are_refused(lattice: tuple, message: str) -> None:
+    e = Exemplar.of(texture(60, 70))
+    with pytest.raises(ia.ParameterError, match=message):
+        check_lattice(lattice, e)
+    with pytest.raises(ia.ParameterError, match=message):
+        ia.synthesize(e, 40, ia.NearRegular(lattice=lattice))
+
+
+@pytest.mark.parametrize(
+    "lattice", [((math.nan, 1),), ((math.inf, 1), (0, 5)), ((0, 0),), (), ((1, 2, 3),), 5, "ab", ((9, 0),) * 3]
+)
+def test_vectors_that_are_none_are_refused(lattice: object) -> None:
+    with pytest.raises(ia.ParameterError, match=r"^lattice="):
+        ia.NearRegular(lattice=lattice)
+
+
+def test_an_exemplar_without_a_lattice_is_refused() -> None:
+    with pytest.raises(ia.MethodError) as caught:
+        ia.synthesize(texture(90, 80, 3), 100, "near-regular")
+    assert str(caught.value).startswith("near-regular finds no lattice in the exemplar (confidence 0.")
+    assert "use method image-quilting" in str(caught.value)
+    assert caught.value.exit_code == 1
+
+
+@pytest.mark.parametrize("side", [1, 2, 5, 15, 16])
+def test_tiny_exemplars_are_refused(side: int) -> None:
+    with pytest.raises(ia.MethodError, match="finds no lattice"):
+        ia.synthesize(texture(side, side), 20, "near-regular")
+
+
+@pytest.mark.parametrize("variant", ["mosaic", "plain"])
+def test_any_texture_grows_without_a_lattice(variant: str) -> None:
+    """With vectors 1,0 and 0,1 blocks come from anywhere, and gaps still fit: better than patches at random."""
+    e = Exemplar.of(texture(90, 80, 1, 3))
+    method = ia.NearRegular(lattice=((1, 0), (0, 1)), variant=variant, block=20, border=8)
+    out = ia.synthesize(e, 160, method, seed=1)
+    blind = ia.synthesize(e, 160, ia.RandomTiling(patch=20), seed=1)
+    steps = [np.abs(np.diff(o.render(feather=0).pixels[:, :, 0].astype(int), axis=0)) for o in (out, blind)]
+    broken = [np.diff(o.map.yx[:, :, 0], axis=0) != 1 for o in (out, blind)]
+    assert steps[0][broken[0]].mean() < 0.8 * steps[1][broken[1]].mean()
+    assert len(np.unique(out.map.yx.reshape(-1, 2), axis=0)) > 0.6 * 90 * 80
+
+
+def test_too_few_places_give_the_best_tile_and_say_so() -> None:
+    """What holds one period repeats it, and the run tells why."""
+    e, run = tiling(30, 40, 20, 24), ia.Run(1)
+    made = ia.synthesize(e, (90, 100), ia.NearRegular(lattice=((24, 0), (0, 20))), run=run)
+    yx = made.map.yx
+    np.testing.assert_array_equal(yx[20:], yx[:-20])
+    np.testing.assert_array_equal(yx[:, 24:], yx[:, :-24])
+    assert len(np.unique(yx.reshape(-1, 2), axis=0)) == 20 * 24
+    assert run.notes == [FEW]
+    enough = ia.Run(1)
+    ia.synthesize(tiling(160, 180, 20, 24), 90, ia.NearRegular(lattice=((24, 0), (0, 20))), run=enough)
+    assert enough.notes == []
+
+
+def test_less_than_one_period_is_refused() -> None:
+    with pytest.raises(ia.MethodError, match=r"no tile of one period \(20.0,0.0 px and 0.0,20.0 px\) and its border"):
+        ia.synthesize(texture(20, 20), 30, ia.NearRegular(lattice=((20, 0), (0, 20))))

@@ -1,0 +1,93 @@
+"""The edge of holes: the kernels weigh what the plain version weighs, and rough is not continued by smooth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from naive import edge_difference, edge_pixels, posed
+from numpy.typing import NDArray
+
+from intarsia.analysis.features import features
+from intarsia.exemplar import Exemplar
+from intarsia.patches.hole_edge_kernels import edge_of, weigh_edge
+from intarsia.search.posed import variants
+from intarsia.testing import noise, texture
+
+SIDE = 13
+
+
+def holed(seed: int, share: int) -> NDArray[np.bool_]:
+    """A window's holes: a block, or speckles, or both."""
+    hole = noise(SIDE, SIDE, seed) % np.uint64(100) < share
+    hole[4 : 4 + seed % 6, 3:9] = True
+    return np.asarray(hole)
+
+
+@pytest.mark.parametrize("wrap", [(False, False), (True, False), (True, True)])
+@pytest.mark.parametrize(("seed", "share"), [(0, 0), (1, 4), (2, 30), (3, 100), (5, 0)])
+def test_the_edge_is_that_of_the_plain_version(seed: int, share: int, wrap: tuple[bool, bool]) -> None:
+    locked = np.asarray(noise(30, 34, seed + 9) % np.uint64(4) > 0)
+    known = (~holed(seed, share)).astype(np.uint8)
+    for at in ((5, 6), (-4, 9), (24, 28), (25, -3)):
+        edge = np.full((SIDE, SIDE), 7, np.uint8)
+        count = edge_of(locked, *at, np.array(wrap), known, edge)
+        found = list(map(tuple, np.argwhere(edge).tolist()))
+        assert found == edge_pixels(locked, at, wrap, known)
+        assert count == len(found)
+
+
+@pytest.mark.parametrize("isometries", [(0,), (0, 3, 5, 6)])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(
+    channels: int, isometries: tuple[int, ...]
+) -> None:
+    exemplars = [Exemplar.of(texture(30, 30, channels, 3))]
+    feats = features(exemplars)
+    laid = variants(exemplars, feats, isometries, (SIDE, SIDE))
+    wrap = (False, False)
+    for seed in range(1, 5):
+        locked = np.asarray(noise(40, 40, seed + 5) % np.uint64(5) > 0)
+        known = (~holed(seed, 3 * seed)).astype(np.uint8)
+        old = feats.pictures[0][2 : 2 + SIDE, 3 : 3 + SIDE] + np.int16(17 * seed)
+        every = [(v, u, s) for v in range(len(laid)) for u in range(0, 17, 4) for s in range(0, 17, 5)]
+        rows = np.array([(1000 * (n % 7), *pick) for n, pick in enumerate(every)], np.int64)
+        before, edge = rows.copy(), edge_pixels(locked, (7, 8), wrap, known)
+        weigh_edge(locked, (7, 8), np.array(wrap), old, known, laid.flat, laid.table, rows)
+        wanted = []
+        for d, v, u, s in before.tolist():
+            new = posed(exemplars, isometries, feats)[v].picture[u : u + SIDE, s : s + SIDE]
+            there = edge_difference(old, new, edge)
+            wanted.append(((d + there // len(edge) * int(known.sum())) // 2, v, u, s))
+        assert rows.tolist() == [list(row) for row in sorted(wanted, key=lambda row: row[0])]
+
+
+def test_without_an_edge_nothing_changes() -> None:
+    exemplars = [Exemplar.of(texture(30, 30, 1, 3))]
+    feats = features(exemplars)
+    laid = variants(exemplars, feats, (0,), (SIDE, SIDE))
+    rows = np.array([(9, 0, 1, 1), (4, 0, 2, 2)], np.int64)
+    before = rows.copy()
+    free, known = np.zeros((40, 40), bool), (~holed(2, 0)).astype(np.uint8)
+    old = feats.pictures[0][:SIDE, :SIDE]
+    weigh_edge(free, (5, 5), np.array((False, False)), old, known, laid.flat, laid.table, rows)
+    assert (rows == before).all()
+
+
+def test_rough_is_not_continued_by_smooth() -> None:
+    """Of two patches that fit badly the smooth one has the smaller sum of squares; at the edge of a hole it shows."""
+    pixels = (noise(30, 60, 4) % np.uint64(200)).astype(np.uint8)
+    pixels[:, 30:] = 100
+    exemplars = [Exemplar.of(pixels)]
+    feats = features(exemplars)
+    laid = variants(exemplars, feats, (0,), (SIDE, SIDE))
+    old, known = feats.pictures[0][1 : 1 + SIDE, 2 : 2 + SIDE], np.ones((SIDE, SIDE), np.uint8)
+    known[5:9, 5:9] = 0
+    picture = feats.pictures[0].astype(np.int64)
+    rows = []
+    for u, s in ((16, 16), (9, 44)):
+        apart = (old - picture[u : u + SIDE, s : s + SIDE])[known > 0]
+        rows.append((int((apart**2).sum()), 0, u, s))
+    assert rows[0][0] > rows[1][0]  # the sum of squares prefers the smooth patch
+    table = np.array(rows, np.int64)
+    weigh_edge(np.ones((40, 40), bool), (5, 5), np.array((False, False)), old, known, laid.flat, laid.table, table)
+    assert table[0, 2:].tolist() == [16, 16]

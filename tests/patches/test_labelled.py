@@ -1,0 +1,212 @@
+"""What grows under a guide: regions where they were painted, whatever the sizes, labels and exemplars."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from search.test_guide import BOTH, agreement, disc, got, labels, painted, regions
+
+import intarsia as ia
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.guide import Guide
+from intarsia.image import Plane
+from intarsia.patches.growth import Growth
+from intarsia.patches.settings import PatchSettings
+from intarsia.sourcemap import HOLE, identity
+from intarsia.testing.cases import texture
+from intarsia.testing.maps import which_of
+from intarsia.testing.start import with_hole
+
+
+class TestUses:
+    def test_uses_are_judged_within_each_label(self) -> None:
+        """A label that alone is painted, and so is used often, is not dear for it; without a guide it is."""
+        marks = np.zeros((60, 60), np.uint8)
+        marks[:, :20] = 1
+        guide = Guide(labels(marks), labels(np.ones((300, 300), np.uint8)))
+        dear = []
+        for given in (guide, None):
+            settings = PatchSettings((12, 12), (4, 4), usage=0.05)
+            growth = Growth(settings, [painted(marks)], Canvas(300, 300, guide=given))
+            rows, columns = growth.layout.shape
+            for n in range(rows * columns):
+                growth.repetition.add(n // columns, n % columns, (0, n * 7 % 48, n * 5 % 8))  # all of label 1, evenly
+            before = growth.repetition._flat.copy()
+            growth.repetition.account()
+            counts = growth.repetition.search_prices.counts[0].ravel()
+            dear.append((counts - before).reshape(growth.finder.valid[0].shape))
+        label = slice(0, 8 // growth.finder.factor)
+        assert not dear[0][:, label].any()
+        assert (dear[1][:, label] > 0).any()
+
+
+class TestPainting:
+    @BOTH
+    @pytest.mark.parametrize("boundary_patch", [0, None])
+    def test_inside_of_regions_every_pixel_has_its_label(self, method: Any, boundary_patch: int | None) -> None:
+        marks, target = regions(90, 90), disc(90)
+        method = replace(method, boundary_patch=boundary_patch)
+        out = ia.synthesize(painted(marks), None, method, seed=3, guide=Guide(labels(marks), labels(target)))
+        found = got(out.map, marks)
+        laying = method.laying
+        canvas = Canvas(90, 90, guide=Guide(labels(marks), labels(target)))
+        growth = Growth(laying, [painted(marks)], canvas)
+        only_pure = np.ones((90, 90), bool)
+        h, w = growth.layout.patch
+        for r, y in enumerate(growth.layout.rows):
+            for c, x in enumerate(growth.layout.columns):
+                if growth.at_boundary((r, c)):
+                    only_pure[max(y, 0) : y + h, max(x, 0) : x + w] = False
+        assert only_pure.sum() > 500
+        assert (found == target)[only_pure].all()
+        assert (found == target).mean() > 0.95
+
+    @pytest.mark.parametrize("few", [1, 2])
+    def test_on_boundaries_fewer_may_be_chosen_than_inside(self, few: int) -> None:
+        """Multrus 2003, 5.3.2: any of the n best inside, of the n' best (by default 1) at boundaries."""
+        method = ia.PatchSampling(
+            patch=8, overlap=3, candidates=5, boundary_candidates=few, repetition="none", isometries=(0,),
+            boundary_isometries=(0,),
+        )  # fmt: skip
+        assert ia.PatchSampling().boundary_candidates == 1
+        marks, target = regions(70, 70), disc(70)
+        growth = Growth(method.laying, [painted(marks)], Canvas(70, 70, guide=Guide(labels(marks), labels(target))))
+        seen = {True: 0, False: 0}
+
+        def choose(window: Any, found: Any, bits: int) -> Any:
+            at_boundary = growth.at_boundary(window)
+            most = few if at_boundary else 5
+            picks = {method.choose(growth, window, found, k << 32, []) for k in range(0, 1 << 32, 1 << 26)}
+            assert picks == {tuple(row) for row in found.rows[:most, 1:].tolist()}
+            seen[at_boundary] += 1
+            return method.choose(growth, window, found, bits, [])
+
+        growth.fill(
+            1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: method.join_in(growth, at, pick, found)
+        )
+        assert min(seen.values()) > 5
+
+    @BOTH
+    def test_three_labels_and_all_sizes(self, method: Any) -> None:
+        marks, target = regions(96, 72, 3), regions(50, 131, 3)[::-1]
+        for wrap in ("none", "both"):
+            guide = Guide(labels(marks), labels(target))
+            out = ia.synthesize(painted(marks), None, method, guide=guide, wrap=wrap)
+            assert out.map.yx.shape[:2] == (50, 131)
+            assert agreement(out.map, target, marks) > (0.9 if wrap == "none" else 0.85)
+
+    @BOTH
+    def test_several_exemplars_of_one_label_each(self, method: Any) -> None:
+        sand, moss = np.full((40, 44), 3, np.uint8), np.full((36, 50), 9, np.uint8)
+        target = disc(70, 3, 9)
+        exemplars = [painted(sand // 3, 1), painted(moss // 9 * 3, 2)]
+        out = ia.synthesize(exemplars, None, method, guide=Guide([labels(sand), labels(moss)], labels(target)))
+        assert agreement(out.map, target, sand, moss) > 0.9
+        assert set(np.unique(which_of(out.map)).tolist()) == {0, 1}
+
+    @BOTH
+    def test_weight_0_still_keeps_regions_apart(self, method: Any) -> None:
+        marks, target = regions(90, 90), disc(90)
+        loose, close = (
+            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), weight))
+            for weight in (0.0, 2.0)
+        )
+        assert 0.8 < agreement(loose.map, target, marks) <= agreement(close.map, target, marks)
+
+    @BOTH
+    def test_turned_patches_follow_boundaries_that_the_exemplar_lacks(self, method: Any) -> None:
+        marks, target = regions(90, 90), regions(90, 90).T  # the exemplar's boundary lies across, the target's upright
+        guide = Guide(labels(marks), labels(target))
+        methods = [replace(method, isometries="none", boundary_isometries=i) for i in ("none", "both")]
+        plain, turned = (ia.synthesize(painted(marks), None, m, guide=guide, seed=1).map for m in methods)
+        assert agreement(turned, target, marks) > max(agreement(plain, target, marks), 0.97)
+
+    @BOTH
+    def test_the_same_for_any_number_of_threads(self, method: Any) -> None:
+        marks, target = regions(70, 70), disc(100)
+        outs = [
+            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)), run=ia.Run(n))
+            for n in (1, 2, 4)
+        ]
+        assert len({o.map.digest for o in outs}) == 1
+        assert "guide" in outs[0].recipe
+
+    @BOTH
+    def test_a_start_map_is_kept(self, method: Any) -> None:
+        marks = regions(70, 70)
+        e = painted(marks)
+        holes = np.zeros((70, 70), bool)
+        holes[:, 35:] = True
+        start = with_hole(identity([e.source], 0), holes)
+        target = marks.copy()
+        target[:, 50:] = 1
+        out = ia.synthesize(e, None, method, start=start, guide=Guide(labels(marks), labels(target)))
+        assert np.array_equal(out.map.yx[:, :25], start.yx[:, :25])
+        assert agreement(out.map, target, marks) > 0.93
+
+    @BOTH
+    def test_windows_far_from_the_first_count_uses_near_them(self, method: Any) -> None:
+        """Beside a start, uses are looked up by place, however many windows come before."""
+        marks = regions(60, 60)
+        e, target = painted(marks), np.zeros((24, 600), np.uint8)
+        start = with_hole(identity([e.source], 0), np.zeros((60, 60), bool))
+        which = np.full(target.shape, HOLE, np.uint8)
+        which[:, :20] = 0
+        start = replace(start, yx=np.resize(start.yx[:24, :20], (24, 600, 2)), which=which)
+        guide = Guide(labels(marks), labels(target))
+        out = ia.synthesize(e, None, method, seed=3, start=start, guide=guide)
+        assert (got(out.map, marks) == 0)[:, 30:].all()
+
+    @BOTH
+    def test_a_reach_is_followed(self, method: Any) -> None:
+        marks, target = regions(90, 90), disc(90)
+        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), reach=6))
+        assert agreement(out.map, target, marks) > 0.95
+
+    @BOTH
+    def test_a_target_picture_is_followed(self, method: Any) -> None:
+        e = Exemplar.of(texture(90, 90, 1, 4))
+        ramp = np.tile(np.linspace(40, 200, 80).astype(np.uint8), (60, 1))
+        near = []
+        for weight in (0.0, 2.0):
+            out = ia.synthesize(e, None, method, guide=Guide(e.base, Plane(ramp), weight))
+            shown = np.asarray(out.render(feather=0).pixels, float).reshape(60, 80).mean(axis=0)
+            near.append(float(np.corrcoef(shown, ramp[0])[0, 1]))
+        assert near[1] > 0.9 > near[0]
+
+    @BOTH
+    def test_a_target_picture_may_have_colours(self, method: Any) -> None:
+        """Only labels have regions that must hold a patch; automatic sizes, too."""
+        e = Exemplar.of(texture(90, 90, 3, 4))
+        y, x = np.mgrid[:60, :80]
+        wanted = np.stack([60 + 2 * x, 60 + 2 * y, np.full_like(x, 120)], axis=2).astype(np.uint8)
+        for m in (method, type(method)()):
+            gaps = []
+            for weight in (0.0, 4.0):
+                out = ia.synthesize(e, None, m, guide=Guide(e.base, Plane(wanted), weight)).render()
+                gaps.append(np.abs(np.asarray(out.pixels, float) - wanted).mean())
+            assert gaps[1] < gaps[0]
+
+    @BOTH
+    def test_labels_that_never_meet_are_cut_at_the_boundary(self, method: Any) -> None:
+        marks = regions(90, 90, 3)
+        target = disc(90, 2, 0)
+        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)))
+        assert np.array_equal(got(out.map, marks), target)
+
+    @BOTH
+    def test_less_slack_more_agreement(self, method: Any) -> None:
+        marks, target = regions(90, 90), (np.indices((90, 90)).sum(axis=0) // 20 % 2).astype(np.uint8)
+        near = [
+            agreement(
+                ia.synthesize(painted(marks), None, replace(method, boundary_slack=s, boundary_isometries="none"),
+                              guide=Guide(labels(marks), labels(target))).map,
+                target, marks,
+            )
+            for s in (90, 3, 0)
+        ]  # fmt: skip
+        assert near[0] < near[1] <= near[2] == 1.0

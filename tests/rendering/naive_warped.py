@@ -1,0 +1,226 @@
+"""The slow obvious truth of maps with frames: every pixel, vote by vote, reading by reading, tap by tap, in floats."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from math import ceil, floor, hypot, sqrt
+from typing import Any
+
+import numpy as np
+from rendering.naive_votes import clearance, decode, encode
+
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import ISOMETRIES
+from intarsia.image import Kind
+from intarsia.rendering.colour import from_linear, to_linear
+from intarsia.sourcemap import HOLE, Mixing, SourceMap
+
+Frame = tuple[tuple[float, float], tuple[float, float]]
+Place = tuple[float, float]
+Tap = tuple[tuple[int, int], float, float]
+
+
+def cubic(t: float) -> float:
+    """Catmull-Rom: the weight of a pixel at a distance of t px."""
+    t = abs(t)
+    if t < 1:
+        return 1.5 * t**3 - 2.5 * t**2 + 1
+    return -0.5 * t**3 + 2.5 * t**2 - 4 * t + 2 if t < 2 else 0.0
+
+
+def linear(t: float) -> float:
+    """Return the weight of a pixel at a distance of t px, where reading is bilinear."""
+    return max(0.0, 1.0 - abs(t))
+
+
+def frame_of(smap: SourceMap, y: int, x: int) -> Frame:
+    if smap.frame is None:
+        return ISOMETRIES[0 if smap.pose is None else smap.pose[y, x]].j
+    (a, b), (c, d) = smap.frame[y, x].astype(float)
+    return (a, b), (c, d)
+
+
+def times(j: Frame, d: Place) -> Place:
+    return j[0][0] * d[0] + j[0][1] * d[1], j[1][0] * d[0] + j[1][1] * d[1]
+
+
+def resolve(e: Exemplar, y: int, x: int) -> tuple[int, int]:
+    """Return the pixel itself, the one that stands for it on the torus, or the nearest one inside."""
+    if e.toroidal:
+        return y % e.height, x % e.width
+    return min(max(y, 0), e.height - 1), min(max(x, 0), e.width - 1)
+
+
+def free(e: Exemplar, at: tuple[int, int]) -> bool:
+    return e.usable is None or bool(e.usable[at])
+
+
+def around(e: Exemplar, u: Place) -> list[Tap]:
+    """List the pixels around a place, with their weights by Catmull-Rom and in a 2 x 2 alone."""
+    y, x = floor(u[0]), floor(u[1])
+    found = []
+    for i in range(y - 1, y + 3):
+        for k in range(x - 1, x + 3):
+            weight = cubic(u[0] - i) * cubic(u[1] - k)
+            if weight != 0:
+                found.append((resolve(e, i, k), weight, linear(u[0] - i) * linear(u[1] - k)))
+    return found
+
+
+class NaiveWarped:
+    """Draws planes of the map's own size."""
+
+    def __init__(self, exemplars: Sequence[Exemplar], smap: SourceMap, feather: int, mixing: Mixing = Mixing.MEAN):
+        self.exemplars, self.smap, self.feather = exemplars, smap, feather
+        self.planes = [e.base for e in exemplars]
+        self.plane = self.planes[0]
+        self.plain = mixing is Mixing.SOURCE or self.plane.kind is not Kind.COLOUR or self.plane.transfer == "linear"
+        self.signed = any(p.is_float and bool((p.pixels < 0).any()) for p in self.planes)
+        self.light = [(p.samples if self.plain else to_linear(p)).astype(np.float64) for p in self.planes]
+
+    def render(self) -> np.ndarray:
+        """Return the codes (H, W, C)."""
+        out = np.zeros((self.smap.height, self.smap.width, self.plane.channels), self.plane.pixels.dtype)
+        draw = {Kind.LABEL: self.label, Kind.NORMAL: self.normal}.get(self.plane.kind, self.colour)
+        for y, x in np.ndindex(out.shape[:2]):
+            out[y, x] = draw(list(self.votes(y, x, self.feather)) or list(self.votes(y, x, 0)))
+        return out
+
+    def votes(self, y: int, x: int, f: int) -> Iterator[tuple[int, Frame, Place, tuple[int, int], int]]:
+        """Yield exemplar, frame, place, own pixel and weight of every entry around (y, x)."""
+        smap = self.smap
+        for ty in range(-(f // 2), -(-f // 2) + 1):
+            for tx in range(-(f // 2), -(-f // 2) + 1):
+                my = (y + ty) % smap.height if smap.wrap.y else y + ty
+                mx = (x + tx) % smap.width if smap.wrap.x else x + tx
+                if not (0 <= my < smap.height and 0 <= mx < smap.width):
+                    continue
+                w = 0 if smap.which is None else int(smap.which[my, mx])
+                if w == HOLE:
+                    continue
+                j, own = frame_of(smap, my, mx), (int(smap.yx[my, mx, 0]), int(smap.yx[my, mx, 1]))
+                aside = (0.0, 0.0) if smap.sub is None else smap.sub[my, mx].astype(float)
+                step = times(j, (-ty, -tx))
+                u = (own[0] + aside[0] + step[0], own[1] + aside[1] + step[1])
+                yield from ((w, j, u, own, 1),) if f == 0 else self.counted(w, j, u, own, -(-f // 2) + 1)
+
+    def counted(self, w: int, j: Frame, u: Place, own: tuple[int, int], cap: int) -> Iterator[Any]:
+        e, near = self.exemplars[w], (floor(u[0] + 0.5), floor(u[1] + 0.5))
+        if e.toroidal or resolve(e, *near) == near:
+            t = clearance(e, *resolve(e, *near), cap)
+            if t:
+                yield w, j, u, own, t
+
+    def readings(self, j: Frame, u: Place) -> list[Place]:
+        """Return the places that are averaged over the footprint of a pixel."""
+        n, spread = [], []
+        for axis in (0, 1):
+            step = hypot(j[0][axis], j[1][axis])
+            n.append(1 if step <= 1 + 1 / 64 else min(4, ceil(step - 1 / 64)))
+            spread.append(0.0 if step <= 1 + 1 / 64 else min(1.0, 2 - 2 / step))
+        out = []
+        for i in range(n[0]):
+            for k in range(n[1]):
+                step = times(j, (((i + 0.5) / n[0] - 0.5) * spread[0], ((k + 0.5) / n[1] - 0.5) * spread[1]))
+                out.append((u[0] + step[0], u[1] + step[1]))
+        return out
+
+    def nearest(self, w: int, u: Place, own: tuple[int, int]) -> tuple[int, int]:
+        at = resolve(self.exemplars[w], floor(u[0] + 0.5), floor(u[1] + 0.5))
+        return at if free(self.exemplars[w], at) else own
+
+    def taps(self, w: int, r: Place, u: Place, own: tuple[int, int]) -> list[Tap]:
+        """Return the pixels of one reading: 4 x 4, or what may be read of 2 x 2, or one."""
+        e = self.exemplars[w]
+        found = around(e, r)
+        if all(free(e, at) for at, _, _ in found):
+            return found
+        square = [(at, flat) for at, _, flat in found if free(e, at) and flat > 0]
+        total = sum(flat for _, flat in square)
+        return [(at, f / total, f / total) for at, f in square] or [(self.nearest(w, u, own), 1.0, 1.0)]
+
+    def colour(self, votes: list[Any]) -> Any:
+        """Return the mean of all readings; colours count by their opacity where there is any."""
+        seen, plain, opaque, weight, codes = 0.0, 0.0, 0.0, 0.0, []
+        for w, j, u, own, count in votes:
+            places = self.readings(j, u)
+            for r in places:
+                taps, share = self.taps(w, r, u, own), count / len(places)
+                codes += [self.planes[w].samples[at] for at, _, _ in taps]
+                light = np.array([self.light[w][at] for at, _, _ in taps])
+                smooth, flat = (np.array([tap[k] for tap in taps]) for k in (1, 2))
+                mean = np.clip(smooth @ light, light.min(axis=0), light.max(axis=0))
+                a = np.maximum(light[:, -1], 0)
+                if self.plane.alpha and len(set(light[:, -1])) > 1:
+                    mean[:-1] = (flat @ light)[:-1]
+                    seen, opaque = seen + share * (flat * a) @ light, opaque + share * float(flat @ a)
+                else:
+                    seen, opaque = seen + share * float(a[0]) * mean, opaque + share * float(a[0])
+                plain, weight = plain + share * mean, weight + share
+        if all((c == codes[0]).all() for c in codes):
+            return codes[0]
+        out = plain / weight
+        if self.plane.alpha and opaque > 0:
+            out[:-1] = (seen / opaque)[:-1]
+        return self.coded(out)
+
+    def coded(self, light: Any) -> Any:
+        """Code light; of integers the colours are cut off, as the steps of the curve round."""
+        if self.plain:
+            return light if self.plane.is_float else np.floor(light + 0.5)
+        if not self.plane.is_float:
+            colours = light.size - self.plane.alpha
+            light[:colours] = np.floor(light[:colours])
+        return from_linear(light.reshape(1, 1, -1), self.plane)[0, 0]
+
+    def label(self, votes: list[Any]) -> Any:
+        """Return the label with the largest weight, the smallest of equals."""
+        counts: dict[tuple[Any, ...], int] = defaultdict(int)
+        for w, _, u, own, count in votes:
+            counts[tuple(self.planes[w].samples[self.nearest(w, u, own)].tolist())] += count
+        return min(counts, key=lambda name: (-counts[name], name))
+
+    def normal(self, votes: list[Any]) -> Any:
+        """Return the mean of all vectors, each turned by its frame: slopes pull back by J transposed."""
+        down, total = 1 if self.plane.meta.get("normals", "gl") == "dx" else -1, np.zeros(3)
+        for w, j, u, own, count in votes:
+            places = self.readings(j, u)
+            v = np.zeros(3)
+            for r in places:
+                for at, weight, _ in self.taps(w, r, u, own):
+                    code = self.planes[w].samples[at]
+                    v += weight / len(places) * np.array([float(decode(self.plane, c, self.signed)) for c in code])
+            n_y, n_x = down * v[1], v[0]
+            turned = np.array([j[0][1] * n_y + j[1][1] * n_x, down * (j[0][0] * n_y + j[1][0] * n_x), v[2]])
+            total += count * turned * sqrt(v @ v) / sqrt(turned @ turned)
+        return np.array([encode(self.plane, c / sqrt(total @ total), self.signed) for c in total])
+
+
+def flowing_pieces(smap: SourceMap) -> np.ndarray:
+    """Number the pieces by flooding: neighbours within 1 px of where the mean of their frames leads."""
+    which = np.zeros(smap.yx.shape[:2], int) if smap.which is None else smap.which.astype(int)
+    labels, count = np.full(which.shape, -1), 0
+
+    def goes_on(a: tuple[int, int], b: tuple[int, int]) -> bool:
+        if which[a] != which[b] or which[a] == HOLE:
+            return bool(which[a] == which[b])
+        if smap.pose is not None and smap.pose[a] != smap.pose[b]:
+            return False
+        j = (np.array(frame_of(smap, *a)) + np.array(frame_of(smap, *b))) / 2
+        at = [smap.yx[p] + (0 if smap.sub is None else smap.sub[p].astype(float)) for p in (a, b)]
+        return bool((np.abs(at[1] - at[0] - j @ (np.array(b) - a)) <= 1).all())
+
+    for start in np.ndindex(which.shape):
+        if labels[start] >= 0:
+            continue
+        labels[start], todo = count, [start]
+        while todo:
+            y, x = todo.pop()
+            for n in ((y, x + 1), (y + 1, x), (y, x - 1), (y - 1, x)):
+                inside = 0 <= n[0] < which.shape[0] and 0 <= n[1] < which.shape[1]
+                if inside and labels[n] < 0 and goes_on((y, x), n):
+                    labels[n] = count
+                    todo.append(n)
+        count += 1
+    return labels

@@ -1,0 +1,367 @@
+"""Tests of the laws of rendering: exact copies, uniform exemplars, poses, planes of other sizes, refusals."""
+
+from __future__ import annotations
+
+from threading import Event
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from intarsia.errors import CancelledError, InputError, ParameterError
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import ISOMETRIES, Box, Isometry, Wrap
+from intarsia.image import Kind, Plane, Transfer
+from intarsia.rendering.colour import from_linear, to_linear
+from intarsia.rendering.render import render
+from intarsia.run import Run
+from intarsia.sourcemap import HOLE, Blend, Mixing, SourceMap
+
+DTYPES = ["uint8", "uint16", "float16", "float32", "float64"]
+
+
+def laid(isometry: Isometry, height: int, width: int) -> SourceMap:
+    """Lay a whole exemplar down in a pose."""
+    (a, b), (c, d) = isometry.j
+    y0, x0 = isometry.start(height, width)
+    i, j = np.mgrid[:width, :height] if isometry.swaps else np.mgrid[:height, :width]
+    yx = np.stack([y0 + a * i + b * j, x0 + c * i + d * j], axis=2).astype(np.int32)
+    return SourceMap(yx, pose=np.full(i.shape, isometry.id, np.uint8))
+
+
+def noise_map(size: tuple[int, int], exemplar: tuple[int, int], seed: int = 0) -> SourceMap:
+    """Draw a map without any order."""
+    rng = np.random.default_rng(seed)
+    yx = np.stack([rng.integers(0, n, size) for n in exemplar], axis=2).astype(np.int32)
+    return SourceMap(yx, pose=rng.integers(0, 8, size).astype(np.uint8))
+
+
+def cut_map(height: int, width: int, cut: int, jump: int) -> SourceMap:
+    """Continue the exemplar `jump` px further right from column `cut` on, all 20 px inside it."""
+    yx = np.stack(np.mgrid[20 : 20 + height, 20 : 20 + width], axis=2).astype(np.int32)
+    yx[:, cut:, 1] += jump
+    return SourceMap(yx)
+
+
+def pixels_of(dtype: str, shape: tuple[int, ...], seed: int = 0) -> NDArray[np.generic]:
+    """Draw pixels over the range of a type."""
+    bits = np.random.default_rng(seed)
+    if dtype == "bool":
+        return bits.integers(0, 2, shape).astype(bool)
+    return (
+        bits.integers(0, np.iinfo(dtype).max + 1, shape).astype(dtype)
+        if dtype[0] == "u"
+        else bits.random(shape).astype(dtype)
+    )
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("channels", [None, 1, 4, 64])
+def test_without_feather_every_pixel_is_an_exact_copy(dtype: str, channels: int | None) -> None:
+    pixels = pixels_of(dtype, (11, 13) if channels is None else (11, 13, channels))
+    smap = noise_map((17, 19), (11, 13))
+    out = render([Exemplar.of(pixels)], smap)
+    assert out.pixels.dtype == pixels.dtype
+    assert out.pixels.tobytes() == pixels[smap.yx[..., 0], smap.yx[..., 1]].tobytes()
+
+
+@pytest.mark.parametrize("dtype", ["bool", "uint32"])
+def test_labels_are_copied(dtype: str) -> None:
+    pixels, smap = pixels_of(dtype, (11, 13)), noise_map((8, 8), (11, 13))
+    out = render([Exemplar.of(Plane(pixels, Kind.LABEL))], smap)
+    assert (out.pixels == pixels[smap.yx[..., 0], smap.yx[..., 1]]).all()
+
+
+def test_kind_transfer_and_meta_are_kept() -> None:
+    plane = Plane(pixels_of("uint16", (9, 9, 3)), Kind.COLOUR, Transfer.LINEAR, {"icc": b"profile"})
+    for f in (0, 4):
+        out = render([Exemplar.of(plane)], noise_map((6, 7), (9, 9)), blend=Blend(f))
+        assert (out.kind, out.transfer, out.meta) == (plane.kind, plane.transfer, plane.meta)
+        assert out.pixels.shape == (6, 7, 3)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("kind", [Kind.COLOUR, Kind.DATA, Kind.NORMAL, Kind.LABEL])
+@pytest.mark.parametrize("mixing", list(Mixing))
+def test_a_uniform_exemplar_stays_uniform(dtype: str, kind: Kind, mixing: Mixing) -> None:
+    smap = noise_map((15, 16), (9, 8))
+    smap = SourceMap(smap.yx) if kind is Kind.NORMAL else smap
+    for seed in range(4):
+        for channels in (3, 4) if kind is Kind.COLOUR else (3,):
+            value = pixels_of(dtype, (1, 1, channels), seed)
+            exemplar = Exemplar.of(Plane(np.tile(value, (9, 8, 1)), kind))
+            assert (render([exemplar], smap, blend=Blend(5, mixing)).pixels == value).all()
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("kind", [Kind.COLOUR, Kind.DATA, Kind.NORMAL])
+def test_one_piece_is_an_exact_copy_whatever_the_feather(dtype: str, kind: Kind) -> None:
+    for channels in (3, 4) if kind is Kind.COLOUR else (3,):
+        pixels = pixels_of(dtype, (12, 12, channels))
+        for isometry in ISOMETRIES:
+            smap, exemplar = laid(isometry, 12, 12), Exemplar.of(Plane(pixels, kind))
+            for mixing in Mixing:
+                sharp = render([exemplar], smap)
+                soft = render([exemplar], smap, blend=Blend(5, mixing))
+                assert sharp.pixels.tobytes() == soft.pixels.tobytes()
+
+
+@pytest.mark.parametrize("dtype", ["uint16", "float64"])
+def test_a_feather_of_the_overlap_is_the_classical_ramp(dtype: str) -> None:
+    top = 60000 if dtype == "uint16" else 1.0
+    pixels = np.zeros((60, 100), dtype)
+    pixels[:, 50:] = top  # the left piece reads zeros, the right one the top
+    out = render([Exemplar.of(Plane(pixels, Kind.DATA))], cut_map(10, 20, 8, 40), blend=Blend(5)).pixels
+    # an overlap of columns 5..9 is cut at column 5 + ceil(5 / 2)
+    want = np.concatenate([np.zeros(5), np.arange(1, 6) / 6, np.ones(10)]) * top
+    assert (out == want.astype(dtype)).all()
+
+
+@pytest.mark.parametrize("f", [1, 4, 9])
+def test_deep_in_the_exemplar_votes_are_a_partition_of_unity(f: int) -> None:
+    pixels = np.random.default_rng(f).random((80, 80))
+    rng = np.random.default_rng(1)
+    owner = rng.integers(0, 3, (6, 8)).repeat(5, 0).repeat(5, 1)
+    shifts = np.array([(20, 20), (25, 31), (30, 22)])
+    yx = (np.stack(np.mgrid[:30, :40], axis=2) + shifts[owner]).astype(np.int32)
+    out = render([Exemplar.of(Plane(pixels, Kind.DATA))], SourceMap(yx), blend=Blend(f)).pixels
+    weight, total = np.zeros((30, 40)), np.zeros((30, 40))
+    taps = range(f + 1)  # the box reaches f // 2 back and (f + 1) // 2 forward
+    for k, (dy, dx) in enumerate(shifts):
+        mask = np.pad((owner == k).astype(float), (f // 2, (f + 1) // 2))
+        share = sum(mask[ty : ty + 30, tx : tx + 40] for ty in taps for tx in taps)
+        weight += share
+        total += share * pixels[dy : dy + 30, dx : dx + 40]
+    np.testing.assert_allclose(out, total / weight, rtol=1e-12)
+
+
+def test_opacity_is_premultiplied() -> None:
+    pixels = np.zeros((60, 100, 4), np.uint8)
+    pixels[:, :50] = (255, 0, 0, 255)
+    pixels[:, 50:] = (0, 255, 0, 0)
+    exemplar = Exemplar.of(pixels)
+    out = render([exemplar], cut_map(4, 20, 10, 40), blend=Blend(5)).pixels
+    seen = out[..., 3] > 0
+    assert (out[seen][:, :3] == (255, 0, 0)).all()  # what is invisible never tints
+    assert (out[0, 7:12, 3] == np.floor(255 * np.arange(5, 0, -1) / 6 + 0.5)).all()
+    pixels[..., 3] = 0
+    out = render(
+        [Exemplar.of(Plane(pixels, transfer=Transfer.LINEAR))], cut_map(4, 20, 10, 40), blend=Blend(5)
+    ).pixels
+    assert (
+        out[0, 7:12, 0] == np.floor(255 * np.arange(5, 0, -1) / 6 + 0.5)
+    ).all()  # all transparent: plainly
+
+
+def bump(n: int, green: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Make a lopsided bump, and its normal map with values -1..1."""
+    y, x = np.mgrid[:n, :n] - (n - 1) / 2
+    height = 3 * np.exp(-((x - 2) ** 2 + 2 * y**2 + x * y) / n)
+    return height, normals_of(height, green)
+
+
+def normals_of(height: NDArray[np.float64], green: str) -> NDArray[np.float64]:
+    """Derive a normal map from a height: x right, y down the picture, green up or down."""
+    down, right = np.gradient(height)
+    n = np.stack([-right, down if green == "gl" else -down, np.ones_like(height)], axis=2)
+    return n / np.linalg.norm(n, axis=2, keepdims=True)
+
+
+@pytest.mark.parametrize("isometry", ISOMETRIES, ids=lambda i: i.name)
+@pytest.mark.parametrize("green", ["gl", "dx"])
+def test_a_bump_stays_lit_from_the_same_side(isometry: Isometry, green: str) -> None:
+    height, normal = bump(16, green)
+    smap = laid(isometry, 16, 16)
+    posed = render([Exemplar.of(Plane(height, Kind.DATA))], smap).pixels
+    want = normals_of(posed, green)
+    for f in (0, 4):
+        signed = Plane(normal, Kind.NORMAL, meta={"normals": green})
+        np.testing.assert_allclose(
+            render([Exemplar.of(signed)], smap, blend=Blend(f)).pixels, want, atol=1e-12
+        )
+        unsigned = Plane((normal + 1) / 2, Kind.NORMAL, meta={"normals": green})
+        got = render([Exemplar.of(unsigned)], smap, blend=Blend(f)).pixels
+        np.testing.assert_allclose(got, (want + 1) / 2, atol=1e-12)
+        coded = Plane(
+            np.floor((normal + 1) / 2 * 255 + 0.5).astype(np.uint8), Kind.NORMAL, meta={"normals": green}
+        )
+        got = render([Exemplar.of(coded)], smap, blend=Blend(f)).pixels
+        assert np.abs(got - (want + 1) / 2 * 255).max() <= 0.51
+
+
+def test_opposite_normals_leave_the_own_pixel() -> None:
+    pixels = np.tile(np.array([[[1.0, 0, 0]]]), (60, 100, 1))
+    pixels[:, 50:] = (-1.0, 0, 0)
+    out = render([Exemplar.of(Plane(pixels, Kind.NORMAL))], cut_map(4, 20, 10, 40), blend=Blend(1)).pixels
+    assert (out[:, :10] == (1, 0, 0)).all()
+    assert (out[:, 10:] == (-1, 0, 0)).all()
+
+
+def enlarged(smap: SourceMap, s: int) -> SourceMap:
+    """Enlarge a map by laying down every pixel as a block of s x s in its pose."""
+    yx = np.zeros((smap.height * s, smap.width * s, 2), np.int32)
+    for y, x in np.ndindex(smap.height, smap.width):
+        block = laid(ISOMETRIES[0 if smap.pose is None else smap.pose[y, x]], s, s).yx
+        yx[y * s : y * s + s, x * s : x * s + s] = block + s * smap.yx[y, x]
+    pose = None if smap.pose is None else smap.pose.repeat(s, 0).repeat(s, 1)
+    return SourceMap(yx, pose=pose, wrap=smap.wrap)
+
+
+@pytest.mark.parametrize("isometry", ISOMETRIES, ids=lambda i: i.name)
+@pytest.mark.parametrize("s", [2, 3])
+def test_a_larger_plane_turns_as_a_whole(isometry: Isometry, s: int) -> None:
+    large = pixels_of("uint8", (8 * s, 6 * s, 3))
+    exemplar = Exemplar.of({"albedo": pixels_of("uint8", (8, 6)), "fine": large})
+    whole = laid(isometry, 8 * s, 6 * s).yx
+    out = render([exemplar], laid(isometry, 8, 6), "fine").pixels
+    assert (out == large[whole[..., 0], whole[..., 1]]).all()
+
+
+@pytest.mark.parametrize("s", [2, 3])
+def test_a_larger_plane_is_rendered_by_the_enlarged_map(s: int) -> None:
+    large = pixels_of("uint16", (9 * s, 9 * s, 3))
+    exemplar = Exemplar.of(
+        {"albedo": pixels_of("uint8", (9, 9)), "fine": large}, usable=pixels_of("bool", (9, 9), 4)
+    )
+    usable = exemplar.usable.repeat(s, 0).repeat(s, 1)
+    noise = noise_map((7, 8), (9, 9))
+    smap = SourceMap(noise.yx, pose=noise.pose, wrap=Wrap.X)
+    out = render([exemplar], smap, "fine", Blend(3))
+    want = render([Exemplar.of(large, usable=usable)], enlarged(smap, s), blend=Blend(3 * s))
+    assert (out.pixels == want.pixels).all()
+    window = render([exemplar], smap, "fine", Blend(3), Box(2, -3, 6, 6))
+    columns = np.arange(-3 * s, 6 * s) % (8 * s)
+    assert (window.pixels == out.pixels[2 * s : 6 * s][:, columns]).all()
+
+
+@pytest.mark.parametrize("kind", [Kind.COLOUR, Kind.DATA])
+@pytest.mark.parametrize(("dtype", "channels"), [("uint8", 3), ("uint16", 4), ("float32", 1), ("float32", 4)])
+def test_a_smaller_plane_is_averaged_in_blocks(kind: Kind, dtype: str, channels: int) -> None:
+    small = Plane(pixels_of(dtype, (6, 5, channels)), kind)
+    exemplar = Exemplar.of({"albedo": pixels_of("uint8", (12, 10)), "small": small})
+    smap = noise_map((8, 12), (12, 10))
+    out = render([exemplar], smap, "small", Blend(2))
+    fine = render([Exemplar.of(Plane(small.pixels.repeat(2, 0).repeat(2, 1), kind))], smap, blend=Blend(2))
+    light = to_linear(fine).astype(np.float64).reshape(4, 2, 6, 2, channels)
+    if fine.alpha:
+        alpha = light[..., -1:]
+        mean = np.concatenate(
+            [(light * alpha).sum(axis=(1, 3))[..., :-1] / alpha.sum(axis=(1, 3)), alpha.mean((1, 3))], 2
+        )
+    else:
+        mean = light.mean(axis=(1, 3))
+    np.testing.assert_allclose(out.samples, from_linear(mean, fine), rtol=1e-6)
+    window = render([exemplar], smap, "small", Blend(2), Box(2, 4, 6, 10))
+    assert (window.pixels == out.pixels[1:3, 2:5]).all()
+
+
+def test_a_smaller_plane_of_a_straight_map_is_a_copy() -> None:
+    for kind in Kind:
+        small = Plane(pixels_of("uint8", (5, 6, 3)), kind)
+        exemplar = Exemplar.of({"albedo": pixels_of("uint8", (15, 18)), "small": small})
+        for f in (0, 3):
+            assert (
+                render([exemplar], laid(ISOMETRIES[0], 15, 18), "small", Blend(f)).pixels == small.pixels
+            ).all()
+
+
+def test_a_block_of_labels_takes_the_most_frequent_and_then_the_smallest() -> None:
+    ids = Plane(np.array([[5, 9]], np.uint8), Kind.LABEL)
+    exemplar = Exemplar.of({"albedo": np.zeros((2, 4), np.uint8), "id": ids})
+    yx = np.zeros((2, 4, 2), np.int32)
+    yx[..., 1] = [[0, 3, 2, 2], [3, 0, 2, 0]]
+    assert render([exemplar], SourceMap(yx), "id").pixels.tolist() == [[5, 9]]
+
+
+def test_masked_pixels_are_never_read() -> None:
+    pixels = np.random.default_rng(0).random((30, 30, 3))
+    usable = np.random.default_rng(1).random((30, 30)) < 0.7
+    pixels[~usable] = np.nan
+    spots = np.argwhere(usable)
+    yx = spots[np.random.default_rng(2).integers(0, len(spots), (20, 20))].astype(np.int32)
+    for toroidal in (False, True):
+        exemplar = Exemplar.of(pixels, usable=usable, toroidal=toroidal)
+        for mixing in Mixing:
+            assert np.isfinite(render([exemplar], SourceMap(yx), blend=Blend(6, mixing)).pixels).all()
+
+
+def test_where_nobody_votes_the_pixel_speaks_for_itself() -> None:
+    pixels = pixels_of("uint8", (6, 6, 3))
+    usable = np.zeros((6, 6), bool)
+    usable[0, 0] = True
+    smap = SourceMap(np.full((3, 3, 2), 4, np.int32))
+    assert (render([Exemplar.of(pixels, usable=usable)], smap, blend=Blend(2)).pixels == pixels[4, 4]).all()
+
+
+def test_keeping_the_contrast_keeps_it() -> None:
+    pixels = np.random.default_rng(0).normal(0.5, 0.1, (60, 60))
+    exemplar = Exemplar.of(Plane(pixels, Kind.DATA), toroidal=True)
+    smap = noise_map((80, 80), (60, 60))
+    mean, wide = (
+        render([exemplar], smap, blend=Blend(3, m)).pixels.std() for m in (Mixing.MEAN, Mixing.VARIANCE)
+    )
+    assert mean < 0.4 * pixels.std()
+    assert 0.9 * pixels.std() < wide < 1.1 * pixels.std()
+
+
+def test_several_exemplars_must_fit() -> None:
+    a = Exemplar.of({"albedo": pixels_of("uint8", (6, 6, 3)), "fine": pixels_of("uint8", (12, 12))}, name="a")
+    b = Exemplar.of(pixels_of("uint8", (7, 5, 3)), name="b")
+    c = Exemplar.of(pixels_of("uint16", (7, 5, 3)), name="c")
+    yx, which = np.zeros((2, 2, 2), np.int32), np.array([[0, 1], [1, 0]], np.uint8)
+    out = render([a, b], SourceMap(yx, which)).pixels
+    assert (out[0, 0] == a.base.pixels[0, 0]).all()
+    assert (out[0, 1] == b.base.pixels[0, 0]).all()
+    with pytest.raises(InputError, match="b has no plane fine"):
+        render([a, b], SourceMap(yx, which), "fine")
+    with pytest.raises(InputError, match="albedo of c differs from that of a"):
+        render([a, c], SourceMap(yx, which))
+
+
+def test_refusals_are_one_line_and_say_what_to_do() -> None:
+    planes = {
+        "albedo": pixels_of("uint8", (6, 6)),
+        "small": pixels_of("uint8", (3, 3)),
+        "fine": pixels_of("uint8", (24, 24)),
+    }
+    exemplar = Exemplar.of(planes)
+    smap = SourceMap(np.zeros((5, 4, 2), np.int32), sources=(exemplar.source,))
+    which = np.zeros((5, 4), np.uint8)
+    which[2, 3] = HOLE
+    far = SourceMap(np.full((5, 4, 2), 6, np.int32))
+    cases = [
+        (ParameterError, lambda: render([exemplar], smap, "gloss"), "albedo, small, fine"),
+        (ParameterError, lambda: render([exemplar], smap, "small"), "multiples of 2"),
+        (ParameterError, lambda: render([exemplar], smap, "fine", Blend(600)), "at most 500 px"),
+        (ParameterError, lambda: render([exemplar], smap, box=Box(0, 0, 6, 4)), "0..5"),
+        (InputError, lambda: render([exemplar], SourceMap(smap.yx, which)), "1 holes"),
+        (InputError, lambda: render([exemplar], far), "outside"),
+        (InputError, lambda: render([], smap), "0 are given"),
+        (InputError, lambda: render([Exemplar.of(np.zeros((6, 7), np.uint8))], smap), "7x6"),
+    ]
+    for error, call, words in cases:
+        with pytest.raises(error, match=words) as caught:
+            call()
+        assert "\n" not in str(caught.value)
+
+
+def test_rendering_reports_and_can_be_cancelled() -> None:
+    exemplar, smap = Exemplar.of(pixels_of("uint8", (9, 9))), noise_map((200, 5), (9, 9))
+    heard: list[tuple[int, int]] = []
+    render([exemplar], smap, run=Run(threads=1, step=lambda done, total, _: heard.append((done, total))))
+    assert heard[-1][0] == heard[-1][1]
+    stop = Event()
+    stop.set()
+    with pytest.raises(CancelledError):
+        render([exemplar], smap, run=Run(cancel=stop))
+
+
+def test_inputs_are_never_written_to() -> None:
+    pixels = pixels_of("uint8", (9, 9, 3))
+    before = pixels.copy()
+    exemplar, smap = Exemplar.of(pixels), noise_map((12, 12), (9, 9))
+    yx = smap.yx.copy()
+    render([exemplar], smap, blend=Blend(4))
+    assert (pixels == before).all()
+    assert (exemplar.base.pixels == before).all()
+    assert (smap.yx == yx).all()

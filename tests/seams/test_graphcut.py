@@ -1,0 +1,404 @@
+"""Graph-cut textures, by the paper of Kwatra et al. 2003: costs, old seams, placement by FFT, and refinement."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from seams.naive_recut import (
+    NaiveMap,
+    Sources,
+    energy,
+    exhaustive_energy,
+    naive_repeats,
+    naive_shift_cost,
+    scipy_energy,
+)
+
+import intarsia as ia
+from intarsia.analysis import features
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import Wrap
+from intarsia.kernels.windows import Shown
+from intarsia.patches import growth as patches_growth
+from intarsia.patches.settings import PatchSettings
+from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
+from intarsia.seams.entire_patch import EntireSearch, pieces_of
+from intarsia.seams.graphcut import likelihood
+from intarsia.seams.worst import CELL, WorstSeams
+from intarsia.search import reduce_kernels, sizes
+from intarsia.sourcemap import HOLE, SourceMap, identity
+from intarsia.testing import texture
+
+WRAPS = ((False, False), (True, False), (False, True), (True, True))
+
+
+class Scene:
+    """A small random map of a few pieces, for the kernels and for their twin."""
+
+    def __init__(self, seed: int, size: tuple[int, int] = (9, 10), gradient: bool = False) -> None:
+        rng = np.random.default_rng(seed)
+        shapes = [(int(h), int(w)) for h, w in rng.integers(4, 9, (2, 2))]
+        self.wraps = WRAPS[int(rng.integers(4))]
+        pictures = [rng.integers(0, 60, (h, w, 2)).astype(np.int16) for h, w in shapes]
+        usable = [rng.random(s) < 0.9 for s in shapes]
+        torus = [bool(t) for t in rng.integers(0, 2, 2)]
+        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, gradient)
+        self.flat = np.concatenate([p.ravel() for p in pictures])
+        begins = np.cumsum([0, pictures[0].size])
+        self.table = np.array([(b, h, w, w) for b, (h, w) in zip(begins, shapes, strict=True)], np.int64)
+        shown = np.concatenate([u.ravel() for u in usable]).astype(np.uint8)
+        self.pieces = energy_kernels.Pieces(self.flat, self.table, shown, np.array(torus), 2)
+        self.variant = np.full(size, HOLE, np.uint8)
+        self.yx = np.zeros((*size, 2), np.int32)
+        self.locked = rng.random(size) < 0.05
+        self.shown = Shown(self.variant, self.yx, self.wraps)
+        for _ in range(6):
+            v, y0, x0 = int(rng.integers(2)), int(rng.integers(-3, 8)), int(rng.integers(-3, 8))
+            for y, x in product(range(y0, y0 + 6), range(x0, x0 + 5)):
+                source = self.naive.shown(v, y - y0, x - x0)
+                if source is not None and 0 <= y < size[0] and 0 <= x < size[1]:
+                    self.variant[y, x], self.yx[y, x] = v, source[1:]
+        self.gradient = gradient
+
+    def sources(self) -> Sources:
+        return {
+            (int(y), int(x)): (int(self.variant[y, x]), int(self.yx[y, x, 0]), int(self.yx[y, x, 1]))
+            for y, x in np.argwhere(self.variant != HOLE)
+        }
+
+    def prices(self) -> np.ndarray:
+        out = np.zeros((*self.variant.shape, 2), np.int32)
+        box = (0, 0, *self.variant.shape)
+        energy_kernels.seam_prices(self.shown, self.pieces, box, self.gradient, out)
+        return out
+
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.booleans())
+def test_the_price_of_seams_is_that_of_the_map(seed: int, gradient: bool) -> None:
+    """The prices of all pairs follow from the map alone, masks, borders and wraps included."""
+    scene = Scene(seed, gradient=gradient)
+    prices, sources = scene.prices(), scene.sources()
+    assert int(prices.sum()) == scene.naive.total(sources)
+    for p, q, dy, dx in scene.naive.neighbours():
+        want = scene.naive.pair(sources[p], sources[q], dy, dx) if p in sources and q in sources else 0
+        assert prices[(*p, dy)] == want
+
+
+@settings(max_examples=150, deadline=None)
+@given(seeds, st.booleans())
+def test_a_recut_changes_the_total_by_what_it_says(seed: int, gradient: bool) -> None:
+    """Old seams covered, old seams kept and new seams: their sum is the difference of the two maps' totals."""
+    scene = Scene(seed, gradient=gradient)
+    rng = np.random.default_rng(seed)
+    h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
+    y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
+    pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
+    take, edge = np.empty((h, w), np.uint8), np.ones((h, w), bool)
+    edge[1:-1, 1:-1] = False
+    if (scene.variant[y : y + h, x : x + w][edge] == HOLE).any():
+        return  # what fills holes at the edge of a window has seams with the outside, too
+    before = scene.naive.total(scene.sources())
+    change = recut_kernels.recut(
+        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, gradient, take
+    )
+    kept = scene.variant.copy(), scene.yx.copy()
+    recut_kernels.write(scene.shown, scene.pieces, (y, x, h, w), pick, take)
+    for i, j in np.argwhere(take == 1).tolist():
+        assert scene.naive.shown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
+    assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()
+    assert scene.naive.total(scene.sources()) - before == change
+    if not (kept[0] == HOLE).any() and not gradient:
+        assert change <= 0, "where all is known, all may stay"
+    assert (kept[1][scene.variant == HOLE] == scene.yx[scene.variant == HOLE]).all()
+
+
+def random_terms(rng: np.random.Generator, state: np.ndarray, most: int) -> np.ndarray:
+    """Terms that obey the triangle inequality, as distances do; without an old seam a is 0 and b is c.
+
+    Beside pixels that are left out they are 0.
+    """
+    shape = state.shape
+    a, b, c = rng.integers(0, most + 1, (3, *shape, 2))
+    seam = rng.random((*shape, 2)) < 0.4
+    b, c = np.where(seam, np.maximum(b, abs(a - c)), b), np.where(seam, c, b)
+    a = np.where(seam, np.clip(a, abs(b - c), b + c), 0)
+    terms = np.stack([a, b, c], axis=3).astype(np.int32)
+    terms[state == 3] = 0
+    terms[:, :-1, 0][state[:, 1:] == 3] = 0
+    terms[:-1, :, 1][state[1:] == 3] = 0
+    return terms
+
+
+@settings(max_examples=120, deadline=None)
+@given(seeds, st.integers(1, 4), st.integers(1, 4), st.sampled_from([1, 3, 1000]))
+def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width: int, most: int) -> None:
+    """No choice between old and new costs less, whatever is forced and wherever old seams run."""
+    rng = np.random.default_rng(seed)
+    state = rng.choice(4, (height, width), p=[0.2, 0.6, 0.1, 0.1]).astype(np.uint8)
+    for y, x in np.argwhere(state == 1)[9:]:
+        state[y, x] = 0
+    terms = random_terms(rng, state, most)
+    out = np.full((height, width), 7, np.uint8)
+    recut_kernels.least_cut(state, terms, out)
+    assert energy(out, state, terms) == exhaustive_energy(state, terms)
+    assert (out[state == 2] == 1).all()
+    assert (out[(state == 0) | (state == 3)] == 0).all()
+    none = np.zeros_like(out)
+    want = energy(out, state, terms) - energy(none, state, terms)
+    assert recut_kernels.cut_change(terms, out) == want
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.integers(3, 14), st.integers(3, 14))
+def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height: int, width: int) -> None:
+    """With a node for every old seam, scipy's maximum flow carries what our cut on the bare grid costs."""
+    rng = np.random.default_rng(seed)
+    state = rng.choice(4, (height, width), p=[0.15, 0.75, 0.05, 0.05]).astype(np.uint8)
+    state[0, 0] = 0
+    terms = random_terms(rng, state, int(rng.choice([1, 20, 5000])))
+    out = np.empty((height, width), np.uint8)
+    recut_kernels.least_cut(state, terms, out)
+    assert energy(out, state, terms) == scipy_energy(state, terms)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seeds)
+def test_repeats_are_counted(seed: int) -> None:
+    """How much of a candidate is shown already, more near by; a continuation is no repeat."""
+    scene = Scene(seed)
+    rng = np.random.default_rng(seed)
+    box = (int(rng.integers(0, 4)), int(rng.integers(0, 4)), 4, 5)
+    rows = np.array([(0, *(int(n) for n in rng.integers(0, (2, 4, 4)))) for _ in range(4)], np.int64)
+    for step in (1, 2):
+        out = np.empty(4, np.int64)
+        placement_kernels.repeats(scene.shown, scene.pieces, box, rows, step, out)
+        want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), step) for row in rows]
+        assert out.tolist() == want
+
+
+@settings(max_examples=40, deadline=None)
+@given(seeds)
+def test_entire_patches_are_measured_where_both_are_known(seed: int) -> None:
+    """The mean squared difference over all that map and exemplar share, and the best place close by."""
+    scene = Scene(seed)
+    rng = np.random.default_rng(seed)
+    sources, naive = scene.sources(), scene.naive
+    box = (int(rng.integers(-3, 4)), int(rng.integers(-3, 4)), 7, 8)
+    pick = tuple(int(n) for n in rng.integers((0, -3, -3), (2, 5, 5)))
+    for step in (1, 2):
+        got = placement_kernels.shift_cost(scene.shown, scene.pieces, box, pick, step)
+        assert got == naive_shift_cost(naive, sources, box, pick, step)
+    v, at, around, size = pick[0], (3, 3), (2, 1), (3, 3)
+    valid = rng.random((4, 4)) < 0.8
+    rows = np.array([(0, v, 2, 2)], np.int64)
+    placement_kernels.follow(scene.shown, scene.pieces, at, size, valid, around, 2, 3, rows)
+    wide = (1, 2, 7, 5)
+    costs = {}
+    for a, b in product((1, 2, 3), (1, 2, 3)):
+        cost = naive_shift_cost(naive, sources, wide, (v, a - 2, b - 1), 3)
+        if valid[a, b] and cost >= 0:
+            costs[a, b] = cost
+    best = min(costs.items(), key=lambda item: (item[1], item[0]), default=(None, -1))
+    assert rows[0, 0] == best[1]
+    assert best[0] is None or tuple(rows[0, 2:].tolist()) == best[0]
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_all_shifts_at_once_are_all_shifts_one_by_one(masked: bool) -> None:
+    """The FFT gives the mean of every coarse shift of the whole exemplar, to the last digit."""
+    usable = np.ones((22, 19), bool)
+    usable[3:6, 15:] = not masked
+    e = Exemplar.of(texture(22, 19, 3, 5), usable=usable)
+    grown = patches_growth.Growth(PatchSettings((8, 9), (3, 3)), [e], Canvas(30, 33, Wrap.X))
+    work, search = grown.patchwork, grown.finder
+    work.variant[4:20, 3:30] = 0
+    work.yx[4:20, 3:30] = np.moveaxis(np.indices((16, 27)) * 5 % 15, 0, 2)
+    entire = EntireSearch(search, pieces_of(grown.variants, [e]))
+    f = search.factor
+    picture = reduce_kernels.coarse_picture(grown.variants.picture(0), f, search.mean, search.axes, search.clip)
+    ok = usable[: 22 // f * f, : 19 // f * f].reshape(22 // f, f, 19 // f, f).all(axis=(1, 3))
+    means = entire._means(0, work.variant, work.yx, (6, 25), grown.layout.wraps)
+    rows, columns = 22 // f, 19 // f
+    feats = np.zeros((rows * f, columns * f, 3), np.int16)
+    for u, s in product(*map(range, means.shape)):
+        if not search.valid[0][u, s]:
+            assert means[u, s] == 1 << 60
+            continue
+        known = np.zeros(feats.shape[:2], np.uint8)
+        for i, j in product(*map(range, known.shape)):
+            y, x = 6 - u * f + i, (25 - s * f + j) % 33
+            known[i, j] = 0 <= y < 30 and work.variant[y, x] != HOLE
+            feats[i, j] = grown.variants.picture(0)[tuple(work.yx[y, x])] if known[i, j] else 0
+        here = np.empty((1, len(search.axes), rows, columns), np.float32)
+        mask = np.empty((1, rows, columns), np.float32)
+        reduce_kernels.coarse_templates(feats[None], known[None], f, search.mean, search.axes, search.clip, here, mask)
+        both = (mask[0] > 0) & ok
+        apart = int((((here[0] - picture) ** 2).sum(axis=0) * both).sum())
+        assert means[u, s] == (apart * 256 // both.sum() if both.any() else 1 << 60)
+
+
+def test_chances_fall_off_as_published() -> None:
+    """A place is drawn with a chance of exp(-C / (k sigma^2)), in whole numbers that are the same everywhere."""
+    x = np.arange(0, 1400)
+    got = likelihood(x)
+    assert got[0] == 1 << 30
+    for n in range(0, 600, 7):  # k squarings of rounded numbers: 0.4 % at worst
+        assert got[n] == pytest.approx(2**30 * math.exp(-n / 64), rel=5e-3)
+    assert (got[1280:] == 0).all()
+    assert all(a >= b for a, b in pairwise(got.tolist()))
+
+
+@pytest.mark.parametrize("wraps", WRAPS)
+def test_the_worst_seams_are_found_given_up_and_looked_at_again(wraps: tuple[bool, bool]) -> None:
+    """The window with the dearest seams in its middle; a place given up returns when something changes there."""
+    rng = np.random.default_rng(3)
+    prices = rng.integers(0, 9, (60, 77, 2)).astype(np.int32)
+    prices[33, 70] += 4000
+    worst = WorstSeams(prices, (32, 40), wraps)
+    place = worst.place()
+    assert place is not None
+    y, x = ((33 - place[0]) % 60, (70 - place[1]) % 77)
+    assert 0 <= y < 32
+    assert 0 <= x < 40
+    cells = np.add.reduceat(np.add.reduceat(prices.sum(axis=2), range(0, 60, CELL), 0), range(0, 77, CELL), 1)
+    assert (worst._cells == cells).all()
+    worst.give_up()
+    other = worst.place()
+    assert other != place
+    worst.renew((30, 60, 20, 17))
+    assert worst.place() == place
+    for _ in range(200):
+        if worst.place() is None:
+            break
+        worst.give_up()
+    assert worst.place() is None
+
+
+def naive_total(exemplar: Exemplar, smap: SourceMap, gradient: bool = False) -> int:
+    """What all seams of a grown map cost, by the slow twin."""
+    picture = features.features([exemplar]).pictures[0]
+    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
+    size = smap.height, smap.width
+    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, (smap.wrap.y, smap.wrap.x), gradient)
+    sources = {
+        (int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)
+    }
+    return naive.total(sources)
+
+
+@pytest.mark.parametrize("wrap", ["none", "both"])
+@pytest.mark.parametrize("placement", ["sub", "entire", "random"])
+def test_refinement_never_makes_seams_dearer(wrap: str, placement: str) -> None:
+    """After every attempt the seams of the whole map cost less, or the map is what it was."""
+    e, drafts = Exemplar.of(texture(36, 40, 3, 2), toroidal=wrap == "both"), []
+
+    def step(done: int, total: int, draft: object) -> None:
+        assert callable(draft)
+        drafts.append((done, total, draft()))
+
+    method = ia.Graphcut(patch=14, overlap=5, placement=placement, refinements=25)
+    made = ia.synthesize(e, (52, 60), method, seed=4, wrap=wrap, run=ia.Run(1, step))
+    windows = drafts[-1][1] - 25
+    refined = [d for done, _, d in drafts if done >= windows]
+    assert len(refined) > 5
+    totals = [naive_total(e, d) for d in refined]
+    falls = 0
+    for (before, after), (one, two) in zip(pairwise(totals), pairwise(refined), strict=True):
+        changed = (one.yx != two.yx).any()
+        assert after < before if changed else after == before
+        falls += bool(changed)
+    assert falls
+    assert naive_total(e, made.map) == totals[-1]
+
+
+def test_the_books_are_kept() -> None:
+    """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
+    e = Exemplar.of(texture(40, 40, 1, 7))
+    method = ia.Graphcut(patch=12, overlap=4, seam="gradient").resolved([e], Canvas(50, 44))
+    growth = patches_growth.Growth(method.laying(0), [e], Canvas(50, 44))
+    stitching = graphcut.GraphcutGrowth(growth, method.stitch)
+    stitching.fill(1, 2, ia.Run(1))
+    assert stitching.total == naive_total(e, growth.map(ia.Blend(0)), True)
+    before = stitching.total
+    saved = stitching.refine(1, 2, ia.Run(1), 30)
+    assert saved
+    assert min(saved) > 0
+    assert stitching.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), True)
+
+
+def test_an_exemplar_put_on_itself_has_no_seams() -> None:
+    """Where the canvas holds the exemplar but for a hole, the exact patch is found and no seam is left."""
+    e = Exemplar.of(texture(48, 48, 3, 3))
+    start = identity([e.source], 0)
+    which = np.zeros((48, 48), np.uint8)
+    which[18:30, 15:27] = HOLE
+    start = SourceMap(start.yx, which, None, start.sources)
+    for placement in ("sub", "entire"):
+        method = ia.Graphcut(patch=24, overlap=8, placement=placement, randomness=1e-6, usage=0.0, refinements=0)
+        out = ia.synthesize(e, None, method, start=start, run=ia.Run(1)).map
+        assert naive_total(e, out) == 0
+
+
+def test_a_bad_seam_is_covered() -> None:
+    """Two halves of a striped exemplar set out of step are joined again by one patch over the seam."""
+    stripes = np.repeat((np.arange(60) % 12 < 6)[:, None] * np.uint8(200), 60, axis=1)
+    grain = (texture(60, 60, 1, 4)[:, :, 0] % 8).astype(np.uint8)
+    e = Exemplar.of(stripes + grain)
+    growth = patches_growth.Growth(PatchSettings((30, 30), (10, 10)), [e], Canvas(60, 60))
+    work = growth.patchwork
+    work.variant[:] = 0
+    work.yx[:] = np.moveaxis(np.indices((60, 60)), 0, 2)
+    work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
+    stitching = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0, tries=4))
+    before = stitching.total
+    assert sum(stitching.refine(3, 5, ia.Run(1), 40)) >= before * 9 // 10
+    assert stitching.total <= before // 10
+
+
+def test_a_try_more_is_never_dearer_in_the_first_window() -> None:
+    """Of the placements drawn the one with the cheapest cut is kept."""
+    e = Exemplar.of(texture(40, 40, 3, 9))
+    growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
+    stitching = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, randomness=1.0))
+    stitching.paste(stitching.tried((0, 0, 16, 16), 1, filling=True)[0])
+    cuts = stitching.tried((0, 10, 16, 16), 2, filling=True)
+    assert len({cut.pick for cut in cuts}) == len(cuts) == 6
+    fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=2, randomness=1.0))
+    assert [c.pick for c in fewer.tried((0, 10, 16, 16), 2, filling=True)] == [c.pick for c in cuts[:2]]
+
+
+def test_a_guide_is_honoured() -> None:
+    """Multrus 2003, 5.3.1: inside the regions of a target every pixel comes from its own label."""
+    left = np.arange(64)[None, :] < 32
+    labels = np.broadcast_to(left, (64, 64)).astype(np.uint8)
+    pixels = texture(64, 64, 3, 1) // 3 + labels[:, :, None] * np.uint8(150)
+    target = (np.arange(80)[:, None] < 36).astype(np.uint8) * np.ones((1, 70), np.uint8)
+    guide = ia.Guide(ia.Plane(labels, ia.Kind.LABEL), ia.Plane(target, ia.Kind.LABEL))
+    out = ia.synthesize(pixels, (80, 70), ia.Graphcut(patch=16, overlap=5), guide=guide, run=ia.Run(1)).map
+    shown = labels[out.yx[:, :, 0], out.yx[:, :, 1]]
+    assert (shown[:24] == 1).all()
+    assert (shown[48:] == 0).all()
+
+
+def test_defaults_follow_from_the_texture() -> None:
+    """The window is one and a half elements, at most 0.4 of the side; overlap half, overreach a sixth."""
+    e = Exemplar.of(texture(192, 160, 3))
+    resolved = ia.Graphcut().resolved([e], Canvas(300, 300))
+    plain = sizes.default_patch([e])
+    assert resolved.patch == max(plain, min(3 * plain // 2, 64))
+    assert resolved.overlap == resolved.patch // 2
+    assert resolved.overreach == resolved.patch // 6
+    rows = -(-(300 - resolved.overlap) // resolved.pitch[0])
+    assert resolved.refinements == rows * rows
+    with pytest.raises(ia.ParameterError, match="overlap=20 is not below patch=20"):
+        ia.Graphcut(patch=20, overlap=20)

@@ -1,0 +1,194 @@
+"""Extending: the picture stays, in all directions alike, and the command does what the library does."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+import intarsia as ia
+from intarsia import files
+from intarsia.analysis.features import features
+from intarsia.cli.app import cli
+from intarsia.geometry import Wrap
+from intarsia.image import Array
+from intarsia.seams.cost import seam_total
+from intarsia.tasks.starts import Margins
+from intarsia.testing.cases import as_depth, texture
+from intarsia.testing.maps import looked_up, which_of
+
+QUILTING = ia.ImageQuilting(patch=14, overlap=5)
+SAMPLING = ia.PatchSampling(patch=6, overlap=4)
+METHODS = {"quilting": QUILTING, "sampling": SAMPLING}
+SIDES = [
+    Margins(left=17), Margins(right=17), Margins(top=17), Margins(bottom=17), Margins(left=1), Margins(bottom=3),
+    Margins(left=20, right=9), Margins(top=30, bottom=2), Margins(right=25, bottom=25), Margins(9, 9, 9, 9),
+    Margins(left=40, top=1),
+]  # fmt: skip
+
+
+def told(m: Margins) -> str:
+    return f"{m.left},{m.right},{m.top},{m.bottom}"
+
+
+@pytest.mark.parametrize("margins", SIDES, ids=told)
+@pytest.mark.parametrize("name", list(METHODS))
+def test_the_picture_stays_and_no_hole_remains(name: str, margins: Margins) -> None:
+    """Law 7; Multrus 2003, 5.1: deeper than overlap (and feather) the old picture is the same, byte for byte."""
+    e, method = ia.Exemplar.of(texture(40, 44, 3, 4)), METHODS[name]
+    out = ia.extend(e, margins, method, seed=3, run=ia.Run(1))
+    assert not out.map.holes.any()
+    assert (out.map.height, out.map.width) == (40 + margins.top + margins.bottom, 44 + margins.left + margins.right)
+    assert out.render(feather=0).pixels.tobytes() == looked_up(out.exemplars, out.map).tobytes()
+    for feather in (0, out.blend.feather):
+        rim = 4 + (name == "quilting") + feather
+        y = slice(rim * (margins.top > 0), 40 - rim * (margins.bottom > 0))
+        x = slice(rim * (margins.left > 0), 44 - rim * (margins.right > 0))
+        old = out.render(feather=feather).samples[margins.top : margins.top + 40, margins.left : margins.left + 44]
+        assert (old[y, x] == e.base.samples[y, x]).all()
+    again = ia.extend(e, margins, method, seed=3, run=ia.Run(3))
+    assert again.map.digest == out.map.digest
+    assert again.render().pixels.tobytes() == out.render().pixels.tobytes()
+
+
+@pytest.mark.parametrize("wrap", list(Wrap))
+@pytest.mark.parametrize("name", list(METHODS))
+def test_an_extended_picture_can_tile(name: str, wrap: Wrap) -> None:
+    """Law 6: the gap is closed from both sides; the wrapped border is no worse than the inside."""
+    e = ia.Exemplar.of(texture(40, 44, 1, 4))
+    worst, border = np.zeros(2), np.zeros(2)
+    for seed in range(4):
+        out = ia.extend(e, Margins(right=23, bottom=19), METHODS[name], seed=seed, wrap=wrap)
+        assert not out.map.holes.any()
+        pixels = out.render(feather=0).samples[:, :, 0].astype(float)
+        for axis, wrapped in enumerate((wrap.y, wrap.x)):
+            steps = np.abs(np.roll(pixels, -1, axis) - pixels).mean(axis=1 - axis)
+            if wrapped:
+                border[axis] += steps[-1]
+                worst[axis] += np.sort(steps[:-1])[-3]
+    assert (border <= 1.3 * worst).all()
+
+
+def test_left_is_as_good_as_right() -> None:
+    """Extending to the left costs no more in seams than extending the mirrored picture to the right."""
+    costs: dict[str, list[int]] = {"left": [], "right": [], "top": [], "bottom": []}
+    for seed in range(6):
+        e = ia.Exemplar.of(texture(64, 64, 1, seed))
+        for side in costs:
+            out = ia.extend(e, Margins(**{side: 60}), ia.ImageQuilting(patch=20, overlap=7, tolerance=0), seed=seed)
+            costs[side].append(seam_total(features(out.exemplars), out.exemplars, out.map))
+    means = {side: float(np.mean(c)) for side, c in costs.items()}
+    assert max(means.values()) < 1.5 * min(means.values()), means
+
+
+def test_other_pictures_give_the_pixels() -> None:
+    e, donor = ia.Exemplar.of(texture(40, 44, 3, 4)), ia.Exemplar.of(texture(50, 30, 3, 5))
+    out = ia.extend(e, Margins(left=15, bottom=15), QUILTING, sources=[donor])
+    which = which_of(out.map)
+    assert (which[40:] == 1).all()
+    assert (which[:, :15] == 1).all()
+    assert (which[:35, 20:] == 0).all()
+    feathered = ia.extend(e, Margins(right=20), SAMPLING, sources=[donor]).render()
+    assert (feathered.samples[:, :36] == e.base.samples[:, :36]).all()
+
+
+def test_no_pixel_comes_from_a_block_with_a_marked_pixel() -> None:
+    """Multrus 2003, 5.2: every piece taken lies in windows of the exemplar that hold no marked pixel."""
+    pixels = texture(60, 60, 3, 4)
+    usable = np.ones((60, 60), bool)
+    usable[20:24, 30] = False
+    usable[50, 5:9] = False
+    e = ia.Exemplar.of(pixels, usable=usable)
+    out = ia.extend(e, Margins(right=50, top=30), QUILTING, seed=2)
+    start = np.zeros((90, 110), bool)
+    start[30:, :60] = True
+    new = out.map.yx[~start]
+    bad = np.pad(np.cumsum(np.cumsum(~usable, 0), 1), ((1, 0), (1, 0)))
+    free = bad[14:, 14:] - bad[:-14, 14:] - bad[14:, :-14] + bad[:-14, :-14] == 0
+    covered = np.zeros((60, 60), bool)
+    for y, x in np.argwhere(free):
+        covered[y : y + 14, x : x + 14] = True
+    assert not covered.all()
+    assert covered[new[:, 0], new[:, 1]].all()
+
+
+@pytest.mark.parametrize("dtype", ["uint16", "float32"])
+def test_all_planes_of_a_set_are_extended_exactly(dtype: str) -> None:
+    height = texture(40, 40, 1, 2)[:, :, 0]
+    planes: dict[str, Any] = {"albedo": as_depth(texture(40, 40, 3, 1), dtype), "height": height}
+    out = ia.extend(planes, Margins(right=20), QUILTING)
+    for name in planes:
+        made: Array = out.render(name).pixels
+        assert made.dtype == planes[name].dtype
+        assert (made[:, :35] == planes[name][:, :35]).all()
+
+
+# ---- the command --------------------------------------------------------------------------------------------------
+
+
+def run(*args: object, code: int = 0) -> Result:
+    result = CliRunner().invoke(cli, [str(a) for a in args])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    files.write("a.png", ia.Plane(texture(40, 48, 3, 1)))
+    files.write("b.png", ia.Plane(texture(40, 48, 3, 2)))
+
+
+def test_the_command_makes_what_the_library_makes_and_replay_repeats_it() -> None:
+    wanted = ("--left", 5, "--bottom", 20, "--patch", 12, "--seed", 4, "--wrap", "x")
+    run("extend", "a.png", "-o", "out.png", *wanted, "-q")
+    made = ia.extend("a.png", Margins(left=5, bottom=20), ia.ImageQuilting(patch=12), seed=4, wrap="x")
+    assert files.read_plane("out.png").pixels.tobytes() == made.render().pixels.tobytes()
+    run("replay", "out.png", "-e", "a.png", "-o", "again.png", "-q")
+    assert Path("again.png").read_bytes() == Path("out.png").read_bytes()
+
+
+def test_by_default_100_px_are_added_to_the_right() -> None:
+    told = json.loads(run("extend", "a.png", "-o", "out.png", "--patch", 12, "--json").stdout)
+    assert told["size"] == [148, 40]
+    assert files.read_plane("out.png").width == 148
+
+
+def test_many_pictures_and_other_sources() -> None:
+    run("extend", "a.png", "b.png", "-o", "{stem}_wide.png", "--top", 9, "--patch", 12, "-q")
+    assert Path("a_wide.png").exists()
+    assert Path("b_wide.png").exists()
+    run("extend", "a.png", "-o", "c.png", "--top", 9, "--patch", 12, "--from", "b.png", "--save-map", "m.npz", "-q")
+    assert (ia.SourceMap.load("m.npz").which[:9] == 1).all()  # type: ignore[index]
+    run("extend", "a.png", "-o", "none.png", "--dry-run", "-q")
+    assert not Path("none.png").exists()
+
+
+BAD = {
+    "": (2, "Missing argument"),
+    "a.png -o out.png --left 0": (2, "no side is extended"),
+    "a.png -o out.png --left -3": (2, "Invalid value for '--left'"),
+    "a.png -o out.png --left x": (2, "Invalid value for '--left'"),
+    "a.png b.png -o out.png": (2, "2 pictures are given for one output"),
+    "a.png -o out.png --method repeat --patch 9": (2, "patch: repeat has no such parameter"),
+    "a.png -o out.png --patch 90": (2, "patch=90 is larger than the exemplar"),
+    "a.png -o out.png --right 1048577": (2, "Invalid value for '--right'"),
+    "a.png -o out.png --right 1048576 --bottom 1048576": (2, "size=1048624x1048616 is not allowed"),
+    "c.png -o out.png": (3, "c.png does not exist"),
+    "a.png -o out.png --from c.png": (3, "c.png does not exist"),
+    "a.png -o a.png": (2, "a.png exists"),
+}
+
+
+@pytest.mark.parametrize("line", list(BAD))
+def test_what_is_wrong_is_said_in_one_line(line: str) -> None:
+    code, message = BAD[line]
+    result = CliRunner().invoke(cli, ["extend", *line.split(), "-q"])
+    assert result.exit_code == code, result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert message in result.stderr
+    assert not Path("out.png").exists()

@@ -1,0 +1,348 @@
+"""What is found in an exemplar is told, drawn and written; what is not found is said in one line."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+import intarsia as ia
+from intarsia import files
+from intarsia.analysis.features import features
+from intarsia.blocks.grid import phase_of
+from intarsia.cli.app import cli
+from intarsia.segments.segments import segments
+from intarsia.tasks.overlays import KINDS
+from intarsia.tasks.segment_drawing import segment_overlay
+from intarsia.testing import texture
+from intarsia.testing.cases import noise
+from intarsia.tiles.best_tile import unlikeness
+
+
+def weave(height: int = 120, width: int = 132, rows: float = 20, columns: float = 24, grain: int = 40) -> Any:
+    """Tiles of different grey with dark joints at whole multiples."""
+    y, x = np.mgrid[:height, :width].astype(float)
+    joint = (y % rows < 3) | (x % columns < 3)
+    face = (noise(64, 64, 5)[(y // rows).astype(int), (x // columns).astype(int)] % np.uint64(grain)).astype(int)
+    speck = (noise(height, width, 7) % np.uint64(9)).astype(int)
+    return np.where(joint, 20, 140 + face + speck).astype(np.uint8)
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    ia.write("weave.png", weave())
+    ia.write("blobs.png", texture(90, 80, 3))
+
+
+def run(*args: object, code: int = 0, data: bytes | None = None) -> Result:
+    result = CliRunner().invoke(cli, ["analyze", *(str(a) for a in args)], input=data)
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def told(*args: object) -> dict[str, Any]:
+    answer: dict[str, Any] = json.loads(run(*args, "--json").stdout)
+    return answer
+
+
+def refused(*args: object, code: int) -> str:
+    """One line on stderr, and nothing written."""
+    before = sorted(Path().iterdir())
+    line = run(*args, code=code).stderr
+    assert line.startswith("intarsia: ")
+    assert line.count("\n") == 1
+    assert sorted(Path().iterdir()) == before
+    return line
+
+
+class TestTold:
+    def test_two_vectors_with_reasons(self) -> None:
+        found = told("weave.png")
+        vectors = found["lattice"]["vectors"]
+        assert sorted(abs(round(x)) + abs(round(y)) for x, y in vectors) == [20, 24]
+        assert sorted(found["lattice"]["periods"]) == pytest.approx([20, 24], abs=0.2)
+        assert found["lattice"]["confidence"] > 0.2
+        assert found["lattice"]["reasons"][-1].startswith("Accepted")
+        assert found["feature_size"] >= 1
+        assert found["file"] == "weave.png"
+        assert found["exemplar"]["size"] == [132, 120]
+        assert found["suggested"]["method"] == "near-regular"
+        assert found["suggested"]["parameters"] == {"lattice": vectors}
+        assert found["suggested"]["flatten"] is False
+        assert found["suggested"]["why"]
+
+    def test_one_vector_across_the_rows(self) -> None:
+        y, _ = np.mgrid[:128, :150]
+        grain = (noise(128, 150, 3) % np.uint64(60)).astype(int)
+        ia.write("rows.png", np.where(y % 16 < 3, 10, 120 + grain).astype(np.uint8))
+        found = told("rows.png")
+        ((x, y),) = found["lattice"]["vectors"]
+        assert abs(x) < 1
+        assert abs(y) == pytest.approx(16, abs=0.3)
+        assert "nothing returns along them" in run("rows.png").stdout
+
+    def test_no_lattice_lists_candidates(self) -> None:
+        ia.write("blobs.png", texture(200, 210, 3), force=True)
+        found = told("blobs.png")
+        assert found["lattice"] is None
+        assert len(found["candidates"]) >= 3
+        assert all("confidence" in one and len(one["vectors"]) in (1, 2) for one in found["candidates"])
+        assert found["suggested"]["method"] == "parallel-controllable"
+        text = run("blobs.png").stdout
+        assert "lattice      none. " in text
+        assert text.count("\ncandidate ") == 3
+        assert "--method parallel-controllable" in text
+
+    def test_equal_periods_suggest_the_best_tile_and_one_colour_repetition(self) -> None:
+        tile = weave(20, 24)
+        ia.write("same.png", np.tile(tile, (6, 5)))
+        assert told("same.png")["suggested"]["method"] == "best-tile"
+        ia.write("flat.png", np.full((40, 40, 3), 90, np.uint8))
+        assert told("flat.png")["suggested"] == {
+            "method": "repeat", "parameters": {}, "flatten": False, "why": ["All of it has one colour."],
+            "rule": "one-colour",
+        }  # fmt: skip
+
+    def test_what_is_suggested_can_be_done(self) -> None:
+        for name in ("weave.png", "blobs.png"):
+            found = ia.analyze(name)
+            method = ia.methods.base.make(found.suggested.method, found.suggested.parameters)
+            assert ia.synthesize(name, 90, method).map.yx.shape == (90, 90, 2)
+
+    def test_the_printed_options_are_those_of_grow(self) -> None:
+        line = next(s for s in run("weave.png").stdout.splitlines() if s.startswith("suggested"))
+        words = shlex.split(line)[1:]
+        done = CliRunner().invoke(cli, ["grow", "weave.png", "-o", "out.png", "-q", "--size", "80", *words])
+        assert done.exit_code == 0, done.stderr
+
+    def test_a_slope_of_light_suggests_to_flatten(self) -> None:
+        ramp = np.linspace(1.0, 0.45, 264)[None, :]
+        ia.write("lit.png", (weave(240, 264) * ramp).astype(np.uint8))
+        found = told("lit.png")
+        assert found["light"]["strong"]
+        assert found["light"]["factor"] > 2
+        assert found["suggested"]["flatten"]
+        text = run("lit.png").stdout
+        assert "a strong slope" in text
+        assert " --flatten\n" in text
+        even = told("lit.png", "--flatten")
+        assert not even["light"]["strong"]
+        assert even["suggested"]["flatten"], "it was asked for, so the suggestion needs it"
+        assert not told("weave.png")["light"]["strong"]
+
+    def test_several_are_told_one_after_the_other(self) -> None:
+        found = told("weave.png", "blobs.png", "--several")
+        assert [one["file"] for one in found["results"]] == ["weave.png", "blobs.png"]
+        text = run("weave.png", "blobs.png", "--several").stdout
+        assert text.startswith("weave.png: 132x120 px\n")
+        assert "\n\nblobs.png: 80x90 px\n" in text
+
+    def test_library_and_command_say_the_same(self) -> None:
+        found = told("weave.png")
+        assert {k: v for k, v in found.items() if k not in ("file", "warnings")} == ia.analyze("weave.png").as_dict()
+
+    def test_the_standard_input_is_read(self) -> None:
+        assert run("-", data=Path("weave.png").read_bytes()).stdout.startswith("-: 132x120 px\n")
+
+    def test_a_mask_and_a_crop_are_heeded(self) -> None:
+        assert told("weave.png", "--crop", "0,0,100,90")["exemplar"]["size"] == [100, 90]
+        mask = np.full((120, 132), 255, np.uint8)
+        mask[:70, :60] = 0
+        ia.write("mask.png", mask)
+        assert told("weave.png", "--mask", "mask.png")["lattice"] is not None
+
+
+class TestSegments:
+    def test_groups_patch_zone_and_rule_are_told(self) -> None:
+        """What is told is what the method segment-based goes by, and which rule it came from."""
+        seen, found = told("weave.png")["segments"], segments(ia.read("weave.png"))
+        assert (seen["patch"], seen["zone"], seen["rule"], seen["why"]) == (
+            found.patch, found.zone, "segments", found.why)  # fmt: skip
+        assert seen["count"] == len(found.groups) == sum(g["segments"] for g in seen["groups"])
+        assert seen["chosen"] == found.chosen
+        assert seen["groups"][found.chosen]["segments"] == int((found.groups == found.chosen).sum())
+        assert seen["groups"][found.chosen]["share"] == pytest.approx(float((found.group_map == found.chosen).mean()),
+                                                                      abs=1e-4)  # fmt: skip
+        assert sum(g["share"] for g in seen["groups"]) == pytest.approx(1, abs=1e-3)
+        page = run("weave.png").stdout
+        assert f"group {found.chosen} is chosen: {seen['groups'][found.chosen]['segments']} of them" in page
+        assert f"patch {found.patch} px, boundary zone {found.zone} px, by rule segments: " in page
+
+    def test_without_a_group_the_rule_is_the_autocorrelation(self) -> None:
+        ia.write("gray.png", np.full((40, 50), 90, np.uint8))
+        seen = told("gray.png")["segments"]
+        assert (seen["chosen"], seen["rule"], seen["scale"]) == (None, "autocorrelation", None)
+        page = run("gray.png").stdout
+        assert "1 in 1 group; none is chosen" in page
+        assert "by rule autocorrelation: the exemplar is constant." in page
+
+    def test_masked_pixels_are_in_no_group(self) -> None:
+        mask = np.full((120, 132), 255, np.uint8)
+        mask[:60] = 0
+        ia.write("half.png", mask)
+        seen = told("weave.png", "--mask", "half.png")["segments"]
+        assert sum(g["share"] for g in seen["groups"]) == pytest.approx(1, abs=1e-3)
+
+
+class TestDrawn:
+    def test_the_overlay_lies_on_the_joints(self) -> None:
+        """Its points lie a lattice vector apart, where blocks begin; beside the lines the picture stays."""
+        run("weave.png", "--overlay", "a.png", "--overlay", "lattice=b.png", "-q")
+        assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
+        drawn = files.read_plane("a.png").pixels.astype(int)
+        plain = weave()
+        assert drawn.shape == (120, 132, 3)
+        changed = (drawn != plain[..., None]).any(axis=2)
+        assert 0.1 < changed.mean() < 0.45
+        found = ia.analyze("weave.png")
+        cell = found.lattice.vectors
+        y, x = phase_of(features([found.exemplar]).pictures[0], cell, 48.0)
+        assert y % 20 < 3.1
+        assert x % 24 < 3.1
+        for i in range(1, 5):
+            for j in range(1, 5):
+                at = drawn[int(y % 20 + 20 * i), int(x % 24 + 24 * j)]
+                assert at.min() > 200, "a white point"
+
+    def test_lines_show_on_white_and_on_black(self) -> None:
+        for value in (0, 255):
+            pixels = np.where(weave(grain=1) < 100, value, abs(value - 12)).astype(np.uint8)
+            drawn = ia.analyze(pixels).overlay().pixels.astype(int)
+            apart = np.abs(drawn - value).max(axis=2)
+            lines = (drawn[..., 0] != drawn[..., 2]) | (drawn[..., 0] > 240)
+            assert lines.any()
+            assert apart[drawn[..., 0] != drawn[..., 2]].max() > 100
+
+    @pytest.mark.parametrize("depth", ["uint8", "uint16", "float32"])
+    def test_pictures_of_any_depth_and_opacity_are_drawn_over(self, depth: str) -> None:
+        top = 1.0 if depth == "float32" else np.iinfo(depth).max
+        pixels = (weave() / 255 * top).astype(depth)
+        clear = np.dstack([pixels, np.full(pixels.shape, top, depth)])
+        for one in (pixels, clear):
+            drawn = ia.analyze(one).overlay()
+            assert drawn.pixels.dtype == np.uint8
+            assert drawn.pixels.shape == (120, 132, 3)
+
+    def test_segments_are_drawn_with_or_without_a_lattice(self) -> None:
+        """What is written is the overlay of the analysis, in 8 bits, for pictures of any depth and opacity."""
+        run("blobs.png", "--overlay", "segments=s.png", "-q")
+        exemplar = ia.read("blobs.png")
+        assert (files.read_plane("s.png").pixels == segment_overlay(exemplar)).all()
+        for depth, top in (("uint16", 65535), ("float32", 1.0)):
+            deep = (np.dstack([weave()] * 3 + [np.full((120, 132), 255)]) / 255 * top).astype(depth)
+            drawn = ia.analyze(deep).overlay("segments").pixels
+            assert (drawn.dtype, drawn.shape) == (np.uint8, (120, 132, 3))
+
+    def test_kinds_are_a_table(self) -> None:
+        assert set(KINDS) == {"lattice", "segments"}
+        with pytest.raises(ia.ParameterError, match="overlay=magic is unknown; choose one of lattice, segments"):
+            ia.analyze("weave.png").overlay("magic")
+
+
+class TestTile:
+    def test_it_is_one_period_of_the_exemplar_upright(self) -> None:
+        found = told("weave.png", "--best-tile", "tile.png")
+        assert sorted(found["best_tile"]) == ["corner", "cost", "rectangular", "size"]
+        assert found["best_tile"]["size"] == [24, 20]
+        assert found["best_tile"]["rectangular"]
+        assert found["files"] == [{"path": "tile.png", "holds": "albedo"}]
+        x, y = found["best_tile"]["corner"]
+        tile = files.read_plane("tile.png").pixels
+        assert np.array_equal(tile, weave()[y : y + 20, x : x + 24])
+        text = run("weave.png", "--best-tile", "again.png").stdout
+        assert f"best tile    at {x},{y}, cost " in text
+
+    def test_depth_and_all_planes_are_kept(self) -> None:
+        deep = weave().astype(np.uint16) * 257
+        ia.write("set_albedo.png", np.dstack([deep] * 3))
+        ia.write("set_height.png", deep)
+        run("set_albedo.png", "set_height.png", "--best-tile", "t.png", "-q")
+        colour, height = (files.read_plane(name).pixels for name in ("t.png", "t_height.png"))
+        assert colour.dtype == height.dtype == np.uint16
+        assert np.array_equal(colour[..., 0], height)
+
+    def test_an_oblique_lattice_gives_a_parallelogram(self) -> None:
+        y, x = np.mgrid[:200, :220].astype(float)
+        a, b = (x * 23.3 - y * 7.9) / 640.0, (x * 6.1 + y * 25.4) / 640.0
+        waves = 127 + 60 * np.cos(2 * np.pi * a) + 60 * np.cos(2 * np.pi * b)
+        found = ia.analyze(np.dstack([waves.astype(np.uint8)] * 3))
+        assert found.lattice is not None
+        tile = found.best_tile()
+        assert not tile.rectangular
+        pixels = tile.planes["albedo"].pixels
+        assert pixels.shape[2] == 4
+        (p, q), (r, s) = found.lattice.pixels
+        inside = (pixels[..., 3] == 255).sum()
+        assert set(np.unique(pixels[..., 3])) == {0, 255}
+        assert abs(inside - abs(p * s - q * r)) < 2.5 * (np.hypot(p, q) + np.hypot(r, s))
+
+    def test_tiles_go_to_the_standard_output(self) -> None:
+        done = run("weave.png", "--best-tile", "-")
+        Path("piped.png").write_bytes(done.stdout_bytes)
+        assert files.read_plane("piped.png").pixels.shape == (20, 24)
+        assert "best tile" in done.stderr
+
+    def test_unlikeness_is_its_plain_form(self) -> None:
+        picture = features([ia.Exemplar.of(texture(30, 40, 3, 1))]).pictures[0]
+        usable = np.ones((30, 40), bool)
+        usable[3, 4] = False
+        total, count = 0, 0
+        for dy, dx in ((9, 2), (-3, 11)):
+            for y in range(30):
+                for x in range(40):
+                    i, j = y + dy, x + dx
+                    if 0 <= i < 30 and 0 <= j < 40 and usable[y, x] and usable[i, j]:
+                        total += ((picture[y, x].astype(int) - picture[i, j]) ** 2).sum()
+                        count += 1
+        spread = 2 * picture[usable].astype(float).var(axis=0).sum()
+        found = unlikeness(picture, ((9 * 256, 2 * 256), (-3 * 256, 11 * 256)), usable)
+        assert found == pytest.approx(np.sqrt(total / count / spread))
+
+
+class TestRefused:
+    @pytest.mark.parametrize("asked", [("--best-tile", "t.png"), ("--overlay", "o.png")])
+    def test_no_lattice_no_picture(self, asked: tuple[str, str]) -> None:
+        line = refused("blobs.png", *asked, code=1)
+        assert "has no lattice (confidence 0." in line
+        assert "grow it with method parallel-controllable" in line
+
+    @pytest.mark.parametrize("asked", [("--best-tile", "there.png"), ("--overlay", "there.png")])
+    def test_files_are_not_replaced_without_force(self, asked: tuple[str, str]) -> None:
+        ia.write("there.png", weave(9, 9))
+        before = Path("there.png").read_bytes()
+        assert "there.png exists" in refused("weave.png", *asked, code=2)
+        assert Path("there.png").read_bytes() == before
+        run("weave.png", *asked, "--force", "-q")
+        assert Path("there.png").read_bytes() != before
+
+    def test_nothing_is_written_where_one_of_two_pictures_fails(self) -> None:
+        assert "does not exist" in refused("weave.png", "--overlay", "o.png", "--best-tile", "no/t.png", code=3)
+        ia.write("rows_only.png", texture(90, 80, 3))
+        refused("rows_only.png", "--overlay", "o.png", "--best-tile", "t.png", code=1)
+
+    @pytest.mark.parametrize(
+        ("args", "code", "message"),
+        [
+            (("missing.png",), 3, "missing.png does not exist"),
+            ((), 2, "Missing argument"),
+            (("weave.png", "--overlay", "magic=o.png"), 2, "give lattice=FILE, segments=FILE."),
+            (("weave.png", "--overlay", "o.txt"), 2, "o.txt"),
+            (("weave.png", "--overlay", "o.png", "--best-tile", "o.png"), 2, "o.png would be written twice"),
+            (("weave.png", "--overlay", "-", "--best-tile", "-"), 2, "holds one picture"),
+            (("weave.png", "--overlay", "-", "--json"), 2, "--json and -o -"),
+            (("weave.png", "--best-tile", ""), 2, "an empty file name"),
+            (("weave.png", "blobs.png", "--several", "--overlay", "o.png"), 2, "would be written twice"),
+            (("weave.png", "blobs.png", "--several", "--overlay", "-"), 2, "here are 2 exemplars"),
+            (("weave.png", "--toroidal", "--flatten"), 2, "--flatten does not go with --toroidal"),
+        ],
+    )
+    def test_what_cannot_be_done_is_said_in_one_line(self, args: tuple[str, ...], code: int, message: str) -> None:
+        result = run(*args, code=code)
+        assert message in result.stderr.splitlines()[-1]
+        assert not result.stdout
