@@ -214,11 +214,7 @@ class SourceMap:
 
     def to_bytes(self) -> bytes:
         """Return the content of the .npz file; equal maps give equal bytes."""
-        about = {
-            "sources": [asdict(s) for s in self.sources],
-            "wrap": self.wrap.value,
-            **self.blend.as_recipe,
-        }
+        about = {"sources": [asdict(s) for s in self.sources], "wrap": self.wrap.value, **self.blend.as_recipe}
         arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
         arrays |= self._arrays()
         buffer = io.BytesIO()
@@ -234,11 +230,9 @@ class SourceMap:
         expect_path(path)
         with unpacked(path, _TYPES) as (arrays, about):
             return cls(
-                **arrays,
-                sources=tuple(_source(**s) for s in about["sources"]),
-                wrap=Wrap(about["wrap"]),
+                **arrays, sources=tuple(_source(**s) for s in about["sources"]), wrap=Wrap(about["wrap"]),
                 blend=Blend.of(about),
-            )
+            )  # fmt: skip
 
     @property
     def digest(self) -> str:

@@ -32,11 +32,11 @@ def test_costs_of_nodes_are_those_of_the_pixels_around_them(seed: int) -> None:
 def test_no_single_node_could_move_for_the_better(seed: int) -> None:
     cost = np.random.default_rng(seed).integers(0, 4000, (3, 4, 3, 3))
     moves = np.empty((3, 4, 2), np.int64)
-    bend_kernels.settle(cost, bend_kernels.STIFF, bend_kernels.PULL, moves)
+    bend_kernels.choose_moves(cost, bend_kernels.STIFF, bend_kernels.PULL, moves)
     scale = int(np.mean([cost[n].sum() // 9 - cost[n].min() for n in np.ndindex(3, 4)]))
 
     def energy(some: np.ndarray) -> int:
-        return naive_bend.energy(cost, some, bend_kernels.STIFF, bend_kernels.PULL, scale, bend_kernels.UNIT)
+        return naive_bend.energy(cost, some, bend_kernels.STIFF, bend_kernels.PULL, scale, bend_kernels.WEIGHT)
 
     for node in np.ndindex(3, 4):
         for move in itertools.product((-1, 0, 1), (-1, 0, 1)):
@@ -47,9 +47,9 @@ def test_no_single_node_could_move_for_the_better(seed: int) -> None:
 
 def test_what_fits_nowhere_better_stays() -> None:
     moves = np.full((3, 3, 2), 9, np.int64)
-    bend_kernels.settle(np.zeros((3, 3, 5, 5), np.int64), bend_kernels.STIFF, bend_kernels.PULL, moves)
+    bend_kernels.choose_moves(np.zeros((3, 3, 5, 5), np.int64), bend_kernels.STIFF, bend_kernels.PULL, moves)
     assert not moves.any()
-    bend_kernels.settle(np.full((3, 3, 5, 5), 77, np.int64), bend_kernels.STIFF, bend_kernels.PULL, moves)
+    bend_kernels.choose_moves(np.full((3, 3, 5, 5), 77, np.int64), bend_kernels.STIFF, bend_kernels.PULL, moves)
     assert not moves.any()
 
 

@@ -164,13 +164,13 @@ def test_places_that_overlap_are_read_so_that_what_few_show_is_shown_too() -> No
 
 def test_what_cannot_be_read_whole_is_no_move_of_a_gap() -> None:
     """A place at the edge of the exemplar moves inwards only; masked pixels are not read."""
-    from intarsia.blocks.gap_table_kernels import whole
+    from intarsia.blocks.gap_table_kernels import whole_moves
 
     core = np.zeros((6, 6), np.uint8)
     core[1:5, 1:5] = 1
     usable = np.ones((10, 12), bool)
-    found = whole(usable, core, np.array([(-1, 7), (3, 3)]), 1).reshape(2, 3, 3)
+    found = whole_moves(usable, core, np.array([(-1, 7), (3, 3)]), 1).reshape(2, 3, 3)
     np.testing.assert_array_equal(found[0], [[False] * 3, [True, True, False], [True, True, False]])
     assert found[1].all()
     usable[8, 7] = False
-    assert whole(usable, core, np.array([(3, 3)]), 1).sum() == 7
+    assert whole_moves(usable, core, np.array([(3, 3)]), 1).sum() == 7

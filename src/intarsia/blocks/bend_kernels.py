@@ -8,9 +8,9 @@ import numpy as np
 
 from ..kernels.jit import kernel
 
-STIFF, PULL = 10, 4  # of unlike neighbours, and of a displacement, per px squared, in units of UNIT
+STIFF, PULL = 10, 4  # of unlike neighbours, and of a displacement, per px squared, in units of WEIGHT
 WORTH = 20  # per cent of the misfit that bending must take away, else the block stays stiff: fine stripes would jag
-UNIT = 256  # what a node's data weigh, on the average
+WEIGHT = 256  # what a node's data weigh, on the average
 SWEEPS = 8
 
 
@@ -44,11 +44,11 @@ def node_costs(
 
 
 @kernel
-def settle(cost: Any, stiff: int, pull: int, moves: Any) -> None:
+def choose_moves(cost: Any, stiff: int, pull: int, moves: Any) -> None:
     """Choose a displacement for every node: one that fits, like its neighbours', and small; (rows, columns, 2).
 
     Minimises data + stiff * |difference of neighbours|**2 + pull * |displacement|**2, the data scaled so that the
-    average node has a contrast of UNIT, node by node until little can change (iterated conditional modes).
+    average node has a contrast of WEIGHT, node by node until little can change (iterated conditional modes).
     """
     rows, columns, side, _ = cost.shape
     reach = side // 2
@@ -72,7 +72,7 @@ def settle(cost: Any, stiff: int, pull: int, moves: Any) -> None:
                 for a in range(side):
                     for b in range(side):
                         dy, dx = a - reach, b - reach
-                        e = cost[i, j, a, b] * UNIT // scale + pull * (dy * dy + dx * dx)
+                        e = cost[i, j, a, b] * WEIGHT // scale + pull * (dy * dy + dx * dx)
                         for k in range(4):
                             u, v = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
                             if 0 <= u < rows and 0 <= v < columns:
@@ -97,9 +97,7 @@ def spread_moves(moves: Any, spacing: int, field: Any) -> None:
 
 
 @kernel
-def bend(
-    picture: Any, usable: Any, places: Any, values: Any, reach: int, spacing: int, core: Any, shift: Any
-) -> None:  # fmt: skip
+def bend(picture: Any, usable: Any, places: Any, values: Any, reach: int, spacing: int, core: Any, shift: Any) -> None:
     """Bend a block where that pays: `shift` (h, w, 2), that of the whole block, is changed by at most `reach` px.
 
     Parts that would leave the usable exemplar, of those that `core` says the block must fill, stay as they are.
@@ -110,7 +108,7 @@ def bend(
     cost = np.zeros((h // spacing + 2, w // spacing + 2, side, side), np.int64)
     node_costs(picture, usable, places, values, ty, tx, reach, spacing, cost)
     moves = np.zeros((*cost.shape[:2], 2), np.int64)
-    settle(cost, STIFF, PULL, moves)
+    choose_moves(cost, STIFF, PULL, moves)
     stiff, bent = np.int64(0), np.int64(0)
     for i in range(cost.shape[0]):
         for j in range(cost.shape[1]):

@@ -159,9 +159,7 @@ class Strip:
     apart: NDArray[np.int64]
 
     @classmethod
-    def of(
-        cls, picture: Array, usable: Array, move: Move, more: int, border: int, steps: list[Array]
-    ) -> Strip | None:
+    def of(cls, picture: Array, usable: Array, move: Move, more: int, border: int, steps: list[Array]) -> Strip | None:
         """Read a strip; None where too little of it exists. `steps`: as :func:`_step` finds them elsewhere."""
         height, width = usable.shape
         y, x = np.arange(height - border, height + more) - move[0], np.arange(width) - move[1]

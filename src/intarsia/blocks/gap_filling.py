@@ -107,9 +107,8 @@ class Sampling:
         everywhere = np.argwhere(valid) if far <= method.slack else None
         listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
         return cls(
-            picture, valid, (v1, v2), laid, border, method.slack, correlate, seed, ring, runs, sums, listed,
-            everywhere,
-        )  # fmt: skip
+            picture, valid, (v1, v2), laid, border, method.slack, correlate, seed, ring, runs, sums, listed, everywhere
+        )
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
         """The exemplar pixels (height, width, 2) of a window."""

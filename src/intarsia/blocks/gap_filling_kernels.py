@@ -235,7 +235,7 @@ def best_by_correlation(
                 whole += np.sqrt(mine * other)
         if whole > 0:
             scale[m, :, 0] /= whole
-            loss[m] = _distance(flat, y * stride + x * channels, runs[:few], border, scale[m], 4.0)
+            loss[m] = _half_distance(flat, y * stride + x * channels, runs[:few], border, scale[m], 4.0)
         if loss[m] < loss[lead]:
             lead = m
     best, score = -1, -(np.int64(1) << 62)
@@ -245,17 +245,17 @@ def best_by_correlation(
         if loss[m] > limit or turn == lead:
             continue
         at = places[m, 0] * stride + places[m, 1] * channels
-        if best >= 0 and loss[m] + _distance(flat, at, runs[few:], border, scale[m], limit - loss[m]) > limit:
+        if best >= 0 and loss[m] + _half_distance(flat, at, runs[few:], border, scale[m], limit - loss[m]) > limit:
             continue
         y, x = places[m, 0], places[m, 1]
-        g = _correlation(flat, at, runs, border, sums[y, x], squares[y, x], own)
+        g = _exact_correlation(flat, at, runs, border, sums[y, x], squares[y, x], own)
         if g > score or (g == score and m < best):
             best, score = m, g
     return best
 
 
 @kernel
-def _distance(flat: Any, at: int, runs: Any, border: Any, scale: Any, limit: float) -> float:
+def _half_distance(flat: Any, at: int, runs: Any, border: Any, scale: Any, limit: float) -> float:
     """Weighted half squared distance of the normalised borders along runs, or part of it above `limit`."""
     total, channels = 0.0, len(scale)
     for k in range(len(runs)):
@@ -273,7 +273,7 @@ def _distance(flat: Any, at: int, runs: Any, border: Any, scale: Any, limit: flo
 
 
 @kernel
-def _correlation(flat: Any, at: int, runs: Any, border: Any, sums: Any, squares: Any, own: Any) -> Any:
+def _exact_correlation(flat: Any, at: int, runs: Any, border: Any, sums: Any, squares: Any, own: Any) -> Any:
     """GNCC of a border and a place, all channels, in 1e-9; 0 where one of them is flat."""
     channels = len(sums)
     n = np.int64(len(border) // channels)

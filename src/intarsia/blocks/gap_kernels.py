@@ -8,10 +8,9 @@ import numpy as np
 
 from ..kernels.cuts import min_cut, seam_costs
 from ..kernels.jit import kernel
+from ..kernels.maxflow import FREE, NEW, OLD
+from .gap_filling_kernels import UNIT
 
-UNIT = 256
-HOLE = 255
-OLD, FREE, NEW = 0, 1, 2
 FAR = np.int64(1) << 60
 LIMIT = np.int64(1) << 32  # above any mismatch
 
@@ -152,8 +151,8 @@ def neighbours_of(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> An
 def mismatch(picture: Any, usable: Any, places: Any, values: Any, sampled: int, ty: int, tx: int, limit: Any) -> Any:
     """Mean squared difference (1/16 units) around a gap, if it is filled with shift (ty, tx).
 
-    `places`, `values`: as :func:`shown` makes them of `sampled` pixels. Those without a source here do not count;
-    FAR where fewer than half have both sources, or where the mean is above `limit` for certain.
+    `places`, `values`: as :func:`neighbours_of` makes them of `sampled` pixels. Those without a source here do not
+    count; FAR where fewer than half have both sources, or where the mean is above `limit` for certain.
     """
     height, width = usable.shape
     total, count, n = np.int64(0), 0, len(places)
@@ -183,7 +182,7 @@ def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
 
 
 @kernel
-def rank(
+def best_fits(
     picture: Any, usable: Any, core: Any, zone: Any, t: Any, shifts: Any, tolerance: int, keep: int, out: Any
 ) -> int:
     """Find the best shifts for a gap: `out` (keep, 3): mismatch, shift; sorted. Returns how many.
@@ -209,14 +208,10 @@ def rank(
             by, bx = y, x
             if not covers(usable, core, by, bx):
                 continue
-        d = mismatch(picture, usable, places, values, many, by, bx, LIMIT)
-        at = count
-        while at > 0 and out[at - 1, 0] > d:
-            at -= 1
-        for m in range(count, at, -1):
-            out[m] = out[m - 1]
-        out[at, 0], out[at, 1], out[at, 2] = d, by, bx
+        out[count, 0] = mismatch(picture, usable, places, values, many, by, bx, LIMIT)
+        out[count, 1], out[count, 2] = by, bx
         count += 1
+    out[:count] = out[np.argsort(out[:count, 0], kind="mergesort")]
     return count
 
 

@@ -80,7 +80,7 @@ class GapTable:
             alike, next_to = (np.abs(places - given[:, None]).sum(axis=2) <= 2 * slack for given in (here, there))
             barred.append(np.where(next_to, 2, alike).astype(np.uint8))
         sums, px = zip(*pairs, strict=True)
-        cut = ~gap_table_kernels.whole(usable, core, places, slack)
+        cut = ~gap_table_kernels.whole_moves(usable, core, places, slack)
         for each in px:
             each[:, cut] = 0  # not read, as if not there: what a real gap refuses must not be counted on
         table = cls(sums, px, tuple(barred), len(zone), slack, np.zeros(count, np.int64))

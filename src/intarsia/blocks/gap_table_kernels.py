@@ -71,7 +71,7 @@ def move_within(usable: Any, core: Any, most: int, shift: Any) -> None:
 
 
 @kernel
-def whole(usable: Any, core: Any, own: Any, slack: int) -> Any:
+def whole_moves(usable: Any, core: Any, own: Any, slack: int) -> Any:
     """Say for which moves of which places of a gap, (n, moves), its `core` can be read whole; `own` as for pairs."""
     side, masked = 2 * slack + 1, not usable.all()
     top, left, bottom, right = box(core)

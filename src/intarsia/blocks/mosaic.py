@@ -227,10 +227,10 @@ class Mosaic(LaidBlocks):
             for k in _drawn(costs, bits):
                 found, wanted = np.empty((1, 3), np.int64), shifts[order[k : k + 1]] + moves[k]
                 gap_table_kernels.move_within(self.usable, core, near, wanted[0])
-                if gap_kernels.rank(self.picture, self.usable, core, zone, t, wanted, near, 1, found):
+                if gap_kernels.best_fits(self.picture, self.usable, core, zone, t, wanted, near, 1, found):
                     return int(found[0, 1]), int(found[0, 2])
         found = np.empty((KEPT, 3), np.int64)
-        count = gap_kernels.rank(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
+        count = gap_kernels.best_fits(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
         if not count:
             return int(shifts[0, 0]), int(shifts[0, 1])
         places = np.array([self._place(a, b) for a, b in _around(i, j)])
@@ -288,7 +288,7 @@ class Mosaic(LaidBlocks):
             return None
         found, there = np.empty((KEPT, 3), np.int64), np.array([np.add(at, self.before)], np.int64)
         shifts = self._shifts(i, j) + at
-        count = gap_kernels.rank(self.picture, self.usable, core, zone, there, shifts, self.slack, KEPT, found)
+        count = gap_kernels.best_fits(self.picture, self.usable, core, zone, there, shifts, self.slack, KEPT, found)
         return np.asarray(np.add(self._origin(i, j), (found[0, 1:] - at) * UNIT)) if count else None
 
     def _shift(self, i: int, j: int, place: Array) -> tuple[int, int]:

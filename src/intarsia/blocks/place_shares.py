@@ -74,9 +74,7 @@ def _shown(
     return parts_yx[..., 0] * across + parts_yx[..., 1], np.outer(rows, columns).reshape(-1).astype(np.int64)
 
 
-def _evened(
-    shown: NDArray[np.int64], size: NDArray[np.int64], kinds: list[NDArray[np.intp]]
-) -> NDArray[np.int64]:
+def _evened(shown: NDArray[np.int64], size: NDArray[np.int64], kinds: list[NDArray[np.intp]]) -> NDArray[np.int64]:
     """The shares of places that show parts of `size` px, those of one kind (numbers of places) equal where they may."""
     shares = np.empty(len(shown), np.int64)
     for own in kinds:

@@ -104,11 +104,9 @@ def lattice_poses(choice: str | tuple[int, ...], cell: Cell, exemplar: Exemplar,
 
 
 def resolved_poses(
-    choice: str | tuple[int, ...],
-    lattice: Sequence[Sequence[float]] | None,
-    exemplar: Exemplar,
+    choice: str | tuple[int, ...], lattice: Sequence[Sequence[float]] | None, exemplar: Exemplar,
     weights: tuple[float, ...] | None,
-) -> str | tuple[int, ...]:
+) -> str | tuple[int, ...]:  # fmt: skip
     """Decide an ``isometries`` parameter that is "auto", and refuse one that does not keep the lattice."""
     cell = cell_of(lattice, (exemplar.height, exemplar.width))
     poses = lattice_poses(choice, cell, exemplar, features([exemplar], weights))

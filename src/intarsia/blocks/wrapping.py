@@ -113,9 +113,7 @@ def closing(cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> Closing:
             block.append(side)
             around.append(0)
             turns.append((UNIT, 0) if axis == 0 else (0, UNIT))
-    return Closing(
-        (block[0], block[1]), (canvas.height, canvas.width), (around[0], around[1]), (turns[0], turns[1])
-    )
+    return Closing((block[0], block[1]), (canvas.height, canvas.width), (around[0], around[1]), (turns[0], turns[1]))
 
 
 def turn(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:

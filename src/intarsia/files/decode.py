@@ -107,9 +107,7 @@ def _pillow(picture: Picture, data: bytes, doubt: Callable[[], None] | None = No
     if picture.format == "jpeg":
         headers.jpeg(data, picture.name)
     kinds: dict[str, Any] = {
-        "png": PngImagePlugin.PngImageFile,
-        "jpeg": JpegImagePlugin.JpegImageFile,
-        "gif": GifImagePlugin.GifImageFile,
+        "png": PngImagePlugin.PngImageFile, "jpeg": JpegImagePlugin.JpegImageFile, "gif": GifImagePlugin.GifImageFile
     }
     try:
         with kinds[picture.format](io.BytesIO(data)) as image:

@@ -24,12 +24,7 @@ LONGEST = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
 """Longer recipes lie beside; a TIFF holds more, but OpenImageIO reads only so much of it."""
 
 _WORDS = {
-    "uint8": "8 bit",
-    "uint16": "16 bit",
-    "uint32": "32 bit",
-    "float16": "half",
-    "float32": "float",
-    "float64": "double",
+    "uint8": "8 bit", "uint16": "16 bit", "uint32": "32 bit", "float16": "half", "float32": "float", "float64": "double"
 }
 _NAMES = {"jpg": "jpeg", "tif": "tiff"}
 
@@ -61,9 +56,7 @@ def holds_recipe(target: Format, recipe: str) -> bool:
     return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
-def check_holds(
-    target: Format, plane: Plane, dtype: str | None = None, size: tuple[int, int] | None = None
-) -> None:  # fmt: skip
+def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: tuple[int, int] | None = None) -> None:
     """Refuse a plane that a format cannot hold, and say what to do; `size` (width, height) is that of the output."""
     name, dtype = target.name, dtype or plane.pixels.dtype.name
     dtype = "uint8" if dtype == "bool" else dtype

@@ -22,12 +22,7 @@ PathLike = str | os.PathLike[str]
 
 
 def write(
-    path: PathLike,
-    picture: Any,
-    *,
-    depth: int | str | None = None,
-    recipe: str | None = None,
-    force: bool = False,
+    path: PathLike, picture: Any, *, depth: int | str | None = None, recipe: str | None = None, force: bool = False
 ) -> None:
     """Write a picture; its ending names the format, and its depth stays as it is unless another is asked for.
 

@@ -15,9 +15,7 @@ from ..errors import ParameterError, printable
 LEDGER, HEADER = "weave.ledger", "weave.header"
 
 _N = "(0|[1-9][0-9]*)"
-FILES = re.compile(
-    rf"weave\.(ledger|header)|zarr\.json|c/{_N}/{_N}(/0)?|image\.dzi|image_files/{_N}/{_N}_{_N}\.png"
-)  # fmt: skip
+FILES = re.compile(rf"weave\.(ledger|header)|zarr\.json|c/{_N}/{_N}(/0)?|image\.dzi|image_files/{_N}/{_N}_{_N}\.png")
 FOLDERS = re.compile(rf"c(/{_N}){{0,2}}|image_files(/{_N})?")
 
 

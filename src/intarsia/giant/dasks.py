@@ -29,15 +29,10 @@ def array_of(texture: Picture, sides: tuple[int, int], chunks: Any, origin: Any)
     if functions_of(texture.method):  # a recipe without a box does not tell them apart: no block is another's
         name += f"-{uuid.uuid4().hex}"
     return arrays.map_blocks(
-        block,
-        dask.delayed(texture, name=name, traverse=False),
-        y,
-        x,
-        name=f"{name}-{y}-{x}-{dask.base.tokenize(cut)[:16]}",
-        chunks=cut,
-        dtype=texture.dtype,
+        block, dask.delayed(texture, name=name, traverse=False), y, x,
+        name=f"{name}-{y}-{x}-{dask.base.tokenize(cut)[:16]}", chunks=cut, dtype=texture.dtype,
         meta=np.empty((0,) * len(shape), texture.dtype),
-    )
+    )  # fmt: skip
 
 
 def block(texture: Picture, y: int, x: int, block_info: Any = None) -> Array:

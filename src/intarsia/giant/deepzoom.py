@@ -13,7 +13,7 @@ import numpy as np
 from ..arguments import expect_path
 from ..errors import ParameterError
 from ..image import Array, Plane
-from ..rendering.mixers import halved
+from ..rendering.mixers import averaged
 from ..run import Run
 from .cells import SIDE, Cell, Grid
 from .clearing import HEADER
@@ -122,7 +122,10 @@ class TileStore(FolderStore):
         rows = range(2 * cell.row, min(2 * cell.row + 2, below.down))
         columns = range(2 * cell.column, min(2 * cell.column + 2, below.across))
         parts = [[self._read(level + 1, row, column) for column in columns] for row in rows]
-        return self.packer.one(halved(np.concatenate([np.concatenate(p, axis=1) for p in parts]), self.packer.like))
+        pixels = np.concatenate([np.concatenate(p, axis=1) for p in parts])
+        height, width = pixels.shape[:2]
+        even = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+        return self.packer.one(averaged(self.packer.like.like(even), 2))
 
     def _read(self, level: int, row: int, column: int) -> Array:
         pixels = decode_png((self.path / named(level, row, column)).read_bytes())

@@ -32,16 +32,11 @@ class ZarrPacker:
         zarr = extra("zarr")
         names = ("y", "x", "channel")[: 2 + len(self.tail)]
         return zarr.create_array(
-            zarr.storage.MemoryStore(store_dict=files),
-            shape=(*shape, *self.tail),
+            zarr.storage.MemoryStore(store_dict=files), shape=(*shape, *self.tail),
             chunks=(self.chunk, self.chunk, *self.tail),
-            shards=None if self.chunk == self.side else (self.side, self.side, *self.tail),
-            dtype=self.dtype,
-            fill_value=0,
-            attributes=attributes,
-            dimension_names=names,
-            config={"write_empty_chunks": True},
-        )
+            shards=None if self.chunk == self.side else (self.side, self.side, *self.tail), dtype=self.dtype,
+            fill_value=0, attributes=attributes, dimension_names=names, config={"write_empty_chunks": True},
+        )  # fmt: skip
 
     def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
         files: dict[str, Any] = {}

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..canvas import Canvas
 from ..geometry import Wrap
 from ..kernels.cuts import min_cut, seam_costs
+from ..kernels.maxflow import FREE, NEW, OLD
 from ..lazy import lazy
 from ..sourcemap import SourceMap
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 else:  # only canvases that are partly filled need it
     ndimage = lazy("scipy.ndimage")
 
-OLD, FREE, NEW = 0, 1, 2
 Mask = NDArray[np.bool_]
 Vector = tuple[int, int]
 

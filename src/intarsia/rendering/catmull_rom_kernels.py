@@ -47,7 +47,7 @@ def _pixel(row: NDArray[np.int64], y: int, x: int) -> int:
 
 
 @kernel
-def nearest(row: NDArray[np.int64], reach: Reach, uy: float, ux: float, own: int) -> int:
+def nearest_pixel(row: NDArray[np.int64], reach: Reach, uy: float, ux: float, own: int) -> int:
     """Return the pixel nearest to a place, or `own` where that one must not be read."""
     k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
     return own if reach.free.size > 0 and not reach.free[k] else k

@@ -11,13 +11,10 @@ from ..kernels.pieces_of_maps import HOLE, J
 
 @kernel
 def cut_window(
-    full: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-    origin: tuple[int, int],
-    scale: int,
-    wrap: tuple[bool, bool],
-    exemplars: NDArray[np.int64],
+    full: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]], origin: tuple[int, int], scale: int,
+    wrap: tuple[bool, bool], exemplars: NDArray[np.int64],
     part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-) -> bool:
+) -> bool:  # fmt: skip
     """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
 
     `origin` is the first pixel in enlarged px, `part` receives (yx, which, pose). Enlarging turns the s x s

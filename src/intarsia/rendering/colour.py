@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..image import Array, Kind, Plane, Transfer
+from ..sourcemap import Mixing
 
 BITS = 28
 """Linear light of integer planes is fixed point: white is 1 << BITS."""
@@ -37,11 +38,10 @@ class Curve:
     alpha: bool
 
     @classmethod
-    def of(cls, plane: Plane) -> Curve:
-        """Return the curve of a plane: sRGB for colours that say so."""
-        return cls(
-            plane.pixels.dtype, plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB, plane.alpha
-        )
+    def of(cls, plane: Plane, mixing: Mixing = Mixing.MEAN) -> Curve:
+        """Return the curve of a plane: sRGB for colours that say so, unless their codes are to be mixed."""
+        coded = plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB
+        return cls(plane.pixels.dtype, coded and mixing is not Mixing.SOURCE, plane.alpha)
 
     @property
     def integer(self) -> bool:

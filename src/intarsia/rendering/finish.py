@@ -27,6 +27,7 @@ from ..levelling import Finish, Levelling
 from ..run import Run
 from .cell_kernels import cut_window
 from .finish_kernels import Sums, add_means, add_up, move_codes, step_sizes, take_off
+from .ground import OUTSIDE
 
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: sums over (2 x 1024 + 1)**2 differences of numbers of 36 bits fit into 64."""
@@ -51,9 +52,7 @@ class Bench:
     wrap: tuple[bool, bool]
     scale: int
 
-    def finished(
-        self, draw: Callable[[Box], Array], box: Box, finishes: tuple[Finish, ...], run: Run
-    ) -> Array:
+    def finished(self, draw: Callable[[Box], Array], box: Box, finishes: tuple[Finish, ...], run: Run) -> Array:
         """Draw a box of the map, in px of the map, and finish it; `draw` draws any box that lies on the canvas."""
         reach = sum(f.radius for f in finishes)
         for how in finishes:
@@ -142,7 +141,7 @@ class Bench:
         part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
         origin = (box.y0 + cell.y0, box.x0 + cell.x0)
         if not cut_window(self.full, origin, self.scale, self.wrap, self.table, part):
-            raise InputError("the map points outside its exemplars; it belongs to others, or is damaged.")
+            raise InputError(OUTSIDE)
         return part
 
     def _weights(self) -> NDArray[np.int64] | None:
@@ -215,11 +214,9 @@ def _times(box: Box, scale: int) -> Box:
 def _wider(cell: Box, radius: int, shape: tuple[int, ...]) -> Box:
     """Return the cell with its surroundings, as far as the picture goes."""
     return Box(
-        max(cell.y0 - radius, 0),
-        max(cell.x0 - radius, 0),
-        min(cell.y1 + radius, shape[0]),
+        max(cell.y0 - radius, 0), max(cell.x0 - radius, 0), min(cell.y1 + radius, shape[0]),
         min(cell.x1 + radius, shape[1]),
-    )
+    )  # fmt: skip
 
 
 def _cut(array: Array, box: Box, frame: Box) -> Array:

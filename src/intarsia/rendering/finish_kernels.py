@@ -42,11 +42,9 @@ def add_up(values: Array, weight: NDArray[np.int64], sums: NDArray[np.int64]) ->
 
 @kernel
 def take_off(
-    values: NDArray[np.int64],
-    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-    table: NDArray[np.int64],
-    smooth: NDArray[np.int64],
-) -> None:
+    values: NDArray[np.int64], part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
+    table: NDArray[np.int64], smooth: NDArray[np.int64],
+) -> None:  # fmt: skip
     """Subtract from every pixel (h, w, C) what is `smooth` (pixels, C) at the exemplar pixel that it shows."""
     yx, which, _ = part
     for y in range(values.shape[0]):
@@ -70,7 +68,7 @@ def _corner(sums: NDArray[np.int64], at: NDArray[np.int64], y: int, x: int, c: i
 
 
 @kernel
-def _around(sums: NDArray[np.int64], at: NDArray[np.int64], box: tuple[int, int, int, int], c: int) -> int:
+def _box_sum(sums: NDArray[np.int64], at: NDArray[np.int64], box: tuple[int, int, int, int], c: int) -> int:
     """Sum over rows top .. bottom - 1 and columns left .. right - 1 of a picture that goes on around itself."""
     top, left, bottom, right = box
     total: int = _corner(sums, at, bottom, right, c) - _corner(sums, at, bottom, left, c)
@@ -90,10 +88,10 @@ def add_means(sums: Sums, radius: int, smooth: NDArray[np.int64]) -> None:
                     box = (max(box[0], 0), max(box[1], 0), min(box[2], at[1]), min(box[3], at[2]))
                 weight = (box[2] - box[0]) * (box[3] - box[1])
                 if sums.weights.size > 0:
-                    weight = _around(sums.weights, at, box, 0)
+                    weight = _box_sum(sums.weights, at, box, 0)
                 if weight > 0:
                     for c in range(smooth.shape[1]):
-                        smooth[u, c] += _around(sums.values, at, box, c) // weight
+                        smooth[u, c] += _box_sum(sums.values, at, box, c) // weight
                 u += 1
 
 
@@ -110,13 +108,9 @@ def _less(total: int, n: int, other: int, m: int) -> float:
 
 @kernel
 def step_sizes(
-    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-    own: Sums,
-    theirs: Sums,
-    corner: tuple[int, int],
-    radius: int,
-    out: NDArray[np.float64],
-) -> None:
+    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]], own: Sums, theirs: Sums,
+    corner: tuple[int, int], radius: int, out: NDArray[np.float64],
+) -> None:  # fmt: skip
     """Add how much lighter the surroundings of every pixel are than those of the exemplar pixel that it shows.
 
     `part` is the map of a cell (yx, which, pose), `own` holds the picture around it, in which the cell begins at
@@ -160,13 +154,13 @@ def step_sizes(
                 if inside:
                     m = theirs.weights[t, 0] - theirs.weights[s, 0] - theirs.weights[r, 0] + theirs.weights[q, 0]
                 else:
-                    m = _around(theirs.weights, at, (u0, v0, u1, v1), 0)
+                    m = _box_sum(theirs.weights, at, (u0, v0, u1, v1), 0)
             for k in range(out.shape[2]):
                 shown = own.values[h, k] - own.values[g, k] - own.values[f, k] + own.values[e, k]
                 if inside:
                     meant = theirs.values[t, k] - theirs.values[s, k] - theirs.values[r, k] + theirs.values[q, k]
                 else:
-                    meant = _around(theirs.values, at, (u0, v0, u1, v1), k)
+                    meant = _box_sum(theirs.values, at, (u0, v0, u1, v1), k)
                 out[y, x, k] += _less(shown, n, meant, m)
 
 

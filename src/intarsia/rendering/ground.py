@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from ..exemplar import Exemplar
 from ..image import Array
+from ..kernels.pieces_of_maps import HOLE
 from ..lazy import lazy
 from .vote_kernels import Ground
 
@@ -19,14 +21,15 @@ else:  # only masked exemplars need it
     ndimage = lazy("scipy.ndimage")
 
 
+OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."
+
+
 def enlarged(samples: Array, times: int) -> Array:
     """Return pixels (H, W, ...) as squares of `times` x `times`; one time is the array itself."""
     return samples if times == 1 else np.repeat(np.repeat(samples, times, 0), times, 1)
 
 
-def ground_of(
-    exemplars: Sequence[Exemplar], layers: list[Array], grow: int, feather: int
-) -> tuple[Array, Ground]:
+def ground_of(exemplars: Sequence[Exemplar], layers: list[Array], grow: int, feather: int) -> tuple[Array, Ground]:
     """Lay one plane of every exemplar end to end.
 
     `layers` are its pixels (H, W, C), `grow` times as large as the base. Returns the pixels (N, C) and what
@@ -37,20 +40,30 @@ def ground_of(
     samples.flags.writeable = False
     starts = np.cumsum([0] + [len(f) for f in flat[:-1]])
     table = [(n, *la.shape[:2], e.toroidal) for n, la, e in zip(starts, layers, exemplars, strict=True)]
-    near = [_near(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
-    return samples, Ground(
-        np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16)
-    )
+    near = [_distances_to_unusable(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
+    return samples, Ground(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
 
 
 def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_] | None:
     """Return which pixels (N,) of the ground may be used; None where all or none may."""
-    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
-    flat = np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
+    flat = masks_of(exemplars, grow)
     return flat if flat.any() and not flat.all() else None
 
 
-def _near(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
+def masks_of(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_]:
+    """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
+    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
+    return np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
+
+
+def refuse_holes(here: NDArray[np.uint8], which: NDArray[np.uint8]) -> None:
+    """InputError where the exemplars `here`, which are to be drawn, have holes; `which`: those of the whole map."""
+    if (here == HOLE).any():
+        holes = int((which == HOLE).sum())
+        raise InputError(f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without.")
+
+
+def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
     """Measure how far every pixel is from what must not be read: 0 there, `cap` at most."""
     height, width = exemplar.height * grow, exemplar.width * grow
     if exemplar.usable is None:

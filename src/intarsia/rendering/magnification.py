@@ -14,24 +14,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import lcm
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arguments import expect, whole_within
 from ..errors import InputError, ParameterError
 from ..exemplar import REDUCED, Exemplar
-from ..image import Array, Kind, Plane
-from ..lazy import lazy
+from ..image import Array
 from ..sourcemap import Blend
-from .colour import Curve
-from .mixing import Floats, Integers, Labels, Mixer, Normals
-from .normals import NormalCoding
-
-if TYPE_CHECKING:
-    from . import translucent
-else:  # only exemplars with opacity need it
-    translucent = lazy("intarsia.rendering.translucent")
+from .mixers import averaged
 
 MOST = 64  # times
 
@@ -118,28 +109,8 @@ def cut_out(exemplar: Exemplar, x: int, y: int, width: int, height: int) -> Exem
     return Exemplar(planes, usable, False, exemplar.name)
 
 
-def averaged(plane: Plane, n: int) -> Array:
-    """Return blocks of n x n pixels as one each, by the kind of the plane."""
-    with np.errstate(invalid="ignore", over="ignore"):  # masked pixels may be NaN
-        return _mixer(plane).average(plane.samples, n)
-
-
 def _usable(exemplar: Exemplar, n: int) -> Array | None:
     if exemplar.usable is None:
         return None
     height, width = exemplar.usable.shape
     return np.asarray(exemplar.usable.reshape(height // n, n, width // n, n).all(axis=(1, 3)))
-
-
-def _mixer(plane: Plane) -> Mixer:
-    samples = plane.samples.reshape(-1, plane.channels)
-    if plane.kind is Kind.NORMAL:
-        signed = plane.is_float and bool((plane.pixels < 0).any())
-        coding = NormalCoding(plane.pixels.dtype, signed, plane.meta.get("normals", "gl") == "dx")
-        return Normals(samples, coding.vectors(samples), coding)
-    if plane.kind is Kind.LABEL:
-        return Labels.of(samples)
-    curve = Curve.of(plane)
-    if plane.is_float:
-        return (translucent.TranslucentFloats if plane.alpha else Floats)(samples, samples, curve, None)
-    return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, None)

@@ -20,45 +20,28 @@ LIMB = 14
 
 
 @kernel
-def gather(
-    yx: NDArray[np.int32], which: NDArray[np.uint8], exemplars: NDArray[np.int64], samples: Array, out: Array
-) -> None:
-    """Copy for every pixel its exemplar pixel; nothing is drawn where there is a hole."""
-    for y in range(which.shape[0]):
-        for x in range(which.shape[1]):
-            w = which[y, x]
-            if w < exemplars.shape[0]:
-                u = exemplars[w, 0] + yx[y, x, 0] * exemplars[w, 2] + yx[y, x, 1]
-                for c in range(samples.shape[1]):
-                    out[y, x, c] = samples[u, c]
-
-
-@kernel
 def copy_cell(
     yx: NDArray[np.int32], which: NDArray[np.uint8], exemplars: NDArray[np.int64], samples: Array, out: Array
 ) -> bool:
-    """Copy for every pixel its exemplar pixel; False where there is a hole, or none such pixel."""
+    """Copy for every pixel its exemplar pixel; False where there is a hole, or none such pixel, and `out` stays."""
+    whole = True
     for y in range(which.shape[0]):
         for x in range(which.shape[1]):
             w, u, v = which[y, x], yx[y, x, 0], yx[y, x, 1]
             if w >= exemplars.shape[0] or not (0 <= u < exemplars[w, 1] and 0 <= v < exemplars[w, 2]):
-                return False
+                whole = False
+                continue
             k = exemplars[w, 0] + u * exemplars[w, 2] + v
             for c in range(samples.shape[1]):
                 out[y, x, c] = samples[k, c]
-    return True
+    return whole
 
 
 @kernel
 def vote_plain(
-    plan: Plan,
-    ground: Ground,
-    samples: Array,
-    light: NDArray[np.int32],
-    total: NDArray[np.int64],
-    weight: NDArray[np.int64],
-    squares: NDArray[np.float64],
-) -> None:
+    plan: Plan, ground: Ground, samples: Array, light: NDArray[np.int32], total: NDArray[np.int64],
+    weight: NDArray[np.int64], squares: NDArray[np.float64],
+) -> None:  # fmt: skip
     """Integer pixels: add w * light[code] for every channel."""
     columns, hits = scratch(plan)
     for g in range(plan.groups.shape[0]):
@@ -77,13 +60,9 @@ def vote_plain(
 
 @kernel
 def settle_plain(
-    total: NDArray[np.int64],
-    weight: NDArray[np.int64],
-    steps: NDArray[np.int32],
-    shelf: NDArray[np.int32],
-    shift: int,
+    total: NDArray[np.int64], weight: NDArray[np.int64], steps: NDArray[np.int32], shelf: NDArray[np.int32], shift: int,
     out: Array,
-) -> None:
+) -> None:  # fmt: skip
     """Divide once, rounding half up to codes; `steps` are the lights at which codes begin, empty for none."""
     for y in range(weight.shape[0]):
         for x in range(weight.shape[1]):
@@ -103,15 +82,9 @@ def settle_plain(
 
 @kernel
 def vote_relative(
-    plan: Plan,
-    ground: Ground,
-    values: Array,
-    turn: tuple[NDArray[np.int64], NDArray[np.int64]],
-    total: Array,
-    first: NDArray[np.int64],
-    weight: NDArray[np.int64],
-    squares: NDArray[np.float64],
-) -> None:
+    plan: Plan, ground: Ground, values: Array, turn: tuple[NDArray[np.int64], NDArray[np.int64]], total: Array,
+    first: NDArray[np.int64], weight: NDArray[np.int64], squares: NDArray[np.float64],
+) -> None:  # fmt: skip
     """Add w * (value - value of the first voter): exactly zero where all agree, whatever the rounding.
 
     `turn` = (channel, sign), (8, C) each: what a pose makes of the channels. `first` holds 8 u + pose of the
@@ -141,15 +114,10 @@ def vote_relative(
 
 @kernel
 def vote_alpha(
-    plan: Plan,
-    ground: Ground,
-    samples: Array,
-    light: NDArray[np.int32],
-    limbs: tuple[NDArray[np.int64], NDArray[np.int64]],
-    opaque: NDArray[np.int64],
-    weight: NDArray[np.int64],
+    plan: Plan, ground: Ground, samples: Array, light: NDArray[np.int32],
+    limbs: tuple[NDArray[np.int64], NDArray[np.int64]], opaque: NDArray[np.int64], weight: NDArray[np.int64],
     squares: NDArray[np.float64],
-) -> None:
+) -> None:  # fmt: skip
     """Integer pixels with opacity a: add w a * light in two limbs; w * light while all are transparent."""
     columns, hits = scratch(plan)
     high, low = limbs
@@ -182,15 +150,9 @@ def vote_alpha(
 
 @kernel
 def vote_alpha_float(
-    plan: Plan,
-    ground: Ground,
-    values: Array,
-    total: NDArray[np.float64],
-    first: NDArray[np.int64],
-    opaque: NDArray[np.float64],
-    weight: NDArray[np.int64],
-    squares: NDArray[np.float64],
-) -> None:
+    plan: Plan, ground: Ground, values: Array, total: NDArray[np.float64], first: NDArray[np.int64],
+    opaque: NDArray[np.float64], weight: NDArray[np.int64], squares: NDArray[np.float64],
+) -> None:  # fmt: skip
     """Float pixels with opacity: as :func:`vote_alpha`, relative to the first voter.
 
     `total` (h, w, C) has the opacity last, plainly weighted; `first` (h, w, 2) the voters that colour and
@@ -227,13 +189,9 @@ def vote_alpha_float(
 
 @kernel
 def vote_label(
-    plan: Plan,
-    ground: Ground,
-    ranks: NDArray[np.int32],
-    begin: int,
-    end: int,
+    plan: Plan, ground: Ground, ranks: NDArray[np.int32], begin: int, end: int,
     slots: tuple[NDArray[np.int32], NDArray[np.int64]],
-) -> bool:
+) -> bool:  # fmt: skip
     """Rows begin .. end - 1: add up the weight of every label that is heard; False where slots run out.
 
     `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free.

@@ -30,13 +30,9 @@ def coding_of(planes: Sequence[Plane]) -> NormalCoding | None:
 
 
 def mixer_of(
-    plane: Plane,
-    samples: Array,
-    coding: NormalCoding | None,
-    curve: Curve,
-    mixing: Mixing,
+    plane: Plane, samples: Array, coding: NormalCoding | None, curve: Curve, mixing: Mixing,
     usable: NDArray[np.bool_] | None,
-) -> Mixer:
+) -> Mixer:  # fmt: skip
     """Choose how the votes for a plane become one pixel; `usable` says which samples count for its contrast."""
     if coding is not None:
         return Normals(samples, coding.vectors(samples), coding)
@@ -58,10 +54,8 @@ def mixer_of(
     return (translucent.TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
 
 
-def halved(pixels: Array, like: Plane) -> Array:
-    """Average blocks of 2 x 2 px of a picture (H, W, C) by what they mean, as `like` does; odd borders repeat."""
-    height, width = pixels.shape[:2]
-    even = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-    none = like.samples[:1, 0]
-    mixer = mixer_of(like, none, coding_of([like]), Curve.of(like), Mixing.MEAN, None)
-    return mixer.average(even, 2)
+def averaged(plane: Plane, n: int) -> Array:
+    """Return blocks of n x n pixels as one each, by the kind of the plane."""
+    mixer = mixer_of(plane, plane.samples[:1, 0], coding_of([plane]), Curve.of(plane), Mixing.MEAN, None)
+    with np.errstate(invalid="ignore", over="ignore"):  # masked pixels may be NaN
+        return mixer.average(plane.samples, n)

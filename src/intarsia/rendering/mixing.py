@@ -52,9 +52,7 @@ class Spread:
         mean = base + np.array([fsum(away[:, c] * share) / count for c in range(light.shape[1])])
         return cls(mean, light.min(axis=0).astype(np.float64), light.max(axis=0).astype(np.float64))
 
-    def widen(
-        self, mean: NDArray[np.float64], weight: Array, squares: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def widen(self, mean: NDArray[np.float64], weight: Array, squares: NDArray[np.float64]) -> NDArray[np.float64]:
         """Push means away from the overall mean by sum w / sqrt(sum w^2), not beyond the exemplar's range."""
         gain = np.maximum(weight, 1e-300) / np.sqrt(np.where(squares > 0, squares, 1.0))
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
@@ -132,11 +130,7 @@ class Floats:
     def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         total = np.zeros((*shape, self.samples.shape[1]))
-        first, weight, squares = (
-            np.full(shape, -1),
-            np.zeros(shape, np.int64),
-            squares_for(self.spread, shape),
-        )
+        first, weight, squares = (np.full(shape, -1), np.zeros(shape, np.int64), squares_for(self.spread, shape))
         vote_relative(plan, ground, self.light, (_IN_PLACE, _UPRIGHT), total, first, weight, squares)
         base = np.maximum(first >> 3, 0)
         light, codes = self.light[base], self.samples[base]
@@ -204,9 +198,7 @@ class Labels:
     @classmethod
     def of(cls, samples: Array) -> Labels:
         """Number the labels of pixels (N, C); several channels are one name."""
-        names, ranks = np.unique(
-            samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True
-        )
+        names, ranks = np.unique(samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True)
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
     def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
@@ -216,8 +208,7 @@ class Labels:
         while todo:  # few pixels hear more than four labels; where they do, take fewer rows with more room
             begin, end, room = todo.pop()
             slots = (
-                np.zeros((end - begin, shape[1], room), np.int32),
-                np.zeros((end - begin, shape[1], room), np.int64),
+                np.zeros((end - begin, shape[1], room), np.int32), np.zeros((end - begin, shape[1], room), np.int64)
             )
             if vote_label(plan, ground, self.ranks, begin, end, slots):
                 settle_label(*slots, out[begin:end], weight[begin:end])
@@ -231,9 +222,7 @@ class Labels:
     def average(self, codes: Array, s: int) -> Array:
         names, ranks = np.unique(codes.reshape(-1, codes.shape[2]), axis=0, return_inverse=True)
         block = blocks(ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
-        votes = (block[..., None, :] == block[..., :, None]).sum(
-            axis=2
-        )  # how many of the block agree with each
+        votes = (block[..., None, :] == block[..., :, None]).sum(axis=2)  # how many of the block agree with each
         best = np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)
         chosen: NDArray[Any] = names[best]
         return chosen

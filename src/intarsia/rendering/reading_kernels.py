@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import J
-from .catmull_rom_kernels import Reach, footprint, nearest, taps
+from .catmull_rom_kernels import Reach, footprint, nearest_pixel, taps
 from .warped_kernels import Part, hear
 
 Array = NDArray[Any]
@@ -22,15 +22,10 @@ Array = NDArray[Any]
 
 @kernel
 def read_light(
-    part: Part,
-    reach: Reach,
-    feather: int,
-    light: Array,
-    alpha: bool,
-    sums: tuple[NDArray[np.float64], NDArray[np.float64]],
-    first: NDArray[np.int64],
+    part: Part, reach: Reach, feather: int, light: Array, alpha: bool,
+    sums: tuple[NDArray[np.float64], NDArray[np.float64]], first: NDArray[np.int64],
     weights: tuple[NDArray[np.float64], NDArray[np.float64]],
-) -> None:
+) -> None:  # fmt: skip
     """Add up what is read for every pixel of a cell: w (light - light of the first pixel read).
 
     `sums` (h, w, C) are those of colours that count by their opacity, and of all alike; without `alpha` the second is
@@ -51,7 +46,7 @@ def read_light(
                     oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
                     n = taps(row, reach, uy + (j[0] * oy + j[1] * ox), ux + (j[2] * oy + j[3] * ox), at, w)
                     if n == 0:
-                        at[0], w[0, 0], w[1, 0], n = nearest(row, reach, uy, ux, own), 1.0, 1.0, 1
+                        at[0], w[0, 0], w[1, 0], n = nearest_pixel(row, reach, uy, ux, own), 1.0, 1.0, 1
                     if first[y, x] < 0:
                         first[y, x] = at[0]
                     share, base = count / (ny * nx), first[y, x]
@@ -70,15 +65,9 @@ def _varies(light: Array, at: NDArray[np.int64]) -> bool:
 
 @kernel
 def _add(
-    light: Array,
-    alpha: bool,
-    at: NDArray[np.int64],
-    w: Array,
-    share: float,
-    first: int,
-    seen: NDArray[np.float64],
+    light: Array, alpha: bool, at: NDArray[np.int64], w: Array, share: float, first: int, seen: NDArray[np.float64],
     plain: NDArray[np.float64],
-) -> float:
+) -> float:  # fmt: skip
     """Add a reading, which never leaves the range of the pixels read; returns how much of it is seen.
 
     In linear light, where Catmull-Rom shoots beyond an edge, dark stones would get black rims beside bright ones.
@@ -130,7 +119,7 @@ def _vector(
         oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
         n = taps(row, reach, u[0] + (j[0] * oy + j[1] * ox), u[1] + (j[2] * oy + j[3] * ox), at, w)
         if n == 0:
-            at[0], w[0, 0], n = nearest(row, reach, u[0], u[1], own), 1.0, 1
+            at[0], w[0, 0], n = nearest_pixel(row, reach, u[0], u[1], own), 1.0, 1
         if first < 0:
             first = at[0]
         for i in range(n):
@@ -162,15 +151,9 @@ def _turn(j: NDArray[np.float64], cross: int, keep: bool, v: NDArray[np.float64]
 
 @kernel
 def read_vectors(
-    part: Part,
-    reach: Reach,
-    feather: int,
-    vectors: Array,
-    cross: int,
-    first: NDArray[np.int64],
-    sums: tuple[NDArray[np.float64], NDArray[np.float64]],
-    weight: NDArray[np.float64],
-) -> None:
+    part: Part, reach: Reach, feather: int, vectors: Array, cross: int, first: NDArray[np.int64],
+    sums: tuple[NDArray[np.float64], NDArray[np.float64]], weight: NDArray[np.float64],
+) -> None:  # fmt: skip
     """Add up the vectors read for every pixel of a cell, each turned with its piece.
 
     `first` (h, w): 8 times the first pixel read, and its isometry; less than 0 where anything was no copy, turned by an
@@ -200,12 +183,7 @@ def read_vectors(
 
 @kernel
 def read_labels(
-    part: Part,
-    reach: Reach,
-    feather: int,
-    ranks: NDArray[np.int32],
-    out: NDArray[np.int32],
-    weight: NDArray[np.int64],
+    part: Part, reach: Reach, feather: int, ranks: NDArray[np.int32], out: NDArray[np.int32], weight: NDArray[np.int64]
 ) -> None:
     """Choose for every pixel of a cell the label of the most nearest pixels by weight, the smallest of equals."""
     room = (feather + 1) * (feather + 1)
@@ -217,7 +195,7 @@ def read_labels(
             for i in range(hear(part, reach, feather, y, x, places, votes)):
                 qy, qx, vote = votes[i]
                 row, own = reach.table[part.which[qy, qx]], part.own[qy, qx]
-                rank = ranks[nearest(row, reach, places[i, 0], places[i, 1], own)]
+                rank = ranks[nearest_pixel(row, reach, places[i, 0], places[i, 1], own)]
                 weight[y, x] += vote
                 k = 0
                 while k < n and heard[k] != rank:

@@ -13,7 +13,7 @@ scaled, or lie between pixels, are drawn by warped.py.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -24,14 +24,13 @@ from ..errors import InputError, ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Kind, Plane
-from ..kernels.pieces_of_maps import HOLE
 from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import Blend, Mixing, SourceMap
 from .cell_kernels import cut_window
 from .colour import Curve
-from .ground import enlarged, ground_of, usable_pixels
-from .mix_kernels import copy_cell, gather
+from .ground import OUTSIDE, enlarged, ground_of, refuse_holes, usable_pixels
+from .mix_kernels import copy_cell
 from .mixers import coding_of, mixer_of
 from .mixing import Mixer
 from .normals import NormalCoding
@@ -50,13 +49,9 @@ _ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
 
 
 def render(
-    exemplars: Sequence[Exemplar],
-    smap: SourceMap,
-    name: str | None = None,
-    blend: Blend | None = None,
-    box: Box | None = None,
-    run: Run | None = None,
-) -> Plane:
+    exemplars: Sequence[Exemplar], smap: SourceMap, name: str | None = None, blend: Blend | None = None,
+    box: Box | None = None, run: Run | None = None,
+) -> Plane:  # fmt: skip
     """Draw a plane of a map.
 
     Parameters
@@ -94,8 +89,8 @@ def render(
     box = box or Box(0, 0, smap.height, smap.width)
     job = (_Job if smap.exact else warped.Warped).of(exemplars, planes, scale, smap, blend)
     shrink = max(-scale, 1)
-    _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")  # refuses what does not lie on the canvas
-    _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    _stretches(box.y0, box.y1, smap.height, smap.wrap.y, "rows")  # refuses what does not lie on the canvas
+    _stretches(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
     if any(v % shrink for v in (box.y0, box.x0, box.height, box.width, smap.height, smap.width)):
         raise ParameterError(
             f"{box.width}x{box.height} px do not suit a plane {shrink}x smaller; give multiples of {shrink}."
@@ -116,14 +111,14 @@ def render(
 def _drawn(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow = job.scale
-    rows = _segments(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
-    columns = _segments(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    rows = _stretches(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
+    columns = _stretches(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
     samples = job.samples
     out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
         (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
-        for y, ty, h in _steps(rows, max(_ROWS, job.feather) // grow, shrink)
-        for x, tx, w in _steps(columns, max(_COLUMNS, job.feather) // grow, shrink)
+        for y, ty, h in _pieces(rows, max(_ROWS, job.feather) // grow, shrink)
+        for x, tx, w in _pieces(columns, max(_COLUMNS, job.feather) // grow, shrink)
     ]
 
     def draw(cell: tuple[int, int, int, int, int, int]) -> None:
@@ -155,53 +150,39 @@ class _Job:
     coding: NormalCoding | None
 
     @classmethod
-    def of(
-        cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend
-    ) -> _Job:
+    def of(cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
         grow, shrink = max(scale, 1), max(-scale, 1)
         feather = blend.feather * grow
         if feather > MAX_SPREAD:
             most = MAX_SPREAD // grow
-            raise ParameterError(
-                f"feather={blend.feather} is too wide on a {grow}x larger plane; at most {most} px."
-            )
+            raise ParameterError(f"feather={blend.feather} is too wide on a {grow}x larger plane; at most {most} px.")
         samples, ground = ground_of(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, feather)
         none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
         none.flags.writeable = False
         coding = coding_of(planes)
         usable = usable_pixels(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
-        curve = Curve.of(planes[0])
-        if blend.mixing is Mixing.SOURCE:
-            curve = replace(curve, srgb=False)
+        curve = Curve.of(planes[0], blend.mixing)
         return cls(
             (smap.yx, none if smap.which is None else smap.which, none if smap.pose is None else smap.pose),
-            (smap.wrap.y, smap.wrap.x),
-            grow,
-            feather,
-            ground,
-            samples,
-            mixer_of(planes[0], samples, coding, curve, blend.mixing, usable),
-            coding,
-        )
+            (smap.wrap.y, smap.wrap.x), grow, feather, ground, samples,
+            mixer_of(planes[0], samples, coding, curve, blend.mixing, usable), coding,
+        )  # fmt: skip
 
     def draw(self, y: int, x: int, height: int, width: int) -> Array:
         """Return the codes (h, w, C) of a cell whose first pixel is (y, x)."""
         f = self.feather
         if f == 0 and self.scale == 1 and self.coding is None:
-            codes = self._copied(y, x, height, width)
-            if codes is not None:
+            here = slice(y, y + height), slice(x, x + width)
+            codes, whole = self._copies(self.full[0][here], self.full[1][here])
+            if whole:
                 return codes
         size = (height + f, width + f)
         part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
         origin = (y - f // 2, x - f // 2)
         if not cut_window(self.full, origin, self.scale, self.wrap, self.ground.table, part):
-            raise InputError("the map points outside its exemplars; it belongs to others, or is damaged.")
+            raise InputError(OUTSIDE)
         core = (slice(f // 2, f // 2 + height), slice(f // 2, f // 2 + width))
-        if (part[1][core] == HOLE).any():
-            holes = int((self.full[1] == HOLE).sum())
-            raise InputError(
-                f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without."
-            )
+        refuse_holes(part[1][core], self.full[1])
         if f == 0:
             return self._own(*part)
         codes, weight = self.mixer.vote(make_plan(part, origin, self.ground.table, f), self.ground)
@@ -210,25 +191,14 @@ class _Job:
             codes[lost] = self._own(part[0][core], part[1][core], part[2][core])[lost]
         return codes
 
-    def _copied(self, y: int, x: int, height: int, width: int) -> Array | None:
-        """The codes of a cell of exact copies, straight from the map; None where that does not do."""
-        here = slice(y, y + height), slice(x, x + width)
-        codes = np.empty((height, width, self.samples.shape[1]), self.samples.dtype)
-        bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
-        yx, which, _ = self.full
-        done = copy_cell(yx[here], which[here], self.ground.table, self.samples.view(bits), codes.view(bits))
-        return codes if done else None
-
-    def _own(self, yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]) -> Array:
+    def _copies(self, yx: NDArray[np.int32], which: NDArray[np.uint8]) -> tuple[Array, bool]:
+        """The codes of exemplar pixels, and whether all of these are there."""
         codes = np.zeros((*which.shape, self.samples.shape[1]), self.samples.dtype)
         bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
-        gather(
-            np.ascontiguousarray(yx),
-            np.ascontiguousarray(which),
-            self.ground.table,
-            self.samples.view(bits),
-            codes.view(bits),
-        )
+        return codes, copy_cell(yx, which, self.ground.table, self.samples.view(bits), codes.view(bits))
+
+    def _own(self, yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]) -> Array:
+        codes, _ = self._copies(np.ascontiguousarray(yx), np.ascontiguousarray(which))
         return codes if self.coding is None else self.coding.turned(codes, pose)
 
 
@@ -262,10 +232,8 @@ def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane
             raise InputError(f"{exemplar.name} has no plane {name}, {exemplars[0].name} has; give it one.")
         plane = exemplar.planes[name]
         larger = plane.height >= exemplar.height
-        found.append(
-            (plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height))
-        )
-        if _coding_of(*found[-1]) != _coding_of(*found[0]):
+        found.append((plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height)))
+        if _facts_of(*found[-1]) != _facts_of(*found[0]):
             raise InputError(
                 f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, "
                 "channels, kind, transfer or scale; make them equal."
@@ -273,12 +241,12 @@ def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane
     return [plane for plane, _ in found], found[0][1]
 
 
-def _coding_of(plane: Plane, scale: int) -> tuple[object, ...]:
+def _facts_of(plane: Plane, scale: int) -> tuple[object, ...]:
     green = plane.meta.get("normals", "gl") if plane.kind is Kind.NORMAL else ""
     return plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green
 
 
-def _segments(start: int, stop: int, length: int, wrap: bool, axis: str) -> list[tuple[int, int, int]]:
+def _stretches(start: int, stop: int, length: int, wrap: bool, axis: str) -> list[tuple[int, int, int]]:
     """Cut a stretch of an endless axis at the canvas's borders: (first on canvas, first drawn, length)."""
     if stop <= start or (not wrap and (start < 0 or stop > length)):
         raise ParameterError(
@@ -288,6 +256,6 @@ def _segments(start: int, stop: int, length: int, wrap: bool, axis: str) -> list
     return [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
 
 
-def _steps(segments: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
+def _pieces(stretches: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
     step = max(step // multiple, 1) * multiple
-    return [(y + i, t + i, min(step, n - i)) for y, t, n in segments for i in range(0, n, step)]
+    return [(y + i, t + i, min(step, n - i)) for y, t, n in stretches for i in range(0, n, step)]

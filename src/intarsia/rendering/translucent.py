@@ -45,12 +45,9 @@ class TranslucentIntegers:
         return self._resolved(limbs, alpha[..., 0].sum(axis=2), weight, np.zeros((0, 0)))
 
     def _resolved(
-        self,
-        limbs: tuple[NDArray[np.int64], NDArray[np.int64]],
-        opaque: NDArray[np.int64],
-        weight: Weights,
+        self, limbs: tuple[NDArray[np.int64], NDArray[np.int64]], opaque: NDArray[np.int64], weight: Weights,
         squares: NDArray[np.float64],
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         shared = np.maximum(np.where(opaque > 0, opaque, weight), 1)
         share = shared[..., None]
         high, low = limbs[0] + (limbs[1] >> LIMB), limbs[1] & ((1 << LIMB) - 1)

@@ -37,11 +37,7 @@ class Plan(NamedTuple):
 
 @kernel
 def _merge(
-    table: NDArray[np.int64],
-    order: NDArray[np.int64],
-    key: NDArray[np.int64],
-    feather: int,
-    labels: NDArray[np.int32],
+    table: NDArray[np.int64], order: NDArray[np.int64], key: NDArray[np.int64], feather: int, labels: NDArray[np.int32]
 ) -> NDArray[np.int64]:
     """Join pieces of one key that can be heard by one pixel, and put group numbers into `labels`."""
     groups = np.empty_like(table)
@@ -67,11 +63,9 @@ def _merge(
 
 
 def make_plan(
-    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-    origin: tuple[int, int],
-    exemplars: NDArray[np.int64],
-    feather: int,
-) -> Plan:
+    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]], origin: tuple[int, int],
+    exemplars: NDArray[np.int64], feather: int,
+) -> Plan:  # fmt: skip
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
     Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
@@ -120,13 +114,7 @@ def open_group(plan: Plan, g: int, begin: int, end: int, columns: NDArray[np.int
 
 @kernel
 def weigh_row(
-    plan: Plan,
-    ground: Ground,
-    g: int,
-    y: int,
-    first: int,
-    columns: NDArray[np.int32],
-    hits: NDArray[np.int64],
+    plan: Plan, ground: Ground, g: int, y: int, first: int, columns: NDArray[np.int32], hits: NDArray[np.int64]
 ) -> int:
     """List the votes of group `g` in row `y` (rows must come in turn from `first`); returns how many hits."""
     box, f = plan.groups[g], plan.feather

@@ -10,7 +10,7 @@ stands for it. Where a place falls on a pixel, and the frame is an isometry or n
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Array, Kind, Plane
-from ..kernels.pieces_of_maps import HOLE
 from ..sourcemap import Blend, Mixing, SourceMap
 from .catmull_rom_kernels import Reach
 from .colour import Curve
-from .ground import enlarged, ground_of
+from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes
 from .mixers import coding_of, mixer_of
 from .mixing import Labels, Mixer
 from .normals import NormalCoding
@@ -65,24 +64,15 @@ class Warped:
         check_blend(blend, grow, planes[0].kind)
         pixels = [enlarged(p.samples, shrink) for p in planes]
         samples, ground = ground_of(exemplars, pixels, grow, blend.feather * grow)
-        free = np.zeros(0, bool)
-        if any(e.usable is not None for e in exemplars):
-            masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
-            free = np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
-        curve = Curve.of(planes[0])
-        if blend.mixing is Mixing.SOURCE:
-            curve = replace(curve, srgb=False)
+        masked = any(e.usable is not None for e in exemplars)
+        free = masks_of(exemplars, grow) if masked else np.zeros(0, bool)
+        curve = Curve.of(planes[0], blend.mixing)
         coding = coding_of(planes)
         return cls(
-            _field(smap),
-            (smap.wrap.y, smap.wrap.x),
-            grow,
-            blend.feather * grow,
-            Reach(ground.table, free, ground.near),
-            samples,
-            _reader(planes[0], samples, coding, curve),
+            _warp_field(smap), (smap.wrap.y, smap.wrap.x), grow, blend.feather * grow,
+            Reach(ground.table, free, ground.near), samples, _reader(planes[0], samples, coding, curve),
             mixer_of(planes[0], samples[:1], coding, curve, Mixing.MEAN, None),
-        )
+        )  # fmt: skip
 
     def draw(self, y: int, x: int, height: int, width: int) -> Array:
         """Return the codes (h, w, C) of a cell whose first pixel is (y, x)."""
@@ -90,13 +80,9 @@ class Warped:
         size, origin = (height + f, width + f), (y - f // 2, x - f // 2)
         part = Part(np.empty(size, np.uint8), np.empty((*size, 2)), np.empty((*size, 4)), np.empty(size, np.int64))
         if not lay_part(self.field, origin, self.scale, self.wrap, self.reach.table, part):
-            raise InputError("the map points outside its exemplars; it belongs to others, or is damaged.")
+            raise InputError(OUTSIDE)
         core = (slice(f // 2, f // 2 + height), slice(f // 2, f // 2 + width))
-        if (part.which[core] == HOLE).any():
-            holes = int((self.field.which == HOLE).sum())
-            raise InputError(
-                f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without."
-            )
+        refuse_holes(part.which[core], self.field.which)
         codes, lost = self.reader.read(part, self.reach, f)
         if f and lost.any():  # nobody votes: the pixel speaks for itself
             inner = Part(part.which[core].copy(), part.at[core].copy(), part.j[core].copy(), part.own[core].copy())
@@ -181,16 +167,15 @@ def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
         raise ParameterError(f"mixing=variance needs pieces of whole pixels, but {reason}; give mean or source.")
 
 
-def _field(smap: SourceMap) -> WarpField:
+def _warp_field(smap: SourceMap) -> WarpField:
     size = smap.yx.shape[:2]
     none: NDArray[Any] = np.zeros((0, 0), np.uint8)
     return WarpField(
-        smap.yx,
-        np.zeros(size, np.uint8) if smap.which is None else smap.which,
+        smap.yx, np.zeros(size, np.uint8) if smap.which is None else smap.which,
         none if smap.pose is None else smap.pose,
         np.zeros((0, 0, 2, 2), np.float32) if smap.frame is None else smap.frame,
         np.zeros((0, 0, 2), np.float32) if smap.sub is None else smap.sub,
-    )
+    )  # fmt: skip
 
 
 def _reader(plane: Plane, samples: Array, coding: NormalCoding | None, curve: Curve) -> Reader:

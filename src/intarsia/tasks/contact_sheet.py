@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import files
 from ..image import Plane
-from ..rendering.magnification import averaged
+from ..rendering.mixers import averaged
 
 SIDE = 256
 GAP = 8

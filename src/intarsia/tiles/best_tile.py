@@ -57,10 +57,7 @@ class BestTile:
 
 
 def best_tile(
-    features: NDArray[np.int16],
-    vectors: tuple[Vector, Vector],
-    usable: Mask | None = None,
-    band: int = BAND,
+    features: NDArray[np.int16], vectors: tuple[Vector, Vector], usable: Mask | None = None, band: int = BAND
 ) -> BestTile:
     """Find the tile whose left and right, and top and bottom borders agree best.
 

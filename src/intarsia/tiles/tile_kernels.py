@@ -66,13 +66,9 @@ def band_costs(difference: NDArray[np.int64], dy: int, dx: int, band: int, costs
 
 @kernel
 def lay_tile(
-    out: NDArray[np.int32],
-    begin: NDArray[np.int64],
-    rates: NDArray[np.int64],
-    whole: int,
-    vectors: NDArray[np.int64],
+    out: NDArray[np.int32], begin: NDArray[np.int64], rates: NDArray[np.int64], whole: int, vectors: NDArray[np.int64],
     anchor: NDArray[np.int64],
-) -> None:
+) -> None:  # fmt: skip
     """Fill in, for every px, the px of the tile at `anchor` that repeats there (Lopez Recas 2011, eq. 3.29).
 
     How far a px lies along both vectors (1/256 px), in whole periods, grows by rates[0] / whole with every row and by
