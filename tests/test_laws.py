@@ -198,7 +198,7 @@ class TestStraightenedNearRegular(TestNearRegularOfOneVector):
 
     def test_the_exemplars_are_laid_straight(self) -> None:
         def law(case: Case) -> None:
-            straight = rectified_for(self.method, case.exemplars[0]).straight
+            straight = rectified_for(case.exemplars[0], self.method.slug, self.method.lattice, "on").straight
             assert straight is not None
             assert straight.off > 1
 

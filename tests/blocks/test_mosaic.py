@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.blocks.grid import BlockGrid
+from intarsia.blocks.grid import BlockGrid, BlockSettings
 from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
@@ -127,12 +127,12 @@ def test_every_period_of_a_photograph_is_shown_equally_often(name: str, textures
     """Those that lie whole in it, on the grid of the blocks."""
     e = ia.read(textures[name])
     method = ia.NearRegular().resolved([e], Canvas(9, 9))
-    mosaic = Mosaic.of(method, e, Canvas(9, 9), 0)
-    (a, b), second = mosaic.source.cell
-    assert second is not None
+    settings = BlockSettings(method.lattice, method.block, isometries=method.isometries)
+    mosaic = Mosaic.of(settings, e, Canvas(9, 9), 0)
+    (a, b), second = mosaic.laid.grid.vectors
     area = a * second[1] - b * second[0]
     y, x = np.mgrid[: e.height, : e.width] * UNIT + UNIT // 2
-    y, x = y - mosaic.source.phase[0] + mosaic.before[0] * UNIT, x - mosaic.source.phase[1] + mosaic.before[1] * UNIT
+    y, x = y - mosaic.laid.grid.phase[0], x - mosaic.laid.grid.phase[1]
     rows, columns = (y * second[1] - x * second[0]) // area, (x * a - y * b) // area
     period = (rows - rows.min()) * 1000 + columns - columns.min()
     used = sum(ia.synthesize(e, 1536, method, seed=seed).map.usage()[0] for seed in (1, 2))
@@ -145,7 +145,7 @@ def test_every_period_of_a_photograph_is_shown_equally_often(name: str, textures
 
 def test_places_that_overlap_are_read_so_that_what_few_show_is_shown_too() -> None:
     """Blocks of half periods lie twice over the middle of an exemplar, once over its ends."""
-    from intarsia.blocks.place_shares import dealt, place_shares
+    from intarsia.blocks.places import dealt, place_shares
     from intarsia.blocks.pose_sheet import Sheet
 
     source = np.moveaxis(np.indices((64, 96), np.int32), 0, 2)

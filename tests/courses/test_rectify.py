@@ -206,7 +206,7 @@ def test_recipes_hold_what_was_done() -> None:
     assert one.map.blend.feather == two.blend.feather == 4
     given = ia.NearRegular(lattice=((0, 16),)).resolved([Exemplar.of(e)], Canvas(9, 9))
     assert given.straighten == "off"
-    assert rectified_for(given, Exemplar.of(e)).straight is None
+    assert rectified_for(Exemplar.of(e), given.slug, given.lattice, given.straighten).straight is None
 
 
 def test_depth_changes_nothing() -> None:
@@ -219,10 +219,10 @@ def test_wrapped_courses_close() -> None:
     e = Exemplar.of(wall(coordinate("fan")))
     method = ia.NearRegular().resolved([e], Canvas(9, 9))
     size = (round(12 * method.lattice[0][1]), 210)
-    base, canvas = rectified_for(method, e), Canvas(*size, ia.Wrap.BOTH)
-    courses = Wall.of(method, base.exemplar, canvas, 4)
-    here = courses.window(0, 0, *size)
-    np.testing.assert_array_equal(courses.window(size[0], -size[1], *size), here)
+    base, canvas = rectified_for(e, method.slug, method.lattice, method.straighten), Canvas(*size, ia.Wrap.BOTH)
+    courses = Wall.of(base.lattice, None, base.exemplar, canvas, 4)
+    here = courses.window(0, 0, *size)[0]
+    np.testing.assert_array_equal(courses.window(size[0], -size[1], *size)[0], here)
     made = ia.synthesize(e, size, method, seed=4, wrap="both")
     np.testing.assert_array_equal(made.map.yx, base.to_exemplar(here))
 

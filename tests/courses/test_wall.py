@@ -159,7 +159,7 @@ def test_bricks_are_used_in_turn() -> None:
 def test_a_brick_is_cheapest_when_it_is_its_turn() -> None:
     """Along a chain the bricks of its hand take turns, one a usual length: nothing else is to choose between them."""
     pixels, _ = wall(200, 300, 25, (50,), 4)
-    layer = Wall.of(ia.NearRegular(lattice=((0, 25),)), Exemplar.of(pixels), Canvas(10, 10), 5)
+    layer = Wall.of(((0, 25),), None, Exemplar.of(pixels), Canvas(10, 10), 5)
     chain = layer.layout
     whole = [k for k, row in enumerate(chain.bricks.table) if FACE not in row[3:]]
     assert len(whole) >= 8
@@ -193,10 +193,10 @@ CASES = [
 @pytest.mark.parametrize(("pixels", "lattice"), CASES)
 @pytest.mark.parametrize("corner", [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)])
 def test_a_window_is_a_crop(pixels, lattice, corner: tuple[int, int]) -> None:
-    e, method, (y, x) = Exemplar.of(pixels), ia.NearRegular(lattice=lattice), corner
-    whole = Wall.of(method, e, Canvas(10, 10), 5).window(y, x, 150, 170)
+    e, (y, x) = Exemplar.of(pixels), corner
+    whole = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)[0]
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = Wall.of(method, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)
+        part = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)[0]
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
@@ -207,10 +207,10 @@ def test_a_wrapped_canvas_continues_in_itself(pixels, lattice, long: int) -> Non
     (a, b), e = lattice[0], Exemplar.of(pixels)
     pitch = (a * a + b * b) / max(abs(a), abs(b))
     height, width = (round(7 * pitch), long) if abs(b) > abs(a) else (long, round(7 * pitch))
-    wall_ = Wall.of(ia.NearRegular(lattice=lattice), e, Canvas(height, width, ia.Wrap.BOTH), 3)
-    here = wall_.window(0, 0, height, width)
-    np.testing.assert_array_equal(wall_.window(height, -width, height, width), here)
-    np.testing.assert_array_equal(wall_.window(-100, 200, height, width), np.roll(here, (100, -200), (0, 1)))
+    wall_ = Wall.of(lattice, None, e, Canvas(height, width, ia.Wrap.BOTH), 3)
+    here = wall_.window(0, 0, height, width)[0]
+    np.testing.assert_array_equal(wall_.window(height, -width, height, width)[0], here)
+    np.testing.assert_array_equal(wall_.window(-100, 200, height, width)[0], np.roll(here, (100, -200), (0, 1)))
 
 
 def test_sizes_that_strain_the_courses_are_refused() -> None:

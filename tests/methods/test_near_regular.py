@@ -10,6 +10,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.analysis.features import features
+from intarsia.blocks.grid import BlockSettings
 from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
@@ -87,14 +88,14 @@ def test_blocks_meet_in_the_joints_wherever_these_lie(cut: tuple[int, int], bloc
 
 def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tuple[int, int]]:
     """By how much the pixel in the middle of each block lies elsewhere in the exemplar: what the block shows."""
-    window = mosaic.window(0, 0, height, width)
-    down = (mosaic.canvas.rows[0] + mosaic.canvas.columns[0]) / 512
-    right = (mosaic.canvas.rows[1] + mosaic.canvas.columns[1]) / 512
+    window = mosaic.on_sheet(0, 0, height, width)
+    down = (mosaic.laid.grid.rows[0] + mosaic.laid.grid.columns[0]) / 512
+    right = (mosaic.laid.grid.rows[1] + mosaic.laid.grid.columns[1]) / 512
     found = {}
-    last = mosaic.canvas.block_of(height, width)
+    last = mosaic.laid.grid.block_of(height, width)
     for i in range(last[0]):
         for j in range(last[1]):
-            y, x = (int(v / 256 + d) for v, d in zip(mosaic.canvas.origin(i, j), (down, right), strict=True))
+            y, x = (int(v / 256 + d) for v, d in zip(mosaic.laid.grid.origin(i, j), (down, right), strict=True))
             if 0 <= y < height and 0 <= x < width:
                 found[i, j] = int(window[y, x, 0]) - y, int(window[y, x, 1]) - x
     return found
@@ -102,8 +103,8 @@ def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tupl
 
 def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> None:
     """Wherever on the canvas, a block is moved by whole steps of the lattice, rounded once."""
-    method = ia.NearRegular(lattice=((22.25, 0), (0, 17.7)), block=40, slack=0)
-    mosaic = Mosaic.of(method, Exemplar.of(tiling(200, 210, 17.7, 22.25)), Canvas(900, 900), 5)
+    settings = BlockSettings(lattice=((22.25, 0), (0, 17.7)), block=40, slack=0)
+    mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 210, 17.7, 22.25)), Canvas(900, 900), 5)
     random = [move for (i, j), move in moves(mosaic, 900, 900).items() if (i + j) % 2 == 0]
     assert len(random) > 150
     for axis, period in enumerate((round(17.7 * 256) / 256, 22.25)):
@@ -115,12 +116,12 @@ def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> No
 
 def test_places_are_used_in_turn() -> None:
     """Every second block shows a place drawn without putting back, so all are shown about as often."""
-    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
-    mosaic = Mosaic.of(method, Exemplar.of(tiling(160, 192, 20, 24)), Canvas(800, 800), 3)
+    settings = BlockSettings(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    mosaic = Mosaic.of(settings, Exemplar.of(tiling(160, 192, 20, 24)), Canvas(800, 800), 3)
     shown: dict[tuple[int, int], int] = {}
     for (i, j), move in moves(mosaic, 800, 800).items():
         if (i + j) % 2 == 0:
-            y, x = mosaic.canvas.origin(i, j)
+            y, x = mosaic.laid.grid.origin(i, j)
             place = round(y / 256) + move[0], round(x / 256) + move[1]
             shown[place] = shown.get(place, 0) + 1
     counts = np.array(list(shown.values()))
@@ -131,14 +132,14 @@ def test_places_are_used_in_turn() -> None:
 
 def test_a_gap_shows_something_else_than_what_lies_beside_it() -> None:
     """It neither repeats a block beside it, nor goes on with it as the exemplar does, where others fit, too."""
-    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
-    mosaic = Mosaic.of(method, Exemplar.of(tiling(200, 240, 20, 24)), Canvas(900, 900), 7)
+    settings = BlockSettings(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 240, 20, 24)), Canvas(900, 900), 7)
     found = moves(mosaic, 900, 900)
     pairs = repeated = continued = 0
     for (i, j), (dy, dx) in found.items():
         for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)) if (i + j) % 2 else ():
             if (a, b) in found:
-                (y, x), (v, u) = mosaic.canvas.origin(i, j), mosaic.canvas.origin(a, b)
+                (y, x), (v, u) = mosaic.laid.grid.origin(i, j), mosaic.laid.grid.origin(a, b)
                 other = found[a, b]
                 pairs += 1
                 continued += other == (dy, dx)
@@ -172,38 +173,38 @@ def test_threads_change_nothing() -> None:
     assert len(set(maps)) == 1
 
 
-@pytest.mark.parametrize("lattice", [((22.25, 0), (0, 17.5)), ((30, 0), (15, 16)), ((21, 5), (-4, 18)), ((3, 18),)])
+@pytest.mark.parametrize("lattice", [((22.25, 0), (0, 17.5)), ((30, 0), (15, 16)), ((21, 5), (-4, 18))])
 @pytest.mark.parametrize("corner", [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)])
 def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
-    method, (y, x) = ia.NearRegular(lattice=lattice), corner
+    settings, (y, x) = BlockSettings(lattice), corner
     e = Exemplar.of(tiling(120, 140, 17.5, 22.25))
-    mosaic = Mosaic.of(method, e, Canvas(10, 10), 5)
-    whole = mosaic.window(y, x, 150, 170)
+    mosaic = Mosaic.of(settings, e, Canvas(10, 10), 5)
+    whole = mosaic.on_sheet(y, x, 150, 170)
     assert whole.any(axis=2).mean() > 0.99
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = mosaic.window(y + top, x + left, height, width)
+        part = mosaic.on_sheet(y + top, x + left, height, width)
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
 def test_two_neighbours_never_meet_inside_a_gap() -> None:
     """They would meet along the mitre, in a seam that no cut counts."""
-    method = ia.NearRegular(lattice=((20, 0), (0, 21)), block=20)
-    mosaic = Mosaic.of(method, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
-    moved = mosaic.window(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
+    settings = BlockSettings(lattice=((20, 0), (0, 21)), block=20)
+    mosaic = Mosaic.of(settings, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
+    moved = mosaic.on_sheet(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
 
     def shown_by(gap: tuple[int, int], y: int, x: int) -> set[tuple[int, int]]:
         """The neighbours of a gap that show a pixel in it, and not the gap's own block."""
         i, j = gap
-        middle = tuple(c // 256 + 10 for c in mosaic.canvas.origin(i, j))
+        middle = tuple(c // 256 + 10 for c in mosaic.laid.grid.origin(i, j))
         own = moved[middle] if 0 <= middle[0] < 180 and 0 <= middle[1] < 190 else moved[y, x]
-        if mosaic.canvas.block_of(y, x) != gap or (own == moved[y, x]).all():
+        if mosaic.laid.grid.block_of(y, x) != gap or (own == moved[y, x]).all():
             return set()
         near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
         return {n for n in near if mosaic._shift(*n, mosaic._place(*n)) == tuple(moved[y, x])}
 
     let_in = 0
     for y, x in np.ndindex(179, 189):
-        gap = mosaic.canvas.block_of(y, x)
+        gap = mosaic.laid.grid.block_of(y, x)
         one = shown_by(gap, y, x) if sum(gap) % 2 else set()
         let_in += bool(one)
         for other in (shown_by(gap, y + 1, x), shown_by(gap, y, x + 1)) if one else ():
@@ -215,10 +216,10 @@ def test_a_wrapped_canvas_continues_in_itself() -> None:
     """The window of the mosaic one canvas further on shows the same."""
     canvas = Canvas(203, 290, ia.Wrap.BOTH)
     e = Exemplar.of(tiling(120, 140, 17, 24))
-    mosaic = Mosaic.of(ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
-    here = mosaic.window(0, 0, 203, 290)
-    np.testing.assert_array_equal(mosaic.window(203, -290, 203, 290), here)
-    np.testing.assert_array_equal(mosaic.window(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
+    mosaic = Mosaic.of(BlockSettings(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
+    here = mosaic.on_sheet(0, 0, 203, 290)
+    np.testing.assert_array_equal(mosaic.on_sheet(203, -290, 203, 290), here)
+    np.testing.assert_array_equal(mosaic.on_sheet(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
 
 
 def test_sizes_that_strain_the_lattice_are_refused() -> None:
@@ -244,15 +245,16 @@ def test_up_to_two_percent_of_strain_closes_a_canvas() -> None:
 def test_wrapped_blocks_are_read_at_strained_places() -> None:
     """The block at q is read at round(M M'^-1 q) plus lattice multiples: exactly so in random blocks."""
     e = Exemplar.of(tiling(120, 140, 17, 24))
-    method, canvas = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0), Canvas(200, 293, ia.Wrap.BOTH)
-    mosaic = Mosaic.of(method, e, canvas, 3)
-    shown = mosaic.window(0, 0, 200, 293)
+    settings = BlockSettings(lattice=((24, 0), (0, 17)), block=17, slack=0)
+    mosaic = Mosaic.of(settings, e, Canvas(200, 293, ia.Wrap.BOTH), 3)
+    shown = mosaic.on_sheet(0, 0, 200, 293)
     for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
-        phase = mosaic.source.phase[axis] / 256
-        assert mosaic.around[axis] == turns
+        begin = [p / 256 for p in mosaic.laid.grid.phase]
+        phase = begin[axis] + mosaic.before[axis]
+        assert mosaic.laid.around[axis] == turns
         for i, j in ((0, 0), (1, 1), (5, 3), (10, 10)):
             q = (i, j)[axis] * length / turns + phase
-            middle = [int(mosaic.canvas.phase[k] / 256 + (n + 0.5) * (200, 293)[k] / 12) for k, n in enumerate((i, j))]
+            middle = [int(begin[k] + (n + 0.5) * (200, 293)[k] / 12) for k, n in enumerate((i, j))]
             y, x = middle[0] % 200, middle[1] % 293
             read = shown[y, x, axis] - middle[axis] + q  # where the block's first px lies in the exemplar
             want = (q - phase) * turns * side / length + phase
@@ -289,8 +291,8 @@ def test_the_sheet_shows_the_poses_that_the_map_names() -> None:
     """Every px of the sheet is the exemplar's px that it is turned into."""
     pixels = texture(41, 47, 3, 2)
     e = Exemplar.of(pixels)
-    mosaic = Mosaic.of(ia.NearRegular(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
-    yx = mosaic.window(0, 0, 200, 200)
+    mosaic = Mosaic.of(BlockSettings(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
+    yx = mosaic.on_sheet(0, 0, 200, 200)
     shown, picture = mosaic.sheet.to_exemplar(yx)[0], features([e]).pictures[0]
     np.testing.assert_array_equal(picture[shown[..., 0], shown[..., 1]], mosaic.sheet.picture[yx[..., 0], yx[..., 1]])
     own = np.moveaxis(np.indices(mosaic.sheet.size, np.int32), 0, 2)  # the exemplar with its completed periods

@@ -9,11 +9,17 @@ from torture import TORTURE
 from intarsia.analysis.features import features
 from intarsia.errors import MethodError, ParameterError
 from intarsia.exemplar import Exemplar
-from intarsia.tiles.best_tile import best_tile
+from intarsia.tiles.best_tile import Tile, best_tile
+from intarsia.tiles.tile_layout import TileLayout
 
 
 def px(*vectors):
     return tuple((round(256 * y), round(256 * x)) for y, x in vectors)
+
+
+def layout_of(tile: Tile, height: int, width: int) -> np.ndarray:
+    """Lay out a tile by its whole sides: moved by either of them the layout is the same."""
+    return TileLayout.of(tile.anchor, px(*tile.vectors)).window(0, 0, height, width)[0]
 
 
 def naive_cost(picture, usable, anchor, v1, v2, band):
@@ -57,12 +63,12 @@ def test_no_other_anchor_is_better_and_the_layout_repeats():
     picture = features([Exemplar.of(TORTURE["brick_colours"]())]).pictures[0]
     found = best_tile(picture, px((12, 12), (0, 24)))
     assert found.cost == found.costs[found.anchor] == found.costs[found.costs >= 0].min()
-    layout = found.positions(90, 110)
+    layout = layout_of(found, 90, 110)
     for dy, dx in found.vectors:
         assert np.array_equal(layout[dy:, dx:] if dx else layout[dy:], layout[: 90 - dy, : 110 - dx])
     assert len(np.unique(layout.reshape(-1, 2), axis=0)) == 12 * 24
     y, x = found.anchor
-    inside = found.positions(y + 1, x + 1)
+    inside = layout_of(found, y + 1, x + 1)
     assert tuple(inside[y, x]) == (y, x)
     assert layout.min() >= 0
     assert (layout.reshape(-1, 2).max(axis=0) < picture.shape[:2]).all()
@@ -73,7 +79,7 @@ def test_an_exact_period_costs_nothing():
     picture = np.tile(tile, (4, 4, 1))
     found = best_tile(picture, px((0, 17), (13, 0)))
     assert found.cost == 0
-    layout = found.positions(52, 68)
+    layout = layout_of(found, 52, 68)
     assert np.array_equal(picture[layout[..., 0], layout[..., 1]], picture)
 
 
@@ -83,7 +89,7 @@ def test_the_tile_avoids_what_cannot_be_used():
     usable[40:60, 30:70] = False
     for vectors in (((0, 24), (21, 12)), ((21, 12), (21, -12)), ((-21, 12), (0, 24))):
         found = best_tile(picture, px(*vectors), usable, 4)
-        layout = found.positions(100, 100).reshape(-1, 2)
+        layout = layout_of(found, 100, 100).reshape(-1, 2)
         assert usable[layout[:, 0], layout[:, 1]].all()
         ys, xs = np.nonzero(found.costs >= 0)
         for k in range(0, len(ys), 97):  # every anchor with a cost, not only the best

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels import paths
+from ..kernels.paths import BARRED
 from ..lattice.vectors import UNIT
 from .grid import BlockGrid
 
@@ -27,7 +28,6 @@ SPARE = 2  # px more than is missing, since places are rounded
 ASIDE = 4  # px at the ends of a strip that repeat the last one
 REACH = 24  # multiples of the vectors that are looked at
 TRIED = 6  # continuations of which the seam is sought
-BARRED = 1 << 30  # above any distance
 COVERED = 0.6  # of a strip must exist
 Array = NDArray[Any]
 Move = tuple[int, int]
@@ -64,22 +64,20 @@ def continued(
 ) -> Continued:  # fmt: skip
     """Complete the periods at the four edges.
 
-    `grid`: the blocks; `steps`: px from period to period along both axes, 0 where that is free; `costs`: what a seam
-    between blocks costs across each, 1/16 of a feature unit a px; `border`: px in which a seam may lie.
+    `grid`: the blocks; `steps`: px from period to period along both axes; `costs`: what a seam between blocks costs
+    across each, 1/16 of a feature unit a px; `border`: px in which a seam may lie.
     """
     size = picture.shape[:2]
     out = Continued(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2))
     vectors = _translations(grid, size)
     before = [0, 0]
     for axis in (0, 1):
-        if not steps[axis]:
-            continue
         phase, other = (grid.phase[axis] / UNIT) % steps[axis], (grid.columns, grid.rows)[axis]
         lean = abs(other[axis] / other[1 - axis]) * size[1 - axis]  # px that the last period lies off the first
         for end, known in ((0, phase), (1, (size[axis] - phase) % steps[axis])):
             missing = math.ceil(steps[axis] - known + lean) + SPARE if known >= LEAST_KNOWN * steps[axis] else 0
             limit = WELL * costs[axis] + UNSEEN
-            wider = _beyond(out, axis, end, missing, vectors, min(border, size[axis]), limit) if missing > 0 else None
+            wider = _longer(out, axis, end, missing, vectors, min(border, size[axis]), limit) if missing > 0 else None
             if wider is not None:
                 out = wider
                 before[axis] += missing if end == 0 else 0
@@ -88,15 +86,13 @@ def continued(
 
 def _translations(grid: BlockGrid, size: tuple[int, int]) -> list[Move]:
     """The translations of the lattice, px, that are shorter than the exemplar."""
-    v1, v2 = grid.cell
-    if v2 is None:
-        v2 = (0, 0)
+    v1, v2 = grid.vectors
     steps = [(a, b) for a in range(-REACH, REACH + 1) for b in range(-REACH, REACH + 1)]
     found = [tuple(round((a * p + b * q) / UNIT) for p, q in zip(v1, v2, strict=True)) for a, b in steps]
     return sorted({(v[0], v[1]) for v in found if abs(v[0]) <= size[0] and abs(v[1]) <= size[1]})
 
 
-def _beyond(
+def _longer(
     known: Continued, axis: int, end: int, more: int, vectors: list[Move], border: int, limit: float
 ) -> Continued | None:
     """Add `more` px at one end of an axis; None where no continuation joins at a cost of at most `limit`."""
@@ -112,7 +108,7 @@ def _beyond(
     picture, usable, source = turned(known.picture), turned(known.usable), turned(known.source)
     sign = 1 if end else -1
     moves = sorted({(sign * v[axis], v[1 - axis]) for v in vectors})
-    steps = [_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
+    steps = [_last_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
     strips = [s for m in moves if (s := Strip.of(picture, usable, m, more, border, steps)) is not None]
     tried = sorted(strips, key=lambda s: (not s.whole, s.mismatch))[:TRIED]
     fitting = [s for s in tried if s.cost <= limit]
@@ -126,14 +122,14 @@ def _beyond(
     return Continued(back(parts[0]), back(valid), back(parts[1]))
 
 
-def _step(picture: Array, move: Move) -> NDArray[np.int64]:
+def _last_step(picture: Array, move: Move) -> NDArray[np.int64]:
     """What changes from the last row to the next, seen one translation of the lattice before: (W, C)."""
     x = np.clip(np.arange(picture.shape[1]) - move[1], 0, picture.shape[1] - 1)
     y = len(picture) - move[0]
     return np.asarray(picture[y, x].astype(np.int64) - picture[y - 1, x])
 
 
-def _distances(a: Array, b: Array) -> NDArray[np.int64]:
+def _colour_distances(a: Array, b: Array) -> NDArray[np.int64]:
     """How far pixels (..., C) differ, 1/16 of a feature unit."""
     return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
 
@@ -171,11 +167,11 @@ class Strip:
         if there[border:].mean() < COVERED:
             return None
         both = there[:border] & usable[-border:]
-        apart = np.where(both, _distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
+        apart = np.where(both, _colour_distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
         if before[-1]:  # from the opposite edge: no seam but a straight one, good where the step across it is usual
             across = picture[y[border], x].astype(np.int64) - picture[-1]
-            nearest = min((_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
-            among = [int(_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
+            nearest = min((_colour_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
+            among = [int(_colour_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
             apart[-1] = BARRED if nearest is None else np.maximum(nearest - min(among, default=0), 0)
             before[-1] = False
         apart[before] = BARRED

@@ -2,7 +2,8 @@
 
 Which patch lies where depends only on its block and the seed: any window of the endless texture can be made alone.
 
-Source: Lopez Recas 2011, 4.2.
+Source: Lopez Recas 2011, 4.2. Departures: vectors are real, positions rounded from exact multiples; draws belong to
+places, so that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from ..lattice.vectors import UNIT, Vector, cell_of
 from ..run import Run
 from ..search.posed import valid_windows
 from . import gap_filling_kernels as kernels
-from .settings import PlainSettings
+from .grid import BlockSettings
 from .shortlist import ShortList
 from .wrapping import Closing, closing
 
@@ -82,14 +83,14 @@ class Sampling:
     everywhere: Array | None
 
     @classmethod
-    def of(cls, method: PlainSettings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
+    def of(cls, settings: BlockSettings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
         """Prepare an exemplar; MethodError where its patches are too few."""
-        picture = features([exemplar], method.channel_weights).pictures[0]
-        v1, v2 = cell_of(method.lattice, picture.shape[:2])
+        picture = features([exemplar], settings.channel_weights).pictures[0]
+        v1, v2 = cell_of(settings.lattice, picture.shape[:2])
         if v2 is None:
             raise ParameterError("variant=plain needs two lattice vectors; give both, or use variant=mosaic.")
-        border = method.border or 10
-        laid = closing((v1, v2), method.block or 40, canvas)
+        border = settings.border
+        laid = closing((v1, v2), settings.block or 40, canvas)
         height, width = laid.block
         if border % 2 or border > min(height, width):
             raise ParameterError(
@@ -100,18 +101,19 @@ class Sampling:
         _check_room(valid, (v1, v2), laid.block, border)
         ring = kernels.wedges(height, width, border)
         runs = _runs(ring, border, picture.shape)
-        correlate = method.fit == "correlation"
+        correlate = settings.fit == "correlation"
         sums = kernels.ring_sums(picture, height, width, border)
-        share = min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / abs(v1[0] * v2[1] - v1[1] * v2[0]))
+        share = min(1.0, (2 * settings.slack + 1) ** 2 * UNIT**2 / abs(v1[0] * v2[1] - v1[1] * v2[0]))
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
-        everywhere = np.argwhere(valid) if far <= method.slack else None
+        everywhere = np.argwhere(valid) if far <= settings.slack else None
         listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
-        return cls(
-            picture, valid, (v1, v2), laid, border, method.slack, correlate, seed, ring, runs, sums, listed, everywhere
-        )
+        slack = settings.slack
+        return cls(picture, valid, (v1, v2), laid, border, slack, correlate, seed, ring, runs, sums, listed, everywhere)
 
-    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
-        """The exemplar pixels (height, width, 2) of a window."""
+    def window(
+        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
+    ) -> tuple[NDArray[np.int32], None]:
+        """The exemplar pixels (height, width, 2) of a window, all upright."""
         run = run or Run()
         out = np.zeros((height, width, 2), np.int32)
         (i0, j0), (i1, j1) = self.closing.block_of(y0, x0), self.closing.block_of(y0 + height - 1, x0 + width - 1)
@@ -135,12 +137,12 @@ class Sampling:
         for f in fields:
             self._write(f, drawn[f] if sum(f) % 2 == 0 else filled[f], out, y0, x0)
         run.tick(len(parts), len(parts))
-        return out
+        return out, None
 
     def _sampled(self, blocks: list[Place]) -> dict[Place, Place]:
         """Draw a patch for each block: all its places in the lattice are equally likely (4.2.1)."""
         first = np.array([self._first(*b) for b in blocks], np.int64).reshape(-1, 2)
-        bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.closing.name(*b) for b in blocks])]
+        bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.closing.number(*b) for b in blocks])]
         v1, v2 = np.array(self.cell, np.int64)
         found = kernels.sampled(first, v1, v2, self.valid, np.array(bits, np.int64))
         if (found < 0).any():

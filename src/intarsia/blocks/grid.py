@@ -8,8 +8,9 @@ usual lattices of bricks, tiles and weaves it is a rectangle.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +20,25 @@ from . import gap_kernels
 from .gap_filling_kernels import lattice_points
 
 Array = NDArray[Any]
+Cell = tuple[Vector, Vector | None]
 
 LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd elements are not scattered
 UPRIGHT = 0.12  # a vector within this slope of an axis counts as lying along it
 COMBINATIONS = 6
 PAIRS = 10  # shifted copies that the cost of a phase is averaged over
+
+
+class BlockSettings(NamedTuple):
+    """How blocks of a lattice are laid: the parameters of near-regular, decided; in px."""
+
+    lattice: Sequence[Sequence[float]]  # the vectors, (x, y)
+    block: int | None = None  # wanted side of a block; None: one period
+    border: int = 14  # width of the zone in which gaps are compared and cut in
+    slack: int = 3  # how far a gap's block may leave the lattice
+    bend: int = 0  # how far parts of a gap's block may move so that lines meet
+    isometries: str | tuple[int, ...] = "none"
+    fit: str = "difference"  # of the plain variant, or "correlation"
+    channel_weights: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -43,7 +58,13 @@ class BlockGrid:
     rows: Vector
     columns: Vector
     phase: Vector
-    cell: tuple[Vector, Vector | None]
+    cell: Cell
+
+    @property
+    def vectors(self) -> tuple[Vector, Vector]:
+        """The lattice vectors, of which there must be two."""
+        assert self.cell[1] is not None
+        return self.cell[0], self.cell[1]
 
     @property
     def determinant(self) -> int:
@@ -114,7 +135,7 @@ def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: 
     """
     picture = features if axis == 0 else np.ascontiguousarray(features.swapaxes(0, 1))
     period = abs((grid.rows[0], grid.columns[1])[axis]) / UNIT
-    shifts = _shifts(grid.cell, picture.shape[:2] if axis == 0 else picture.shape[1::-1])
+    shifts = _lattice_shifts(grid.cell, picture.shape[:2] if axis == 0 else picture.shape[1::-1])
     if axis == 1:
         shifts = [(dx, dy) for dy, dx in shifts]
     if not shifts or period < 2:
@@ -132,7 +153,7 @@ def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: 
 
 
 def phased(
-    picture: NDArray[np.int16], rows: Vector, columns: Vector, cell: tuple[Vector, Vector | None], border: int
+    picture: NDArray[np.int16], rows: Vector, columns: Vector, cell: Cell, border: int
 ) -> tuple[BlockGrid, tuple[float, float]]:
     """The grid of blocks whose edges lie where cuts are cheapest, on all axes along which it has a period.
 
@@ -148,28 +169,20 @@ def phased(
     return BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell), (dear_down, dear_across)
 
 
-def phase_of(
-    picture: NDArray[np.int16], cell: tuple[Vector, Vector | None], wide: float, border: int = 14
-) -> tuple[float, float]:
+def phase_of(picture: NDArray[np.int16], cell: Cell, wide: float, border: int = 14) -> tuple[float, float]:
     """Where the grid of the smallest blocks begins, (y, x) px; `wide` as for :func:`block_vectors`."""
     room = int(picture.shape[0]), int(picture.shape[1])
     y, x = phased(picture, *block_vectors(*cell, 1.0, wide, room), cell, border)[0].phase
     return y / UNIT, x / UNIT
 
 
-def positions(
-    grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int] = (0, 0), step: int = 1
-) -> NDArray[np.int64]:
+def block_places(grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int] = (0, 0)) -> NDArray[np.int64]:
     """List the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
 
-    `valid` (H, W): usable pixels. The whole block must lie on usable pixels; in a free direction every `step`-th
-    px is a place. `kind`: 0 or 1 each, where blocks are half periods: those an odd number of rows or columns
-    away from block (0, 0) show other places.
+    `valid` (H, W): usable pixels. The whole block must lie on usable pixels. `kind`: 0 or 1 each, where blocks are
+    half periods: those an odd number of rows or columns away from block (0, 0) show other places.
     """
-    v1, v2 = grid.cell
-    if v2 is None:
-        length = math.hypot(*v1)
-        v2 = (round(v1[1] / length * UNIT * step), round(-v1[0] / length * UNIT * step))
+    v1, v2 = grid.vectors
     height, width = valid.shape
     corners = np.array([(0, 0), grid.rows, grid.columns, np.add(grid.rows, grid.columns)], np.int64)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -195,14 +208,14 @@ def _upright(v1: Vector, v2: Vector, room: tuple[int, int]) -> tuple[Vector, Vec
     ]
     # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
     for some in (sums, [(y // 2, x // 2) for y, x in sums]):
-        down, across = _along(some, 0, room), _along(some, 1, room)
+        down, across = _shortest_along(some, 0, room), _shortest_along(some, 1, room)
         if down is not None and across is not None and _cross(down, across) != 0:
             return down, across
     first, second = sorted((v1, v2), key=lambda v: -abs(v[0]) / (abs(v[1]) + 1))
     return first, second
 
 
-def _along(sums: list[Vector], axis: int, room: tuple[int, int]) -> Vector | None:
+def _shortest_along(sums: list[Vector], axis: int, room: tuple[int, int]) -> Vector | None:
     """The shortest vector along an axis, if one is at most half the exemplar long."""
     near = [v for v in sums if v[axis] > 0 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
     near = [v for v in near if v[axis] <= room[axis] * UNIT * 0.6]
@@ -220,7 +233,7 @@ def _cross(a: Vector, b: Vector) -> int:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def _shifts(cell: tuple[Vector, Vector | None], shape: tuple[int, int]) -> list[Vector]:
+def _lattice_shifts(cell: Cell, shape: tuple[int, int]) -> list[Vector]:
     """Lattice translations that leave at least half of the exemplar in common with itself, px, spread evenly."""
     v1, v2 = cell
     if v2 is None:

@@ -1,6 +1,11 @@
 """A mosaic of lattice blocks: random ones on the black fields of a chessboard, fitting ones on the white.
 
 Which block lies where depends only on its place and the seed: any window of the endless mosaic can be made alone.
+
+Source: Lopez Recas 2011, 4.2. Departures: the block grid begins where cuts are cheapest, in the joints; blocks are
+parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
+real lattice vectors; periods that the exemplar's border cuts are completed from others; every position is used about
+equally often; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no two cuts meet.
 """
 
 from __future__ import annotations
@@ -25,110 +30,89 @@ from ..search.sizes import elements
 from . import bend_kernels, gap_kernels, gap_table_kernels
 from .gap_kernels import FAR
 from .gap_table import BAR, GapTable
-from .grid import BlockGrid
-from .laid_blocks import LaidBlocks
-from .place_shares import Shares, dealt, place_shares
-from .places import BORDER, grid_and_places, thinned
-from .pose_sheet import Sheet, lattice_poses, posed_places, sheet_of
-from .settings import Settings
-from .wrapping import closed_grid
+from .grid import BlockSettings
+from .places import Shares, dealt, grid_and_places, place_shares, thinned
+from .pose_sheet import Places, Sheet, lattice_poses, posed_places, sheet_of
+from .wrapping import LaidBlocks
 
 STAGE = 2011
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
 APART = 0.5  # the same, where all of them repeat a neighbour
 Array = NDArray[Any]
+Place = tuple[int, int]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Mosaic(LaidBlocks):
+@dataclass(frozen=True, eq=False)
+class Mosaic:
     """An endless mosaic.
 
     Attributes
     ----------
-    picture, usable : int16 array (H, W, C), bool array (H, W)
-        The exemplar's features and usable pixels, in all poses.
-    source : BlockGrid
-        The grid in the exemplar.
-    places : dict of int64 arrays (n, 2)
-        Where blocks may be read, 1/256 px, by the parity of their row and column.
-    sparse : dict of int64 arrays (n, 2)
-        Of places closer together than the slack, one; for gaps, which look around each.
-    shares : dict of int64 arrays (n,)
-        How often each of the places is to be read, in parts of their sum.
-    slack : int
-        How far a gap's block may leave the lattice, px.
-    bend : int
-        How far parts of a gap's block may move so that lines meet, px.
+    settings : BlockSettings
+        The parameters that it is laid by.
     seed : int
         What the draws follow from.
-    nearest : int array (2, H, W) or None
-        For every pixel the nearest usable one; None where all are usable.
+    laid : LaidBlocks
+        Where the blocks lie.
     sheet : Sheet
-        The poses, one below the other, that blocks are read in.
+        The exemplar's features and usable pixels in all poses, one below the other, that blocks are read in.
+    nearest : int array (2, H, W) or None
+        For every pixel of it the nearest usable one; None where all are usable.
+    places : dict of int64 arrays (n, 2)
+        Where on it blocks may be read, 1/256 px, by the parity of their row and column.
+    shares : dict of int64 arrays (n,)
+        How often each of the places is to be read, in parts of their sum.
     before : (rows, columns)
         What was added to the exemplar above and to the left, px.
-    held : Continuation or None
+    start : Continuation or None
         What is on the canvas already, and must be continued.
     orders, fitted : dicts
         Shuffled places, kept for squares of blocks that were asked for, and places that continue the start map.
     """
 
-    picture: NDArray[np.int16]
-    usable: NDArray[np.bool_]
-    source: BlockGrid
-    places: dict[tuple[int, int], NDArray[np.int64]]
-    sparse: dict[tuple[int, int], NDArray[np.int64]]
-    shares: Shares
-    slack: int
-    bend: int
+    settings: BlockSettings
     seed: int
-    nearest: NDArray[np.intp] | None
+    laid: LaidBlocks
     sheet: Sheet
-    before: tuple[int, int]
-    held: Continuation | None = None
-    orders: dict[tuple[int, int, tuple[int, int]], list[int]] = field(default_factory=dict, repr=False)
-    fitted: dict[tuple[int, int], Array | None] = field(default_factory=dict, repr=False)
+    nearest: NDArray[np.intp] | None
+    places: Places
+    shares: Shares
+    before: Place
+    start: Continuation | None = None
+    orders: dict[tuple[Place, Place], list[int]] = field(default_factory=dict, repr=False)
+    fitted: dict[Place, Array | None] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
-        cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int, held: Continuation | None = None
+        cls, settings: BlockSettings, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
     ) -> Mosaic:
         """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
-        feats = features([exemplar], method.channel_weights)
+        feats = features([exemplar], settings.channel_weights)
         picture = feats.pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
-        cell = cell_of(method.lattice, picture.shape[:2])
-        grid, ground, places = grid_and_places(method, picture, usable, cell, float(elements(exemplar).size))
-        laid, around = closed_grid(grid, canvas)
-        half = (method.border or BORDER) / 2
-        poses = lattice_poses(method.isometries, cell, exemplar, feats)
-        wider = replace(feats, pictures=(ground.picture,), _memo={})
-        sheet = sheet_of(wider, ground.usable, ground.source, poses, 2 * math.ceil(half) + 8)
+        cell = cell_of(settings.lattice, picture.shape[:2])
+        grid, ground, places = grid_and_places(settings, picture, usable, cell, float(elements(exemplar).size))
+        laid = LaidBlocks.of(grid, canvas, settings.border / 2)
+        poses = lattice_poses(settings.isometries, grid.vectors, exemplar, feats)
+        wider, source = replace(feats, pictures=(ground.picture,), _memo={}), ground.placed(grid)
+        sheet = sheet_of(wider, ground.usable, ground.source, poses, 2 * math.ceil(laid.half) + 8)
         if len(poses) > 1:
-            places = posed_places(sheet, wider, ground.placed(grid), places)
-        sparse = {kind: thinned(found, method.slack) for kind, found in places.items()}
-        source, near = ground.placed(grid), nearest(sheet.usable)
-        return cls(
-            canvas=laid, around=around, lengths=(canvas.height, canvas.width), half=half,
-            picture=sheet.picture, usable=sheet.usable, source=source, places=places, sparse=sparse,
-            shares=place_shares(source, sheet, near, places), slack=method.slack, bend=method.bend, seed=seed,
-            nearest=near, sheet=sheet, before=ground.before, held=held,
-        )  # fmt: skip
+            places = posed_places(sheet, wider, source, places)
+        near = nearest(sheet.usable)
+        shares = place_shares(source, sheet, near, places)
+        return cls(settings, seed, laid, sheet, near, places, shares, ground.before, start)
 
-    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
-        """The pixels of the sheet (height, width, 2) that a window of the mosaic shows."""
-        out = np.zeros((height, width, 2), np.int32)
-        reach = math.ceil(self.half) + 1
-        corners = [
-            self.canvas.block_of(y, x)
-            for y in (y0 - reach, y0 + height + reach)
-            for x in (x0 - reach, x0 + width + reach)
-        ]
-        rows = range(min(c[0] for c in corners) - 1, max(c[0] for c in corners) + 2)
-        columns = range(min(c[1] for c in corners) - 1, max(c[1] for c in corners) + 2)
-        fields = [(i, j) for i in rows for j in columns if self._touches(i, j, y0, x0, height, width)]
-        run = run or Run()
+    def window(
+        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
+    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+        """The exemplar pixels (height, width, 2) and the poses (height, width) of a window; None: all upright."""
+        return self.sheet.to_exemplar(self.on_sheet(y0, x0, height, width, run))
+
+    def on_sheet(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
+        """The pixels of the sheet (height, width, 2) that a window shows."""
+        out, run = np.zeros((height, width, 2), np.int32), run or Run()
+        fields = self.laid.meeting(y0, x0, height, width)
         done, _ = 0, self.tables  # made before threads ask for them
         with run.pool() as each:
             for parity in (0, 1):  # gaps are cut into the random blocks; no two gaps meet
@@ -149,27 +133,31 @@ class Mosaic(LaidBlocks):
         return out
 
     @cached_property
-    def tables(self) -> dict[tuple[int, int], GapTable | None]:
+    def sparse(self) -> Places:
+        """Of places closer together than the slack, one; for gaps, which look around each."""
+        return {kind: thinned(found, self.settings.slack) for kind, found in self.places.items()}
+
+    @cached_property
+    def tables(self) -> dict[Place, GapTable | None]:
         """How places fit into gaps, by the parity of row and column; None where they are many, or a start goes on."""
-        found: dict[tuple[int, int], GapTable | None] = {(0, 1): None, (1, 0): None}
-        if self.held is not None:
+        found: dict[Place, GapTable | None] = {(0, 1): None, (1, 0): None}
+        if self.start is not None:
             return found
         for i, j in ((0, 1), (1, 0)):
-            at, sides, core = self._ring(i, j)
+            at, sides, core = self.laid.window(i, j)
             near = []
             for a, b in _around(i, j):
-                there, here = (
-                    (self._places(a, b) - self._origin(*block) + UNIT // 2) // UNIT + at for block in ((a, b), (i, j))
-                )
+                there, here = (self._shifts(*block, self._places(a, b)) + at for block in ((a, b), (i, j)))
                 near.append((there, here, self.shares[a % 2, b % 2]))
             shifts, shares = self._shifts(i, j) + at, self.shares[i, j]
             own = shifts, shares if len(shares) == len(shifts) else np.ones(len(shifts), np.int64)
-            found[i, j] = GapTable.of(self.picture, self.usable, core, sides, own, near, self.slack)
+            picture, usable, slack = self.sheet.picture, self.sheet.usable, self.settings.slack
+            found[i, j] = GapTable.of(picture, usable, core, sides, own, near, slack)
         return found
 
     def _block(self, i: int, j: int) -> tuple[Array, ...]:
         """Canvas rows and columns of the pixels that a block decides, and the exemplar's it shows there."""
-        at, sides, core = self._ring(i, j)
+        at, sides, core = self.laid.window(i, j)
         if (i + j) % 2 == 0:
             ty, tx = self._shift(i, j, self._place(i, j))
             y, x = np.nonzero(core)
@@ -182,20 +170,20 @@ class Mosaic(LaidBlocks):
         """Write what of a block lies in a window."""
         y, x = block[0] - y0, block[1] - x0
         inside = (y >= 0) & (y < out.shape[0]) & (x >= 0) & (x < out.shape[1])
-        height, width = self.usable.shape
+        height, width = self.sheet.usable.shape
         sy, sx = np.clip(block[2][inside], 0, height - 1), np.clip(block[3][inside], 0, width - 1)
         if self.nearest is not None:
             sy, sx = self.nearest[0][sy, sx], self.nearest[1][sy, sx]
         out[y[inside], x[inside], 0], out[y[inside], x[inside], 1] = sy, sx
 
-    def _gap(self, i: int, j: int, at: tuple[int, int], sides: Array, core: Array) -> tuple[Array, Array, Array]:
+    def _gap(self, i: int, j: int, at: Place, sides: Array, core: Array) -> tuple[Array, Array, Array]:
         near = _around(i, j)
         places = np.array([self._place(a, b) for a, b in near])
         t = np.array([self._shift(a, b, place) for (a, b), place in zip(near, places, strict=True)], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
-        if self.held is not None:  # the start map is a fifth neighbour, which shows the exemplar where it lies
-            there = self.held.zone(at, (core > 0) | (sides >= 0), len(near))
+        if self.start is not None:  # the start map is a fifth neighbour, which shows the exemplar where it lies
+            there = self.start.zone(at, (core > 0) | (sides >= 0), len(near))
             free = np.full(core.shape, True)
             free[there[:, 0], there[:, 1]] = False
             zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.before)]])
@@ -203,114 +191,119 @@ class Mosaic(LaidBlocks):
         owner = np.empty(core.shape, np.uint8)
         sy, sx = np.empty(core.shape, np.int64), np.empty(core.shape, np.int64)
         shift = self._bent(zone, t, (ty, tx), core)
-        gap_kernels.fill_gap(self.picture, self.usable, sides, core, t, shift, owner, sy, sx)
+        gap_kernels.fill_gap(self.sheet.picture, self.sheet.usable, sides, core, t, shift, owner, sy, sx)
         own = owner.astype(bool)
         return own, sy[own], sx[own]
 
-    def _bent(self, zone: Array, t: Array, whole: tuple[int, int], core: Array) -> Array:
+    def _bent(self, zone: Array, t: Array, whole: Place, core: Array) -> Array:
         """A gap's shift, pixel by pixel: that of the whole block, bent so that lines meet the neighbours'."""
         shift = np.empty((*core.shape, 2), np.int64)
         shift[:] = whole
-        if self.bend:
-            spacing = max(round(2 * self.half), 4)
-            places, values = gap_kernels.neighbours_of(self.picture, self.usable, zone, t, 1)
-            bend_kernels.bend(self.picture, self.usable, places, values, self.bend, spacing, core, shift)
+        if self.settings.bend:
+            spacing = max(round(2 * self.laid.half), 4)
+            picture, usable = self.sheet.picture, self.sheet.usable
+            places, values = gap_kernels.neighbours_of(picture, usable, zone, t, 1)
+            bend_kernels.bend(picture, usable, places, values, self.settings.bend, spacing, core, shift)
         return shift
 
-    def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: tuple[int, int]) -> tuple[int, int]:
+    def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Place) -> Place:
         """The shift of a gap: one that fits, and shows neither the same as a neighbour nor what continues it."""
         shifts, table = self._shifts(i, j) + at, self.tables[i % 2, j % 2]
         if table is not None:
             order, costs, moves = table.ranked([self._random(a, b) for a, b in _around(i, j)])
-            bits = draw(self.seed, STAGE, 1, *self._name(i, j))
-            near = min(self.slack, 1)
-            for k in _drawn(costs, bits):
-                found, wanted = np.empty((1, 3), np.int64), shifts[order[k : k + 1]] + moves[k]
-                gap_table_kernels.move_within(self.usable, core, near, wanted[0])
-                if gap_kernels.best_fits(self.picture, self.usable, core, zone, t, wanted, near, 1, found):
-                    return int(found[0, 1]), int(found[0, 2])
-        found = np.empty((KEPT, 3), np.int64)
-        count = gap_kernels.best_fits(self.picture, self.usable, core, zone, t, shifts, self.slack, KEPT, found)
-        if not count:
+            bits = draw(self.seed, STAGE, 1, *self.laid.number(i, j))
+            near = min(self.settings.slack, 1)
+            for k in _tried(costs, bits):
+                wanted = shifts[order[k : k + 1]] + moves[k]
+                gap_table_kernels.move_within(self.sheet.usable, core, near, wanted[0])
+                for _, ty, tx in self._best(core, zone, t, wanted, near, 1).tolist():
+                    return ty, tx
+        found = self._best(core, zone, t, shifts, self.settings.slack)
+        if not len(found):
             return int(shifts[0, 0]), int(shifts[0, 1])
         places = np.array([self._place(a, b) for a, b in _around(i, j)])
-        return self._choose(i, j, found[:count], t, (places - self._origin(i, j) + UNIT // 2) // UNIT + at)
+        return self._choose(i, j, found, t, self._shifts(i, j, places) + at)
 
-    def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> tuple[int, int]:
+    def _best(self, core: Array, zone: Array, t: Array, shifts: Array, slack: int, keep: int = KEPT) -> Array:
+        """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
+        found = np.empty((keep, 3), np.int64)
+        picture, usable = self.sheet.picture, self.sheet.usable
+        return found[: gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, keep, found)]
+
+    def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> Place:
         """Draw among the good shifts of many places.
 
         `t`: the neighbours' shifts, which would continue them; `equal`: those that would repeat them.
         """
         median = found[len(found) // 2, 0]
         near = [found[:, 0] <= found[0, 0] + share * (median - found[0, 0]) for share in (CHOICE, APART)]
-        new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > 2 * self.slack for n in (t, equal))
+        far = 2 * self.settings.slack
+        new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > far for n in (t, equal))
         choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
         good = found[next(some for some in choices if some.any())]
-        row = good[below(len(good), draw(self.seed, STAGE, 1, *self._name(i, j)))]
+        row = good[below(len(good), draw(self.seed, STAGE, 1, *self.laid.number(i, j)))]
         return int(row[1]), int(row[2])
 
     def _random(self, i: int, j: int) -> int:
         """The place that a random block is read from: in each square of blocks as often as its share says, shuffled."""
-        i, j = self._name(i, j)
+        i, j = self.laid.number(i, j)
         side = 2 * math.ceil(math.sqrt(len(self._places(i, j)) / 2))
         square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
-        order = self._order(*square, (i % 2, j % 2))
+        order = self._order(square, (i % 2, j % 2))
         return order[cell % len(order)]
 
-    def _order(self, row: int, column: int, kind: tuple[int, int]) -> list[int]:
+    def _order(self, square: Place, kind: Place) -> list[int]:
         """The places of one kind of blocks, shuffled for a square of blocks."""
-        key = row, column, kind
-        known = self.orders.get(key)
+        known = self.orders.get((square, kind))
         if known is None:
-            order = deck(len(self.places[kind]), self.seed, STAGE, 2, row, column)
             if len(self.orders) > 256:  # an endless mosaic must not fill the memory
                 self.orders.clear()
-            bits = draw(self.seed, STAGE, 2, row, column)
-            known = self.orders[key] = dealt(self.shares[kind], bits, order[::-1])
+            order, bits = deck(len(self.places[kind]), self.seed, STAGE, 2, *square), draw(self.seed, STAGE, 2, *square)
+            known = self.orders[square, kind] = dealt(self.shares[kind], bits, order[::-1])
         return known
 
     def _place(self, i: int, j: int) -> Array:
         """The place that a block which is no gap is read from: what continues the canvas's start, or any."""
-        if self.held is not None:
+        if self.start is not None:
             if (i, j) not in self.fitted:
-                self.fitted[i, j] = self._fitting(i, j, self.held)
+                self.fitted[i, j] = self._fitting(i, j, self.start)
             known = self.fitted[i, j]
             if known is not None:
                 return known
         place: Array = self._places(i, j)[self._random(i, j)]
         return place
 
-    def _fitting(self, i: int, j: int, held: Continuation) -> Array | None:
+    def _fitting(self, i: int, j: int, start: Continuation) -> Array | None:
         """The place that best continues the start map; None where that is empty, or no place reaches so far."""
-        at, sides, core = self._ring(i, j)
-        zone = held.zone(at, (core > 0) | (sides >= 0), 0)
+        at, sides, core = self.laid.window(i, j)
+        zone = start.zone(at, (core > 0) | (sides >= 0), 0)
         if not len(zone):
             return None
-        found, there = np.empty((KEPT, 3), np.int64), np.array([np.add(at, self.before)], np.int64)
-        shifts = self._shifts(i, j) + at
-        count = gap_kernels.best_fits(self.picture, self.usable, core, zone, there, shifts, self.slack, KEPT, found)
-        return np.asarray(np.add(self._origin(i, j), (found[0, 1:] - at) * UNIT)) if count else None
+        there = np.array([np.add(at, self.before)], np.int64)
+        found = self._best(core, zone, there, self._shifts(i, j) + at, self.settings.slack)
+        return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
-    def _shift(self, i: int, j: int, place: Array) -> tuple[int, int]:
+    def _shift(self, i: int, j: int, place: Array) -> Place:
         """What to add to canvas px of block (i, j) to read the block at a place."""
-        y, x = self._origin(i, j)
+        y, x = self.laid.origin(i, j)
         py, px = place
         return (int(py) - y + UNIT // 2) // UNIT, (int(px) - x + UNIT // 2) // UNIT
 
-    def _shifts(self, i: int, j: int) -> NDArray[np.int64]:
-        y, x = self._origin(i, j)
-        return (self.sparse[i % 2, j % 2] - (y, x) + UNIT // 2) // UNIT
+    def _shifts(self, i: int, j: int, places: Array | None = None) -> NDArray[np.int64]:
+        """What to add to read block (i, j) at each of some places (n, 2); None: those for gaps."""
+        places = self.sparse[i % 2, j % 2] if places is None else places
+        return np.asarray((places - self.laid.origin(i, j) + UNIT // 2) // UNIT)
 
     def _places(self, i: int, j: int) -> NDArray[np.int64]:
         return self.places[i % 2, j % 2]
 
 
-def _around(i: int, j: int) -> tuple[tuple[int, int], ...]:
+def _around(i: int, j: int) -> tuple[Place, ...]:
     """The blocks above, below, to the left and to the right."""
     return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
-def _drawn(costs: Array, bits: int) -> list[int]:
+def _tried(costs: Array, bits: int) -> list[int]:
     """In which order places are tried, of which `costs` rises: first one of the best, drawn, then all in turn."""
     free = costs[: max(int((costs < BAR).sum()), 1)]
     good = int((free <= free[0] + CHOICE * (free[len(free) // 2] - free[0])).sum())

@@ -7,7 +7,6 @@ lattice lies in a posed copy is found by correlating the copy with the exemplar.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,12 +19,12 @@ from ..analysis.symmetry import allowed_isometries
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, ISOMETRY_SETS
-from ..lattice.vectors import UNIT, Vector, cell_of
-from .grid import BlockGrid, positions
+from ..lattice.vectors import UNIT, Pairs, Vector, cell_of
+from .grid import BlockGrid, block_places
 
 KEPT = 0.04  # of a lattice vector: how far its mirror image may lie from a lattice point
 ALIKE = 0.75  # of how the exemplar agrees with itself one period on: so well must a copy agree where auto decides
-Cell = tuple[Vector, Vector | None]
+Vectors = tuple[Vector, Vector]
 Places = dict[tuple[int, int], NDArray[np.int64]]
 
 
@@ -83,7 +82,7 @@ def sheet_of(
     return Sheet(picture, valid, poses, pitch, (size[0], size[1]), source)
 
 
-def lattice_poses(choice: str | tuple[int, ...], cell: Cell, exemplar: Exemplar, feats: Features) -> tuple[int, ...]:
+def lattice_poses(choice: str | tuple[int, ...], cell: Vectors, exemplar: Exemplar, feats: Features) -> tuple[int, ...]:
     """The isometries of a parameter that map the lattice onto itself, the identity among them.
 
     Of a named set those that do not are left out; ``auto`` also leaves out those that change the look, or whose
@@ -104,12 +103,14 @@ def lattice_poses(choice: str | tuple[int, ...], cell: Cell, exemplar: Exemplar,
 
 
 def resolved_poses(
-    choice: str | tuple[int, ...], lattice: Sequence[Sequence[float]] | None, exemplar: Exemplar,
+    choice: str | tuple[int, ...], lattice: Pairs, exemplar: Exemplar,
     weights: tuple[float, ...] | None,
 ) -> str | tuple[int, ...]:  # fmt: skip
     """Decide an ``isometries`` parameter that is "auto", and refuse one that does not keep the lattice."""
-    cell = cell_of(lattice, (exemplar.height, exemplar.width))
-    poses = lattice_poses(choice, cell, exemplar, features([exemplar], weights))
+    first, second = cell_of(lattice, (exemplar.height, exemplar.width))
+    if second is None:  # courses are laid upright
+        return choice
+    poses = lattice_poses(choice, (first, second), exemplar, features([exemplar], weights))
     return poses if choice == "auto" else choice
 
 
@@ -122,7 +123,7 @@ def posed_places(sheet: Sheet, feats: Features, grid: BlockGrid, upright: Places
         shape = feats.posed(0, pose).shape
         valid = sheet.usable[k * sheet.pitch : k * sheet.pitch + shape[0], : shape[1]]
         for kind in found:
-            found[kind].append(np.add(positions(moved, valid, kind), (k * sheet.pitch * UNIT, 0)))
+            found[kind].append(np.add(block_places(moved, valid, kind), (k * sheet.pitch * UNIT, 0)))
     return {kind: np.concatenate(places) for kind, places in found.items()}
 
 
@@ -141,27 +142,25 @@ def offset(feats: Features, pose: int) -> tuple[tuple[int, int], float]:
     return feats.memo(("offset", pose), agreement)
 
 
-def _keeps(cell: Cell, pose: int) -> bool:
+def _keeps(cell: Vectors, pose: int) -> bool:
+    """Whether a pose maps a lattice onto itself."""
     (a, b), (c, d) = ISOMETRIES[pose].j
-    (p, q), second = cell
-    if second is None:
-        off = min(math.hypot(a * p + c * q - s * p, b * p + d * q - s * q) for s in (1, -1))
-        return off <= KEPT * math.hypot(p, q)
-    inverse = np.linalg.inv(np.array([(p, q), second], float))
-    for y, x in ((p, q), second):
+    vectors = np.array(cell, float)
+    inverse = np.linalg.inv(vectors)
+    for y, x in cell:
         posed = np.array((a * y + c * x, b * y + d * x), float)  # J^T: a step of the exemplar as the copy shows it
         times = posed @ inverse
-        off = (times - np.rint(times)) @ np.array([(p, q), second], float)
+        off = (times - np.rint(times)) @ vectors
         if math.hypot(*off) > KEPT * math.hypot(y, x) + UNIT / 2:
             return False
     return True
 
 
-def _agrees(feats: Features, pose: int, cell: Cell) -> bool:
+def _agrees(feats: Features, pose: int, cell: Vectors) -> bool:
     """Whether a posed copy agrees about as well as the exemplar does with itself, moved by a lattice vector."""
     picture = feats.pictures[0]
     own: Any = gncc(picture, picture)
     middle = picture.shape[0] - 1, picture.shape[1] - 1
-    steps = [(round(v[0] / UNIT), round(v[1] / UNIT)) for v in cell if v is not None]
+    steps = [(round(v[0] / UNIT), round(v[1] / UNIT)) for v in cell]
     best = max(float(own[middle[0] + y, middle[1] + x]) for y, x in steps)
     return offset(feats, pose)[1] >= ALIKE * best

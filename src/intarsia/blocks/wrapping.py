@@ -9,38 +9,112 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..lattice.vectors import UNIT, Vector
+from . import gap_kernels
 from .grid import BlockGrid
 
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
 Place = tuple[int, int]
 
 
-def closed_grid(grid: BlockGrid, canvas: Canvas) -> tuple[BlockGrid, Place]:
-    """Strain a grid so that it closes around a wrapped canvas: an even number of upright blocks each way.
+@dataclass(frozen=True, eq=False)
+class LaidBlocks:
+    """The blocks of an endless or a wrapped canvas, and the windows around them.
 
-    Returns the grid and the number of blocks around each axis, 0 where it does not wrap. ParameterError above 2 %
-    of strain, slant included.
+    Attributes
+    ----------
+    grid : BlockGrid
+        How they lie (strained a little where the canvas wraps).
+    around : (rows, columns)
+        Blocks around a wrapped canvas along each axis, 0 where it does not wrap.
+    lengths : (rows, columns)
+        Size of the canvas, px.
+    half : float
+        Half the width of the zone in which gaps are cut, px.
     """
-    around, sides = [], []
-    for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
-        side = (grid.rows, grid.columns)[axis]
-        if not wrap:
-            around.append(0)
-            sides.append(side)
-            continue
-        count = 2 * max(1, round(length * UNIT / (2 * side[axis])))
-        slant = abs(side[1 - axis]) / side[axis]
-        strain = math.hypot(length * UNIT / (count * side[axis]) - 1, slant)
-        if strain > STRAIN:
-            good = [] if slant > STRAIN else [n * side[axis] / UNIT for n in (count - 2, count, count + 2) if n > 0]
-            raise ParameterError(_unfit(axis, length, "is no even number of blocks", strain, list(map(round, good))))
-        straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
-        sides.append((straight, 0) if axis == 0 else (0, straight))
-        around.append(count)
-    return BlockGrid(sides[0], sides[1], grid.phase, grid.cell), (around[0], around[1])
+
+    grid: BlockGrid
+    around: Place
+    lengths: Place
+    half: float
+
+    @classmethod
+    def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> LaidBlocks:
+        """Strain a grid so that it closes around a wrapped canvas: an even number of upright blocks each way.
+
+        ParameterError above 2 % of strain, slant included.
+        """
+        around, sides = [], []
+        for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
+            side = (grid.rows, grid.columns)[axis]
+            if not wrap:
+                around.append(0)
+                sides.append(side)
+                continue
+            count = 2 * max(1, round(length * UNIT / (2 * side[axis])))
+            slant = abs(side[1 - axis]) / side[axis]
+            strain = math.hypot(length * UNIT / (count * side[axis]) - 1, slant)
+            if strain > STRAIN:
+                good = [] if slant > STRAIN else [n * side[axis] / UNIT for n in (count - 2, count, count + 2) if n > 0]
+                fitting = list(map(round, good))
+                raise ParameterError(_unfit(axis, length, "is no even number of blocks", strain, fitting))
+            straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
+            sides.append((straight, 0) if axis == 0 else (0, straight))
+            around.append(count)
+        laid = BlockGrid(sides[0], sides[1], grid.phase, grid.cell)
+        return cls(laid, (around[0], around[1]), (canvas.height, canvas.width), half)
+
+    def origin(self, i: int, j: int) -> Place:
+        """First corner of a block, 1/256 px; around a wrapped canvas the last one ends where the first begins."""
+        y, x = self.grid.origin(i, j)
+        if self.around[0]:
+            y += i * self.lengths[0] * UNIT // self.around[0] - i * self.grid.rows[0]
+        if self.around[1]:
+            x += j * self.lengths[1] * UNIT // self.around[1] - j * self.grid.columns[1]
+        return y, x
+
+    def number(self, i: int, j: int) -> Place:
+        """Number of a block; around a wrapped canvas the numbers return."""
+        return _around(self.around, i, j)
+
+    def window(self, i: int, j: int) -> tuple[Place, NDArray[np.int8], NDArray[np.uint8]]:
+        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
+        (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
+        frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
+        sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
+        gap_kernels.ring(frame, np.zeros(2, np.int64), self.half, sides, core)
+        return at, sides, core
+
+    def meeting(self, y0: int, x0: int, height: int, width: int) -> list[Place]:
+        """The blocks whose windows meet a box of the canvas, row by row."""
+        reach = math.ceil(self.half) + 1
+        ends = [(y, x) for y in (y0 - reach, y0 + height + reach) for x in (x0 - reach, x0 + width + reach)]
+        rows, columns = zip(*(self.grid.block_of(y, x) for y, x in ends), strict=True)
+        found = []
+        for i in range(min(rows) - 1, max(rows) + 2):
+            for j in range(min(columns) - 1, max(columns) + 2):
+                (y, x), (tall, wide) = self._box(i, j)
+                if y < y0 + height and x < x0 + width and y + tall > y0 and x + wide > x0:
+                    found.append((i, j))
+        return found
+
+    def _box(self, i: int, j: int) -> tuple[Place, Place]:
+        """First pixel and shape of the window around a block, its seam zone included."""
+        y, x = self.origin(i, j)
+        reach = math.ceil(self.half) + 1
+        before, shape = self.grid.before(), self.grid.extent()
+        at = (y // UNIT + before[0] - reach, x // UNIT + before[1] - reach)
+        return at, (shape[0] + 2 * reach + 1, shape[1] + 2 * reach + 1)
+
+
+def _around(counts: Place, i: int, j: int) -> Place:
+    rows, columns = counts
+    return (i % rows if rows else i), (j % columns if columns else j)
 
 
 def _unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
@@ -83,14 +157,13 @@ class Closing:
         )
         return i, j
 
-    def name(self, i: int, j: int) -> Place:
+    def number(self, i: int, j: int) -> Place:
         """Number of a block; around a wrapped canvas the numbers return."""
-        rows, columns = self.around
-        return (i % rows if rows else i), (j % columns if columns else j)
+        return _around(self.around, i, j)
 
     def lattice_place(self, i: int, j: int) -> Place:
         """Where a block begins in the lattice, 1/256 px: as on the canvas, less the stretch."""
-        y, x = self.begin(*self.name(i, j))
+        y, x = self.begin(*self.number(i, j))
         (a, b), (c, d) = self.turns
         tall, wide = (n if count else 1 for n, count in zip(self.lengths, self.around, strict=True))
         whole = tall * wide
@@ -108,7 +181,7 @@ def closing(cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> Closing:
             count = 2 * max(1, round(length / (2 * side)))
             block.append(-(-length // count))
             around.append(count)
-            turns.append(turn(cell, length, axis))
+            turns.append(once_around(cell, length, axis))
         else:
             block.append(side)
             around.append(0)
@@ -116,11 +189,11 @@ def closing(cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> Closing:
     return Closing((block[0], block[1]), (canvas.height, canvas.width), (around[0], around[1]), (turns[0], turns[1]))
 
 
-def turn(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
+def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
     """The lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
     goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
-    best = min(_points_near(cell, goal), key=lambda v: (_apart(v, goal), v))
-    if _apart(best, goal) <= STRAIN * length * UNIT:
+    best = min(_points_near(cell, goal), key=lambda v: (_gap_between(v, goal), v))
+    if _gap_between(best, goal) <= STRAIN * length * UNIT:
         return best
     good = []
     for way in (-1, 1):
@@ -129,10 +202,10 @@ def turn(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
             if size < 1:
                 break
             there = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
-            if min(_apart(v, there) for v in _points_near(cell, there)) <= STRAIN * size * UNIT / 2:
+            if min(_gap_between(v, there) for v in _points_near(cell, there)) <= STRAIN * size * UNIT / 2:
                 good.append(size)
                 break
-    strain = _apart(best, goal) / (length * UNIT)
+    strain = _gap_between(best, goal) / (length * UNIT)
     raise ParameterError(_unfit(axis, length, "is no whole number of periods", strain, good))
 
 
@@ -146,5 +219,5 @@ def _points_near(cell: tuple[Vector, Vector], goal: Vector) -> list[Vector]:
     ]
 
 
-def _apart(a: Vector, b: Vector) -> float:
+def _gap_between(a: Vector, b: Vector) -> float:
     return math.hypot(a[0] - b[0], a[1] - b[1])

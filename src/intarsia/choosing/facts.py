@@ -27,11 +27,10 @@ from ..courses.rectify import Straight
 from ..exemplar import Exemplar
 from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
-from ..lattice.vectors import lattices_of
+from ..lattice.vectors import UNIT, lattices_of
 from ..search.sizes import elements
 from ..segments.segments import segments
 from ..tiles.best_tile import unlikeness
-from ..tiles.tile_layout import UNIT
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
 MIDDLE = 320  # and segments on its middle;

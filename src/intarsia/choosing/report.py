@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..image import Kind
-from ..tiles.tile_layout import UNIT
+from ..lattice.vectors import UNIT
 from .facts import Facts, Measured
 
 SURE = 0.3  # confidence of a lattice beyond which nobody doubts it

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..tiles.tile_layout import UNIT
+from ..lattice.vectors import UNIT
 from .facts import Facts
 
 EQUAL = 0.15  # periods that differ less are one picture, repeated

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,26 +22,6 @@ Vectors = tuple[tuple[float, float], ...]
 Weights = tuple[float, ...] | None
 
 
-class CourseSettings(Protocol):
-    """The parameters that decide it."""
-
-    @property
-    def slug(self) -> str:
-        """The name of the method."""
-
-    @property
-    def lattice(self) -> Vectors | None:
-        """The vectors that are given, (x, y) px; None where they are to be found."""
-
-    @property
-    def straighten(self) -> str:
-        """auto, on or off."""
-
-    @property
-    def channel_weights(self) -> Weights:
-        """How much each channel counts."""
-
-
 @dataclass(frozen=True, eq=False)
 class Rectified:
     """The exemplar that blocks are read from, its lattice (x, y) px, and how it was laid straight, if it was."""
@@ -56,23 +35,25 @@ class Rectified:
         return yx if self.straight is None else self.straight.to_exemplar(yx)
 
 
-def rectified_for(method: CourseSettings, exemplar: Exemplar) -> Rectified:
-    """Decide whether courses are laid straight, and find the lattice; MethodError where there is none.
+def rectified_for(
+    exemplar: Exemplar, slug: str, lattice: Vectors | None = None, choice: str = "auto", weights: Weights = None
+) -> Rectified:
+    """Decide whether courses are laid straight, and find the lattice; MethodError, of the method `slug`, without one.
 
-    With given vectors ``auto`` leaves the exemplar as it is; with ``on`` they are those of the straight one.
+    `choice`: auto, on or off. With given vectors, `lattice` (x, y) px, ``auto`` leaves the exemplar as it is; with
+    ``on`` they are those of the straight one.
     """
-    weights, choice = method.channel_weights, method.straighten
-    if method.lattice is not None:
+    if lattice is not None:
         straight = straight_of(exemplar, weights) if choice == "on" else None
         laid = exemplar if straight is None else straight.exemplar
-        check_lattice(method.lattice, laid)
-        return Rectified(laid, method.lattice, straight)
+        check_lattice(lattice, laid)
+        return Rectified(laid, lattice, straight)
     better = None
     if choice != "off":
         better = improved(exemplar, weights) if choice == "auto" else levelled(exemplar, weights)
     if better is not None:
         return Rectified(better[0].exemplar, vectors_of(better[1]), better[0])
-    return Rectified(exemplar, lattice_of(exemplar, method.slug, weights), None)
+    return Rectified(exemplar, lattice_of(exemplar, slug, weights), None)
 
 
 def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:

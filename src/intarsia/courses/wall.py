@@ -1,6 +1,9 @@
 """Textures of courses: rows of whole bricks or of boards, at one pitch, with joints wherever they may be.
 
 What lies where depends only on its place and the seed: any window of the endless texture can be made alone.
+
+Where only rows repeat, Lopez Recas 2011 lays blocks as elsewhere; to lay whole bricks course by course is not in the
+source.
 """
 
 from __future__ import annotations
@@ -14,11 +17,10 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
-from ..blocks.settings import Settings
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..kernels import paths
-from ..lattice.vectors import UNIT, cell_of
+from ..lattice.vectors import UNIT, Pairs, cell_of
 from ..run import Run
 from . import wall_kernels as kernels
 from .boards import Boards
@@ -66,11 +68,13 @@ class Wall:
     known: NDArray[np.intp] | None
 
     @classmethod
-    def of(cls, method: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
+    def of(
+        cls, lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar, canvas: Canvas, seed: int
+    ) -> Wall:
         """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
-        picture = features([exemplar], method.channel_weights).pictures[0]
+        picture = features([exemplar], weights).pictures[0]
         usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
-        vector = cell_of(method.lattice, picture.shape[:2])[0]
+        vector = cell_of(lattice, picture.shape[:2])[0]
         upright = abs(vector[1]) > abs(vector[0])
         if upright:
             picture, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, usable))
@@ -84,8 +88,10 @@ class Wall:
         scene = (picture, usable, _weighted(picture, work), work.beds, work.joints, halves)
         return cls(work, layout, rows, scene, upright, nearest(usable))
 
-    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
-        """The exemplar pixels (height, width, 2) of a window of the wall."""
+    def window(
+        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
+    ) -> tuple[NDArray[np.int32], None]:
+        """The exemplar pixels (height, width, 2) of a window of the wall, all upright."""
         if self.upright:
             y0, x0, height, width = x0, y0, width, height
         out = np.zeros((height, width, 2), np.int32)
@@ -117,9 +123,9 @@ class Wall:
                 for k in range(1, len(courses) - 1):
                     self._pour(strips[k], strips[k + 1], cuts[k], cuts[k + 1], out, self._from(m) - x0)
         run.tick(total, total)
-        return self._shown(out)
+        return self._usable(out), None
 
-    def _shown(self, out: NDArray[np.int32]) -> NDArray[np.int32]:
+    def _usable(self, out: NDArray[np.int32]) -> NDArray[np.int32]:
         """Exemplar pixels that exist and are usable, with the axes of the exemplar."""
         height, width = self.scene[1].shape
         y, x = np.clip(out[:, :, 0], 0, height - 1), np.clip(out[:, :, 1], 0, width - 1)

@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from ..geometry import Box
     from ..lattice import vectors
     from ..run import Run
-    from ..tiles import tiling as tiles_tiling
+    from ..tiles import tiling
     from ..tiles.tile_layout import TileLayout
 else:
     canvas = lazy("intarsia.canvas")
     vectors = lazy("intarsia.lattice.vectors")
-    tiles_tiling = lazy("intarsia.tiles.tiling")
+    tiling = lazy("intarsia.tiles.tiling")
     sourcemap = lazy("intarsia.sourcemap")
 
 
@@ -74,18 +74,19 @@ class BestTile:
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Find the best tile and lay it out; the seed changes nothing."""
         run.tick(0, 2)
-        tiling = tiles_tiling.Tiling.of(self.resolved(exemplars, canvas), self.band, exemplars[0])
+        layout = self._layout(exemplars, canvas)
         run.tick(1, 2)
-        yx = tiling.layout(canvas).window(0, 0, canvas.height, canvas.width)
+        yx, _ = layout.window(0, 0, canvas.height, canvas.width)
         run.tick(2, 2)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Lay out what of the tiles a box meets; the tile is found once for an exemplar."""
 
-        def prepared() -> TileLayout:
-            plane = canvas.Canvas(1, 1)
-            return tiles_tiling.Tiling.of(self.resolved(exemplars, plane), self.band, exemplars[0]).layout(plane)
-
-        yx = exemplars[0].latest("best-tile", self, prepared).window(box.y0, box.x0, box.height, box.width)
+        layout = exemplars[0].latest("best-tile", self, lambda: self._layout(exemplars, canvas.Canvas(1, 1)))
+        yx, _ = layout.window(box.y0, box.x0, box.height, box.width)
         return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), blend=self.blend)
+
+    def _layout(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> TileLayout:
+        lattice, weights = self.resolved(exemplars, canvas).lattice, self.channel_weights
+        return tiling.Tiling.of(lattice, weights, self.band, exemplars[0]).layout(canvas)

@@ -3,19 +3,12 @@
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
 and Lopez Recas's thesis of the same year, 4.2.
 
-Departures of the variant mosaic: the block grid begins where cuts are cheapest, in the joints; blocks are
-parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
-real lattice vectors; periods that the exemplar's border cuts are completed from others; every position is used about
-equally often; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no two cuts meet.
+Each of the ways to lay has its own file, and tells there what departs from the source: the mosaic of lattice blocks
+(`blocks/mosaic.py`), the variant plain (`blocks/gap_filling.py`), courses where only rows repeat (`courses/wall.py`),
+and the best tile, where an exemplar holds too little for a mosaic (`tiles/tiling.py`).
 
 Courses that converge or bow are first laid straight, by a map of whole pixels. The thesis names this as future work
 (chapter 6); how it is done is this project's own.
-
-Where only rows repeat (courses of bricks whose joints lie anywhere, boards), the wall is laid course by course from
-whole bricks, which is not in the source.
-
-Departures of the variant plain: vectors are real, positions rounded from exact multiples; draws belong to places, so
-that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
 
 Cost: for every second block a comparison of all its positions on the pixels around it.
 """
@@ -24,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from ..errors import ParameterError
 from ..lazy import lazy
@@ -38,23 +31,22 @@ if TYPE_CHECKING:
 
     from .. import canvas, sourcemap
     from ..analysis import features
-    from ..blocks import gap_filling, mosaic, places, pose_sheet
+    from ..blocks import gap_filling, grid, mosaic, places, pose_sheet
     from ..canvas import Canvas
-    from ..courses import rectified, wall
+    from ..courses import rectified as rectification
+    from ..courses import wall
     from ..exemplar import Exemplar
     from ..geometry import Box
     from ..patches import continuation
     from ..run import Run
     from ..tiles import tiling
-    from ..tiles.tile_layout import TileLayout
-
-    Layer = mosaic.Mosaic | wall.Wall | gap_filling.Sampling | TileLayout
 else:
     canvas = lazy("intarsia.canvas")
     wall = lazy("intarsia.courses.wall")
     features = lazy("intarsia.analysis.features")
-    rectified = lazy("intarsia.courses.rectified")
+    rectification = lazy("intarsia.courses.rectified")
     continuation = lazy("intarsia.patches.continuation")
+    grid = lazy("intarsia.blocks.grid")
     mosaic = lazy("intarsia.blocks.mosaic")
     places = lazy("intarsia.blocks.places")
     pose_sheet = lazy("intarsia.blocks.pose_sheet")
@@ -64,6 +56,15 @@ else:
 
 
 FEW = "the exemplar holds fewer than two places for a block, so its best tile is repeated; a larger one varies more."
+
+
+class Layer(Protocol):
+    """An endless texture: any window of it can be made alone."""
+
+    def window(
+        self, y0: int, x0: int, height: int, width: int, run: Run
+    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+        """The exemplar pixels (height, width, 2) and the poses (height, width) of a window; None: all upright."""
 
 
 @dataclass(frozen=True)
@@ -124,67 +125,62 @@ class NearRegular:
         plain = self.variant == "plain"
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
-        wanted = self if canvas.start is None or self.straighten == "on" else replace(self, straighten="off")
-        footing = rectified.rectified_for(wanted, exemplars[0])
-        laid, lattice = footing.exemplar, footing.lattice
+        straighten = self.straighten if canvas.start is None or self.straighten == "on" else "off"
+        rectified = replace(self, straighten=straighten)._rectified(exemplars[0])
+        lattice = rectified.lattice
         upright = "variant=plain lays all blocks" if plain else "a lattice of one vector has courses that are laid"
         if self.isometries not in ("none", (0,)) and (plain or len(lattice) == 1):
             raise ParameterError(f"isometries={self.isometries}: {upright} upright; leave it out.")
-        poses = pose_sheet.resolved_poses(self.isometries, lattice, laid, self.channel_weights)
-        straighten = "off" if footing.straight is None else "on"
+        poses = pose_sheet.resolved_poses(self.isometries, lattice, rectified.exemplar, self.channel_weights)
+        straighten = "off" if rectified.straight is None else "on"
         return replace(self, lattice=lattice, block=block, border=border, isometries=poses, straighten=straighten)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.resolved(exemplars, canvas)
-        footing = rectified.rectified_for(method, exemplars[0])
-        held = continuation.Continuation.of(canvas, method.border or 0)
-        if held is not None and held.full:
-            return replace(held.start, which=None, wrap=canvas.wrap, blend=method.blend)
-        layer = self._layer(method, footing, canvas, held, seed, run)
-        origin = (0, 0) if held is None else held.anchor
-        yx, pose = _laid(layer, (*origin, canvas.height, canvas.width), run)
-        yx, source = footing.to_exemplar(yx), exemplars[0].source
-        if held is not None:
-            yx, pose = held.joined(yx, pose, features.features(exemplars, method.channel_weights).pictures[0])
+        start = continuation.Continuation.of(canvas, method.border or 0)
+        if start is not None and start.full:
+            return replace(start.start, which=None, wrap=canvas.wrap, blend=method.blend)
+        rectified, layer = method._layer(exemplars[0], canvas, start, seed, run)
+        origin = (0, 0) if start is None else start.anchor
+        yx, pose = layer.window(*origin, canvas.height, canvas.width, run)
+        yx, source = rectified.to_exemplar(yx), exemplars[0].source
+        if start is not None:
+            yx, pose = start.joined(yx, pose, features.features(exemplars, method.channel_weights).pictures[0])
         return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
 
-        def prepared() -> tuple[NearRegular, rectified.Rectified, Layer]:
+        def prepared() -> tuple[sourcemap.Blend, tuple[rectification.Rectified, Layer]]:
             plane = canvas.Canvas(1, 1)
             method = self.resolved(exemplars, plane)
-            footing = rectified.rectified_for(method, exemplars[0])
-            return method, footing, self._layer(method, footing, plane, None, seed, run)
+            return method.blend, method._layer(exemplars[0], plane, None, seed, run)
 
-        method, footing, layer = exemplars[0].latest("near-regular", (self, seed), prepared)
-        yx, pose = _laid(layer, (box.y0, box.x0, box.height, box.width), run)
-        return sourcemap.SourceMap(footing.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=method.blend)
+        blend, (rectified, layer) = exemplars[0].latest("near-regular", (self, seed), prepared)
+        yx, pose = layer.window(box.y0, box.x0, box.height, box.width, run)
+        return sourcemap.SourceMap(rectified.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=blend)
+
+    def _rectified(self, exemplar: Exemplar) -> rectification.Rectified:
+        return rectification.rectified_for(exemplar, self.slug, self.lattice, self.straighten, self.channel_weights)
 
     def _layer(
-        self, method: NearRegular, footing: rectified.Rectified, canvas: Canvas, held: continuation.Continuation | None,
-        seed: int, run: Run,
-    ) -> Layer:  # fmt: skip
-        """What is laid, so that the lattice of a start goes on; too small an exemplar gives one tile."""
-        exemplar = footing.exemplar
-        if method.variant == "plain":
-            return gap_filling.Sampling.of(method, exemplar, canvas, seed)
-        if len(method.lattice or ()) == 1:
-            return wall.Wall.of(method, exemplar, canvas, seed)
+        self, exemplar: Exemplar, canvas: Canvas, start: continuation.Continuation | None, seed: int, run: Run
+    ) -> tuple[rectification.Rectified, Layer]:
+        """What is laid, of what, so that the lattice of a start goes on; too small an exemplar gives one tile."""
+        rectified = self._rectified(exemplar)
+        exemplar, lattice, weights = rectified.exemplar, rectified.lattice, self.channel_weights
+        border = self.border or 0
+        settings = grid.BlockSettings(
+            lattice, self.block, border, self.slack, self.bend, self.isometries, self.fit, weights
+        )
+        if self.variant == "plain":
+            return rectified, gap_filling.Sampling.of(settings, exemplar, canvas, seed)
+        if len(lattice) == 1:
+            return rectified, wall.Wall.of(lattice, weights, exemplar, canvas, seed)
+        start = start if rectified.straight is None else None
         try:
-            return mosaic.Mosaic.of(method, exemplar, canvas, seed, held if footing.straight is None else None)
+            return rectified, mosaic.Mosaic.of(settings, exemplar, canvas, seed, start)
         except places.FewPlaces:
             run.notes.append(FEW)
-            return tiling.Tiling.of(method, method.border or 0, exemplar).layout(canvas)
-
-
-def _laid(
-    layer: Layer, window: tuple[int, int, int, int], run: Run
-) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
-    """The pixels and poses of a window (y, x, height, width) of a layer."""
-    if isinstance(layer, mosaic.Mosaic):
-        return layer.sheet.to_exemplar(layer.window(*window, run))
-    if isinstance(layer, (gap_filling.Sampling, wall.Wall)):
-        return layer.window(*window, run), None
-    return layer.window(*window), None
+            return rectified, tiling.Tiling.of(lattice, weights, border, exemplar).layout(canvas)

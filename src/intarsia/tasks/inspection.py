@@ -25,6 +25,7 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Kind, Plane
 from ..lattice.lattice import Lattice, Lattices
+from ..lattice.vectors import UNIT
 from ..methods.base import make
 from ..rendering.render import render
 from ..run import Run
@@ -32,7 +33,7 @@ from ..segments.segments import Segments, segments
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
 from ..tiles.best_tile import BAND
-from ..tiles.tile_layout import UNIT, periods_along, read_offsets
+from ..tiles.tile_layout import periods_along, read_offsets
 from ..tiles.tiling import Tiling
 from . import overlays
 
@@ -131,12 +132,13 @@ class Findings:
 
     def best_tile(self, band: int = BAND) -> TilePicture:
         """Cut out the period whose opposite borders, `band` px wide, agree most; MethodError where there is none."""
-        lattice = make("best-tile", {"lattice": xy(self.found_lattice("best tile")), "band": band})
-        tiling = Tiling.of(lattice, band, self.exemplar)  # type: ignore[arg-type]
+        lattice = xy(self.found_lattice("best tile"))
+        make("best-tile", {"lattice": lattice, "band": band})  # refuses what cannot be
+        tiling = Tiling.of(lattice, None, band, self.exemplar)
         box = _rectangle(tiling, self.exemplar)
         y, x = tiling.tile.anchor
         if box is not None:
-            yx = tiling.layout(Canvas(*box, Wrap.BOTH)).window(y, x, *box)
+            yx, _ = tiling.layout(Canvas(*box, Wrap.BOTH)).window(y, x, *box)
             return TilePicture((x, y), tiling.tile.cost, True, _drawn(self.exemplar, yx, Wrap.BOTH))
         inside, (above, before) = read_offsets(tiling.vectors)
         yx = np.moveaxis(np.indices(inside.shape, np.int32), 0, 2) + np.array((y - above, x - before), np.int32)

@@ -16,17 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MethodError, ParameterError
+from ..lattice.vectors import UNIT, Vector
 from .tile_kernels import band_costs, squared_steps
-from .tile_layout import UNIT, TileLayout, read_offsets
+from .tile_layout import read_offsets
 
 Mask = NDArray[np.bool_]
-Vector = tuple[int, int]
 
 BAND = 8  # px: width of the border that is compared
 
 
 @dataclass(frozen=True)
-class BestTile:
+class Tile:
     """A tile of an exemplar.
 
     Attributes
@@ -46,19 +46,10 @@ class BestTile:
     cost: int
     costs: NDArray[np.int64]
 
-    def positions(self, height: int, width: int) -> NDArray[np.int32]:
-        """Lay out the tile by its whole sides: the exemplar px of every px of a picture, int32 (height, width, 2).
-
-        Moved by either vector the layout is the same.
-        """
-        (p, q), (r, s) = self.vectors
-        exact = (UNIT * p, UNIT * q), (UNIT * r, UNIT * s)
-        return TileLayout.of(self.anchor, exact).window(0, 0, height, width)
-
 
 def best_tile(
     features: NDArray[np.int16], vectors: tuple[Vector, Vector], usable: Mask | None = None, band: int = BAND
-) -> BestTile:
+) -> Tile:
     """Find the tile whose left and right, and top and bottom borders agree best.
 
     Parameters
@@ -78,7 +69,7 @@ def best_tile(
     MethodError
         where no tile with its borders fits into the exemplar.
     """
-    whole = _whole(vectors[0]), _whole(vectors[1])
+    whole = _in_px(vectors[0]), _in_px(vectors[1])
     (p, q), (r, s) = whole
     if band < 1 or p * s == q * r:
         raise ParameterError(f"band={band}, vectors {vectors}: give a band of at least 1 px and two directions.")
@@ -100,7 +91,7 @@ def best_tile(
         )
     order = np.where(costs >= 0, costs, np.iinfo(np.int64).max)
     y, x = divmod(int(order.argmin()), width)
-    return BestTile((y, x), whole, int(costs[y, x]), costs)
+    return Tile((y, x), whole, int(costs[y, x]), costs)
 
 
 def unlikeness(features: NDArray[np.int16], vectors: Sequence[Vector], usable: Mask) -> float:
@@ -115,13 +106,13 @@ def unlikeness(features: NDArray[np.int16], vectors: Sequence[Vector], usable: M
     found = np.empty(features.shape[:2], np.int64)
     total, count = 0, 0
     for vector in vectors:
-        squared_steps(features, usable, *_whole(vector), found)
+        squared_steps(features, usable, *_in_px(vector), found)
         total += int(found[found >= 0].sum())
         count += int((found >= 0).sum())
     return math.sqrt(total / count / spread) if count else 1.0
 
 
-def _whole(vector: Vector) -> Vector:
+def _in_px(vector: Vector) -> Vector:
     """Round 1/256 px to px, halves up."""
     return (vector[0] + UNIT // 2) // UNIT, (vector[1] + UNIT // 2) // UNIT
 

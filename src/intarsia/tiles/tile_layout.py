@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..errors import ParameterError
+from ..lattice.vectors import UNIT, Vector
+from ..run import Run
 from .tile_kernels import lay_tile
 
-Vector = tuple[int, int]  # (rows, columns)
 Rates = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
 
-UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 STRAIN = 0.02  # how much a lattice may be strained to close around a canvas
 BITS = 61  # what fits into 64 bits with a sign and a sum of two
 
@@ -51,7 +51,7 @@ class TileLayout:
         area = p * s - q * r
         free = Fraction(UNIT * s, area), Fraction(-UNIT * q, area)
         right = Fraction(-UNIT * r, area), Fraction(UNIT * p, area)
-        sides = [None, None] if canvas is None else [_around(vectors, canvas, axis) for axis in (0, 1)]
+        sides = [None, None] if canvas is None else [_once_around(vectors, canvas, axis) for axis in (0, 1)]
         lengths = [1, 1] if canvas is None else [canvas.height, canvas.width]
         down, across = (
             otherwise if side is None else (Fraction(side[0], n), Fraction(side[1], n))
@@ -68,8 +68,10 @@ class TileLayout:
             )
         return cls(anchor, vectors, (down, across))
 
-    def window(self, y0: int, x0: int, height: int, width: int) -> NDArray[np.int32]:
-        """The exemplar pixels (height, width, 2) of a window; y0 and x0 may be negative and huge."""
+    def window(
+        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
+    ) -> tuple[NDArray[np.int32], None]:
+        """The exemplar pixels (height, width, 2) of a window, all upright; y0 and x0 may be negative and huge."""
         whole = math.lcm(*(f.denominator for rate in self.rates for f in rate))
         steps = [[int(f * whole) % whole for f in rate] for rate in self.rates]
         y, x = y0 - self.anchor[0], x0 - self.anchor[1]
@@ -77,7 +79,7 @@ class TileLayout:
         begin, rates, vectors, anchor = (np.array(n, np.int64) for n in (first, steps, self.vectors, self.anchor))
         out = np.empty((height, width, 2), np.int32)
         lay_tile(out, begin, rates, whole, vectors, anchor)
-        return out
+        return out, None
 
 
 def read_offsets(vectors: tuple[Vector, Vector]) -> tuple[NDArray[np.bool_], Vector]:
@@ -126,7 +128,7 @@ def periods_along(vectors: tuple[Vector, Vector], axis: int, longest: int) -> li
     return [(int(counts[0][k]), int(counts[1][k]), int(px[k])) for k in order]
 
 
-def _around(vectors: tuple[Vector, Vector], canvas: Canvas, axis: int) -> Vector | None:
+def _once_around(vectors: tuple[Vector, Vector], canvas: Canvas, axis: int) -> Vector | None:
     """How many of both vectors go once around the canvas along an axis; None where it does not wrap."""
     length, wraps = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))[axis]
     if not wraps:
