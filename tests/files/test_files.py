@@ -34,8 +34,8 @@ from intarsia.files import (
     write,
     write_bytes,
 )
-from intarsia.files.depth import convert
 from intarsia.files.formats import FORMATS, Format
+from intarsia.files.write import convert
 from intarsia.image import Kind, Plane, Transfer
 
 RECIPE = json.dumps({"seed": 7, "method": "image-quilting", "note": 'ä \U0001f9f6 \\ "x"'})

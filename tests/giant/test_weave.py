@@ -17,13 +17,12 @@ from hypothesis import strategies as st
 import intarsia as ia
 from intarsia.errors import InputError, ParameterError, ResourceError
 from intarsia.files import read_plane, read_recipe
+from intarsia.files.png import decode_png, encode_png
 from intarsia.geometry import Box
 from intarsia.giant import bigtiff, cells, deepzoom, zarrays
 from intarsia.giant.cells import Grid
 from intarsia.giant.ledger import ABOUT, Ledger
-from intarsia.giant.png import decode_png, encode_png
-from intarsia.giant.stores import store_of
-from intarsia.giant.stream import stream
+from intarsia.giant.stream import store_of, stream
 from intarsia.testing import as_depth, texture
 from intarsia.testing.cases import noise
 

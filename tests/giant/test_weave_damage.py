@@ -33,7 +33,7 @@ def ledger_of(how: str, path: Path) -> Path:
 
 def begun(how: str, path: Path, cells: int) -> None:
     """A store that was stopped after so many cells."""
-    store, left = ia.giant.stores.store_of(how, small(), path, (170, 150), (3, -8), SIDES[how], False), [cells]
+    store, left = ia.giant.stream.store_of(how, small(), path, (170, 150), (3, -8), SIDES[how], False), [cells]
     put = store.put
 
     def some(cell: Any, pieces: list[bytes]) -> None:

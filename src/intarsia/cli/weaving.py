@@ -12,8 +12,7 @@ from ..errors import CancelledError, ParameterError
 from ..giant.cells import gigabytes
 from ..giant.executors import AHEAD, check_executor
 from ..giant.picture import Store
-from ..giant.stores import store_of
-from ..giant.stream import DrawnAndPacked, stream
+from ..giant.stream import DrawnAndPacked, store_of, stream
 from ..giant.texture import Weave, choice_for_windows, weave
 from ..run import Run
 from ..synthesis import as_exemplars, check_between, recipe_exemplars, recipe_settings

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from ..disk.limits import DEFAULT_PIXELS, MAX_PIXELS, allowing
 from ..disk.writing import check_writable, write_bytes
-from .depth import preview
 from .encode import encode
 from .formats import Format, format_of
 from .read import read, read_mask, read_plane, read_set
 from .recipe import read_recipe, recipe_path
 from .samples import sample, sample_names
 from .sets import describe, group
-from .write import check_depth, write
+from .write import check_depth, preview, write
 
 __all__ = [
     "DEFAULT_PIXELS",

@@ -1,4 +1,7 @@
-"""Bytes become an array: OpenImageIO for pixels, Pillow where it alone can."""
+"""Bytes become an array: OpenImageIO for pixels, Pillow where it alone can.
+
+Pillow unpacks straight into the memory of an array; what must be converted is, band by band.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,6 @@ from ..errors import InputError, IntarsiaError
 from ..image import Array
 from . import headers, netpbm, png
 from .source import Picture
-from .straight import pixels_of
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""
@@ -26,6 +28,19 @@ COSTS = {"exr": 1.5, "tiff": 1.5, "png": 2.0, "hdr": 1.5, "tga": 2.0}
 
 DTYPES = {"uint8": 1, "uint16": 2, "uint": 4, "uint32": 4, "half": 2, "float": 4, "double": 8}
 """What OpenImageIO calls the types of pixels that are read -> bytes."""
+
+
+BAND = 1 << 20
+"""Pixels that are converted at a time."""
+
+UNSEEN = 0xA5
+"""What stands in the last row until something is unpacked there."""
+
+_STORED = {"L": 1, "P": 1, "LA": 4, "RGB": 4, "RGBA": 4, "CMYK": 4, "I;16": 2}
+"""Mode -> bytes that Pillow stores a pixel in."""
+
+_DENSE = ("L", "RGBA")
+"""Modes that lie in memory as they lie in an array."""
 
 
 @dataclass
@@ -69,12 +84,12 @@ def _by_format(picture: Picture) -> Decoded:
     if picture.format == "png":
         return _png(picture)
     if picture.format in ("jpeg", "gif"):
-        return _pillow(picture, picture.data())
+        return _by_pillow(picture, picture.data())
     if picture.format == "exr":
         headers.exr(picture.head(), picture.name)
     if picture.format == "webp":
         headers.webp(picture.head(), picture.name, picture.size)
-    return _oiio(picture)
+    return _by_oiio(picture)
 
 
 def _png(picture: Picture) -> Decoded:
@@ -88,19 +103,19 @@ def _png(picture: Picture) -> Decoded:
         if facts.interlaced:  # of these, Pillow takes some that are cut off
             png.check_rows(facts, picture.name)
         check = partial(png.check_rows, facts, picture.name)
-        found = _pillow(picture, facts.clean() if facts.dirty else data, check)
+        found = _by_pillow(picture, facts.clean() if facts.dirty else data, check)
     else:
         cost = COSTS["png"] * facts.width * facts.height * facts.channels * -(-facts.depth // 8)
         check_cost(picture.name, cost, len(data))
         png.check_rows(facts, picture.name)
-        found = _oiio(picture, facts.clean() if facts.dirty else None)
+        found = _by_oiio(picture, facts.clean() if facts.dirty else None)
     found.icc = facts.icc
     if facts.exif:
         found.pixels = upright(found.pixels, _exif_orientation(facts.exif))
     return found
 
 
-def _pillow(picture: Picture, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
+def _by_pillow(picture: Picture, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
     # The classes of the formats, not Image.open: nothing else is ever tried.
     from PIL import GifImagePlugin, Image, JpegImagePlugin, PngImagePlugin
 
@@ -115,7 +130,7 @@ def _pillow(picture: Picture, data: bytes, doubt: Callable[[], None] | None = No
             if picture.format == "gif":
                 check_cost(picture.name, 5.0 * image.size[0] * image.size[1], len(data))
             inks = image.mode == "CMYK"
-            pixels = pixels_of(image, doubt)
+            pixels = _loaded(image, doubt)
             icc = None if inks else image.info.get("icc_profile")  # it describes the inks, which are gone
             exif = image.info.get("exif") if picture.format != "gif" else None
     except Image.DecompressionBombError:
@@ -124,7 +139,52 @@ def _pillow(picture: Picture, data: bytes, doubt: Callable[[], None] | None = No
     return Decoded(upright(pixels, _exif_orientation(exif) if exif else 1), icc)
 
 
-def _oiio(picture: Picture, data: bytes | None = None) -> Decoded:
+def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
+    """Return the pixels of an image that is opened, but not loaded: (H, W, C) of 8 bit, or (H, W) of 16.
+
+    Palettes become colours, with opacity where they have some, CMYK becomes RGB, and a colour that stands for
+    transparency an alpha. What is returned is all that is left in memory. Pillow takes a PNG without its last rows:
+    where none seems to have come, `doubt` is called, and may raise an error.
+    """
+    from PIL import Image
+
+    core: Any = Image.core  # type: ignore[attr-defined]
+    (width, height), mode = image.size, image.mode
+    held: Array | None = None
+    if mode in _STORED and image.format != "GIF":  # which fills its memory by itself
+        held = np.zeros((height, width, _STORED[mode]), np.uint8)
+        image.im = core.map_buffer(held, image.size, "raw", 0, (mode, width * held.shape[2], 1))
+        held[-1] = UNSEEN
+    image.load()
+    if doubt is not None and (held is None or (held[-1] == UNSEEN).all()):
+        doubt()
+    wanted = _full_mode(image)
+    if held is not None and mode == wanted and mode in _DENSE:
+        return held
+    if held is not None and mode == "I;16":
+        return held.view("<u2").reshape(height, width)
+    channels = len(wanted)
+    if held is not None and channels <= held.shape[2]:  # a band never reaches pixels that are still to come
+        out = held.reshape(-1)[: height * width * channels].reshape(height, width, channels)
+    else:
+        out = np.empty((height, width, channels), np.uint8)
+    rows = max(1, BAND // width)
+    for top in range(0, height, rows):
+        part = image.crop((0, top, width, min(top + rows, height)))
+        part = part if part.mode == wanted else part.convert(wanted)
+        out[top : top + rows] = np.frombuffer(part.tobytes(), np.uint8).reshape(-1, width, channels)
+    return out
+
+
+def _full_mode(image: Any) -> str:
+    """The mode that says all that an image does, a letter for each channel."""
+    mode, clear = str(image.mode), "transparency" in image.info
+    if mode in ("1", "L", "RGB"):
+        return {"1": "L"}.get(mode, mode) + "A" * clear
+    return mode if mode in ("LA", "RGBA", "I;16") else "RGBA" if clear else "RGB"
+
+
+def _by_oiio(picture: Picture, data: bytes | None = None) -> Decoded:
     import OpenImageIO as oiio
 
     with picture.plain_path(data) as path:
@@ -135,7 +195,7 @@ def _oiio(picture: Picture, data: bytes | None = None) -> Decoded:
             raise headers.damaged(picture.name, oiio.geterror().replace(path, "file"))
         try:
             spec = file.spec()
-            first, stop, chosen, dtype = _layout(picture, spec)
+            first, stop, chosen, dtype = _what_to_read(picture, spec)
             pixels = _bands(file, spec, first, stop, dtype)
             error = file.geterror()
         finally:
@@ -167,13 +227,13 @@ def _bands(file: Any, spec: Any, first: int, stop: int, dtype: str) -> Array | N
     return out
 
 
-def _layout(picture: Picture, spec: Any) -> tuple[int, int, list[int], str]:
+def _what_to_read(picture: Picture, spec: Any) -> tuple[int, int, list[int], str]:
     """Choose what to read of a file: first and last channel, which of these, and as which type."""
     name = picture.name
     if spec.deep or spec.depth > 1:
         raise InputError(f"{name} holds deep or volume data; save a flat picture.")
     names = [str(n) for n in spec.channelnames]
-    chosen = _layer(names) if picture.format == "exr" else list(range(len(names)))
+    chosen = _exr_layer(names) if picture.format == "exr" else list(range(len(names)))
     check_size(name, spec.width, spec.height, len(chosen))
     formats = {str(spec.channelformat(c)) for c in chosen}
     if len(formats) > 1:
@@ -189,7 +249,7 @@ def _layout(picture: Picture, spec: Any) -> tuple[int, int, list[int], str]:
     return first, max(chosen) + 1, [c - first for c in chosen], dtype
 
 
-def _layer(names: list[str]) -> list[int]:
+def _exr_layer(names: list[str]) -> list[int]:
     """Choose one layer of an EXR: RGB(A), else Y(A), else the first named layer, else all channels."""
     index = {n.upper(): i for i, n in reversed(list(enumerate(names)))}
     prefixes = dict.fromkeys([""] + [n.rpartition(".")[0] + "." for n in index if "." in n])

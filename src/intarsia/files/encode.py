@@ -14,7 +14,7 @@ from ..disk.whole import working_folder
 from ..errors import ParameterError, ResourceError
 from ..image import Array, Kind, Plane
 from . import netpbm
-from .formats import FORMATS, Format
+from .formats import FORMATS, SUFFIXES, Format
 from .png import PNG_END
 
 MARK = "intarsia recipe: "
@@ -26,7 +26,6 @@ LONGEST = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
 _WORDS = {
     "uint8": "8 bit", "uint16": "16 bit", "uint32": "32 bit", "float16": "half", "float32": "float", "float64": "double"
 }
-_NAMES = {"jpg": "jpeg", "tif": "tiff"}
 
 
 def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
@@ -34,12 +33,10 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
 
     Raises ParameterError where the format cannot hold the plane, ResourceError where the temporary folder is full.
     """
-    known = {f.name: f for f in FORMATS}
-    word = fmt.lower().lstrip(".")
-    word = _NAMES.get(word, word)
-    if word not in known:
+    known, word = {f.name: f for f in FORMATS}, fmt.lower().lstrip(".")
+    target = known.get(word) or SUFFIXES.get(f".{word}")
+    if target is None:
         raise ParameterError(f"{fmt} is no format; choose one of {', '.join(known)}.")
-    target = known[word]
     check_holds(target, plane)
     pixels = _storable(plane)
     text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
@@ -47,8 +44,8 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
     if target.name in ("ppm", "pgm", "pfm"):
         return netpbm.encode(pixels, target.name)
     if target.name in ("jpeg", "webp", "tga", "bmp"):
-        return _pillow(target.name, pixels, text, icc)
-    return _oiio(target.name, pixels, text, icc)
+        return _by_pillow(target.name, pixels, text, icc)
+    return _by_oiio(target.name, pixels, text, icc)
 
 
 def holds_recipe(target: Format, recipe: str) -> bool:
@@ -91,7 +88,7 @@ def _storable(plane: Plane) -> Array:
     return np.ascontiguousarray(pixels)
 
 
-def _pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
+def _by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
     from PIL import Image
 
     buffer = io.BytesIO()
@@ -116,7 +113,7 @@ def _pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> by
     return buffer.getvalue()
 
 
-def _oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
+def _by_oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape

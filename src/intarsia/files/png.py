@@ -1,4 +1,7 @@
-"""What a PNG states and holds, checked part by part: whoever unpacks it afterwards finds nothing to complain of."""
+"""What a PNG states and holds, checked part by part: whoever unpacks it afterwards finds nothing to complain of.
+
+And tiles as PNG, made in memory: a kill leaves no temporary file. PNG (ISO/IEC 15948).
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,11 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ..disk.limits import check_size
 from ..errors import InputError
+from ..image import Array
 from .formats import PNG_SIDE
 from .headers import damaged
 
@@ -16,6 +22,9 @@ PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"
 
 MAX_UNPACKED = 1 << 26
 """Compressed texts and profiles inside a PNG may unpack to this many bytes together."""
+
+LEVEL = 6
+"""Of zlib, for what is written here."""
 
 SLICE = 1 << 16
 """Packed bytes that are looked at together."""
@@ -82,7 +91,7 @@ def png(data: bytes, name: str) -> PngFacts:
                 raise damaged(name, "its pixels are torn apart")
             facts.packed.append(body)
         elif kind in (b"iCCP", b"zTXt", b"iTXt", b"tEXt"):
-            budget -= _text(facts, kind, bytes(body), name, budget)
+            budget -= _keep_text(facts, kind, bytes(body), name, budget)
         elif kind == b"eXIf":
             facts.exif = bytes(body)
         elif pos > 8 and kind != b"IEND":
@@ -132,7 +141,7 @@ def _says_what_is_clear(facts: PngFacts, length: int) -> bool:
 
 def check_rows(facts: PngFacts, name: str) -> None:
     """Unpack the pixels, keeping none, and refuse what libpng would complain of on the terminal."""
-    unpacker, rows = zlib.decompressobj(), _rows(facts)
+    unpacker, rows = zlib.decompressobj(), _packed_rows(facts)
     count, size = next(rows)  # rows that are left of a pass, and their bytes
     at = done = 0  # where the next row begins, and how much has come
     try:
@@ -153,7 +162,7 @@ def check_rows(facts: PngFacts, name: str) -> None:
                             count, size = next(rows, (0, 1))
                     done = stop
                 if unpacker.eof:
-                    _cut(facts, number, min(start + SLICE, len(part)) - len(unpacker.unused_data))
+                    _leave_out(facts, number, min(start + SLICE, len(part)) - len(unpacker.unused_data))
                     break
             if unpacker.eof:
                 break
@@ -163,14 +172,14 @@ def check_rows(facts: PngFacts, name: str) -> None:
         raise damaged(name, "it ends within its pixels")
 
 
-def _cut(facts: PngFacts, number: int, stop: int) -> None:
+def _leave_out(facts: PngFacts, number: int, stop: int) -> None:
     """Leave out what comes behind the packed pixels."""
     if stop < len(facts.packed[number]) or number + 1 < len(facts.packed):
         facts.packed = [*facts.packed[:number], facts.packed[number][:stop]]
         facts.dirty = True
 
 
-def _rows(facts: PngFacts) -> Iterator[tuple[int, int]]:
+def _packed_rows(facts: PngFacts) -> Iterator[tuple[int, int]]:
     """How many rows of how many bytes are packed, one pass after another; each begins with its filter."""
     bits = CHANNELS[facts.colour] * facts.depth
     for y, x, dy, dx in _PASSES if facts.interlaced else ((0, 0, 1, 1),):
@@ -179,7 +188,7 @@ def _rows(facts: PngFacts) -> Iterator[tuple[int, int]]:
             yield height, 1 + (width * bits + 7) // 8
 
 
-def _text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int) -> int:
+def _keep_text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int) -> int:
     """Keep a text or a profile; return how many bytes it unpacked to."""
     key, _, rest = body.partition(b"\0")
     word = key.decode("latin-1")
@@ -203,3 +212,36 @@ def _text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int) -> 
     else:
         facts.texts.setdefault(word, rest.decode("utf-8", "replace"))
     return len(rest)
+
+
+def encode_png(pixels: Array, icc: bytes | None = None) -> bytes:
+    """Return a picture (H, W, C) of uint8, uint16 or bool as PNG, rows filtered by differences to the pixel before."""
+    height, width, channels = pixels.shape
+    pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
+    size = pixels.dtype.itemsize
+    raw = np.ascontiguousarray(pixels.astype(pixels.dtype.newbyteorder(">"), copy=False)).view(np.uint8)
+    raw = raw.reshape(height, width, channels * size)
+    rows = np.ones((height, 1 + width * channels * size), np.uint8)  # the filter's number comes first
+    steps = rows[:, 1:].reshape(height, width, channels * size)
+    steps[:, 0] = raw[:, 0]
+    steps[:, 1:] = raw[:, 1:] - raw[:, :-1]
+    rows[:, 1:] = steps.reshape(height, -1)
+    head = struct.pack(">IIBBBBB", width, height, 8 * size, (GRAY, GRAY_ALPHA, RGB, RGBA)[channels - 1], 0, 0, 0)
+    chunks = [(b"IHDR", head)]
+    if icc:
+        chunks.append((b"iCCP", b"icc\0\0" + zlib.compress(icc, LEVEL)))
+    chunks += [(b"IDAT", zlib.compress(rows.tobytes(), LEVEL)), (b"IEND", b"")]
+    return PNG_START + b"".join(chunk(name, data) for name, data in chunks)
+
+
+def decode_png(data: bytes) -> Array:
+    """Return the pixels (H, W, C) of a picture that :func:`encode_png` made."""
+    found, at = dict[bytes, bytes](), len(PNG_START)
+    while at < len(data):
+        (length,) = struct.unpack_from(">I", data, at)
+        found[data[at + 4 : at + 8]] = data[at + 8 : at + 8 + length]
+        at += 12 + length
+    width, height, bits = struct.unpack_from(">IIB", found[b"IHDR"])
+    rows = np.frombuffer(zlib.decompress(found[b"IDAT"]), np.uint8).reshape(height, -1)[:, 1:]
+    raw = np.cumsum(rows.reshape(height, width, -1), axis=1, dtype=np.uint8)
+    return raw.view(">u2").astype(np.uint16) if bits == 16 else raw

@@ -62,9 +62,9 @@ def _description(picture: Picture) -> str:
         if picture.format == "png":
             return "\n".join(png.png(picture.data(), picture.name).texts.values())
         if picture.format in ("jpeg", "webp"):
-            return _pillow(picture)
+            return _text_by_pillow(picture)
         if picture.format in ("tiff", "exr"):
-            return _oiio(picture)
+            return _text_by_oiio(picture)
     except InputError:
         raise
     except Exception as e:  # a damaged file can fail in any way
@@ -72,7 +72,7 @@ def _description(picture: Picture) -> str:
     return ""
 
 
-def _pillow(picture: Picture) -> str:
+def _text_by_pillow(picture: Picture) -> str:
     import io
 
     from PIL import Image, JpegImagePlugin, WebPImagePlugin
@@ -86,7 +86,7 @@ def _pillow(picture: Picture) -> str:
         return str(facts.get(0x010E, ""))
 
 
-def _oiio(picture: Picture) -> str:
+def _text_by_oiio(picture: Picture) -> str:
     import OpenImageIO as oiio
 
     if picture.format == "exr":

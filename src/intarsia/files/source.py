@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from ..disk.limits import no_room
-from ..disk.paths import ordinary
 from ..disk.whole import working_folder
+from ..disk.writing import ordinary
 from ..errors import InputError, ResourceError, printable
 from .formats import READABLE, sniff
 

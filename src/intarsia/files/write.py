@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, and nothing is overwritten unless asked."""
+"""Planes become files, whole or not at all, in the depth that is asked for."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ from contextlib import suppress
 from types import NoneType
 from typing import Any
 
+import numpy as np
+
 from ..arguments import called, expect, expect_path
 from ..arrays import pixels_of
-from ..disk.depth import dtype_of
+from ..disk.depth import converted, dtype_of
+from ..disk.preview import looked_at
 from ..disk.writing import check_writable, put_all, write_bytes
 from ..errors import InputError
-from ..image import Kind, Plane
-from .depth import convert
+from ..image import Kind, Plane, Transfer
 from .encode import check_holds, encode, holds_recipe
 from .formats import format_of
 from .recipe import recipe_path
@@ -88,3 +90,23 @@ def as_plane(picture: Any) -> Plane:
         raise InputError(f"what is to be written is {called(picture)}; give a Plane, a Synthesis or an array.")
     array = pixels_of(picture)
     return Plane(array, Kind.LABEL if array.dtype.name in ("bool", "uint32") else Kind.COLOUR)
+
+
+def convert(plane: Plane, depth: int | str) -> Plane:
+    """Return a plane in another depth; colour keeps its look, so linear floats gain or lose the sRGB curve.
+
+    Whole numbers clip to 0..1, NaN becomes 0. Labels keep their numbers, and are refused where these do not fit.
+    """
+    dtype = np.dtype(dtype_of(depth))
+    if plane.pixels.dtype == dtype:
+        return plane
+    pixels = converted(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR, dtype)
+    if plane.kind is Kind.LABEL or plane.is_float == (dtype.kind == "f"):
+        return Plane(pixels, plane.kind, plane.transfer, plane.meta)
+    about = {k: v for k, v in plane.meta.items() if k != "icc"}  # a colour profile describes the old curve
+    return Plane(pixels, plane.kind, Transfer.SRGB if plane.is_float else Transfer.LINEAR, about)
+
+
+def preview(plane: Plane) -> Plane:
+    """Return a picture of 8 bits to look at: floats clipped, heights stretched to their range, labels in colours."""
+    return Plane(looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR))

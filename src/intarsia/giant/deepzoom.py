@@ -12,15 +12,14 @@ import numpy as np
 
 from ..arguments import expect_path
 from ..errors import ParameterError
+from ..files.png import decode_png, encode_png
 from ..image import Array, Plane
 from ..rendering.mixers import averaged
 from ..run import Run
 from .cells import SIDE, Cell, Grid
-from .clearing import HEADER
-from .folder import FolderStore
+from .folder import HEADER, FolderStore
 from .ledger import as_line
 from .picture import Picture, check_side, checked, header_of
-from .png import decode_png, encode_png
 
 
 @dataclass(frozen=True)
@@ -81,13 +80,13 @@ class TileStore(FolderStore):
         """The tiles of a cell, of the last level."""
         tile, level, box = self.packer.tile, self.levels - 1, cell.box
         rows, columns = range(box.y0 // tile, -(-box.y1 // tile)), range(box.x0 // tile, -(-box.x1 // tile))
-        return [named(level, row, column) for row in rows for column in columns]
+        return [name_of_tile(level, row, column) for row in rows for column in columns]
 
     def all_files(self) -> Iterator[str]:
         """The tiles of all levels, the largest first."""
         yield from super().all_files()
         for level in range(self.levels - 2, -1, -1):
-            yield from (named(level, cell.row, cell.column) for cell in self.tiles(level))
+            yield from (name_of_tile(level, cell.row, cell.column) for cell in self.tiles(level))
 
     def signs(self) -> dict[str, bytes]:
         """What a viewer reads first; and the header once more, as tiles hold no recipe."""
@@ -102,7 +101,7 @@ class TileStore(FolderStore):
         """Make the smaller levels, each of the one below it."""
         with run.pool() as each:
             for level in range(self.levels - 2, -1, -1):
-                todo = [c for c in self.tiles(level) if not self.sound(named(level, c.row, c.column))]
+                todo = [c for c in self.tiles(level) if not self.sound(name_of_tile(level, c.row, c.column))]
                 for begin in range(0, len(todo), 8 * run.workers):
                     some = todo[begin : begin + 8 * run.workers]
                     made = [b""] * len(some)
@@ -112,7 +111,7 @@ class TileStore(FolderStore):
 
                     each(make, range(len(some)))
                     for cell, data in zip(some, made, strict=True):
-                        self.keep(named(level, cell.row, cell.column), data)
+                        self.keep(name_of_tile(level, cell.row, cell.column), data)
                     run.tick(len(self.grid), len(self.grid))
         super().finish(run)
 
@@ -128,10 +127,10 @@ class TileStore(FolderStore):
         return self.packer.one(averaged(self.packer.like.like(even), 2))
 
     def _read(self, level: int, row: int, column: int) -> Array:
-        pixels = decode_png((self.path / named(level, row, column)).read_bytes())
+        pixels = decode_png((self.path / name_of_tile(level, row, column)).read_bytes())
         return pixels > 0 if self.texture.dtype == bool else pixels
 
 
-def named(level: int, row: int, column: int) -> str:
+def name_of_tile(level: int, row: int, column: int) -> str:
     """The file of a tile."""
     return f"image_files/{level}/{column}_{row}.png"

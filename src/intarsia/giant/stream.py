@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import errno
+import os
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Any
 
 from ..errors import ResourceError
 from ..run import Run
+from .bigtiff import TiffStore
 from .cells import Cell
+from .deepzoom import TileStore
 from .executors import ExecutorLike, check_sendable, executor_of
 from .picture import Packer, Picture, Store
+from .zarrays import ZarrStore
+
+STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore], int]] = {
+    "zarr": (ZarrStore, 512),
+    "tiff": (TiffStore, 512),
+    "tiles": (TileStore, 256),
+}
+"""Name -> the store, and the usual side of its chunks or tiles."""
 
 
 @dataclass(frozen=True)
@@ -53,3 +65,11 @@ def failed(name: str, e: OSError) -> Exception:
         return ResourceError(f"there is no room for {name}; free some space, then the same command goes on.")
     return ResourceError(f"{name} cannot be written ({(e.strerror or str(e)).lower()}); name another place.")
 
+
+def store_of(
+    kind: str, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int | None,
+    force: bool,
+) -> Store:  # fmt: skip
+    """Plan a store; nothing is written yet."""
+    cls, usual = STORES[kind]
+    return cls.of(texture, path, sides, origin, usual if side is None else side, force)

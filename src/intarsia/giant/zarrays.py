@@ -12,9 +12,8 @@ from ..arguments import expect_path
 from ..disk import whole
 from ..image import Array
 from .cells import SIDE, Cell, Grid
-from .clearing import recipe_in_zarr
 from .extras import extra
-from .folder import FolderStore
+from .folder import FolderStore, recipe_in_zarr
 from .picture import Picture, check_side, checked, header_of
 
 
