@@ -1,11 +1,15 @@
 """The light on an exemplar: how strongly it slopes, and the exemplar without the slope.
 
+A photograph that is brighter on one side makes blocks of it visible. A smooth surface, a polynomial of low order, is
+fitted to the logarithm of the luminance and divided out; the mean stays.
+
 Source: no paper of its own; Lopez Recas 2011 names uneven light as future work (chapter 6). Departures: none.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +19,19 @@ from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
 from ..rendering.colour import from_linear, to_linear
-from .flatten import flatten
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
 TERMS = 5  # of a polynomial of order 2, but for its mean
 LEAST_SHARE = 0.3  # of the differences between parts that must be a slope,
 LEAST_FACTOR = 1.4  # and how many times brighter it must be on one side than on the other: half a stop
 EXTREMES = (2, 98)  # percent
+LUMINANCE = (0.30, 0.59, 0.11)
+DARK = 1e-3  # of the largest luminance: darker px count as this dark
+MOST_ORDER = 4
+COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE,
+GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms differ by a bit between machines
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -50,11 +60,11 @@ def slope_of(exemplar: Exemplar, element: float) -> Slope:
     """Measure the light on an exemplar whose elements are `element` px large; none where it is no colour."""
     if exemplar.base.kind is not Kind.COLOUR:
         return Slope(0.0, 1.0)
-    light, visible = _light(exemplar)
+    light, visible = _seen_light(exemplar)
     apart = min(PARTS * PARTS, visible.sum() / max(element, 1.0) ** 2)  # elements, or parts, that are lit apart
     if apart <= TERMS + 1:
         return Slope(0.0, 1.0)
-    found = flatten(light, visible, parts=PARTS)
+    found = uneven_light(light, visible, parts=PARTS)
     low, high = np.percentile(found.gain[visible], EXTREMES)
     share = 1.0 - (1.0 - found.strength) * (apart - 1) / (apart - 1 - TERMS)
     return Slope(max(0.0, float(share)), float(high / low))
@@ -78,10 +88,10 @@ def flattened(exemplar: Exemplar) -> Exemplar:
         raise ParameterError(f"flatten: the plane {name} holds {base.kind.value}, not colours; only those have light.")
     if exemplar.toroidal:
         raise ParameterError("flatten: the exemplar continues across its borders, so its light does, too; drop one.")
-    light, visible = _light(exemplar)
+    light, visible = _seen_light(exemplar)
     if not visible.any():
         return exemplar
-    gain = flatten(light, visible, parts=PARTS).gain[..., None]
+    gain = uneven_light(light, visible, parts=PARTS).gain[..., None]
     even = to_linear(base).astype(np.float64)
     with np.errstate(all="ignore"):  # what is masked out may hold anything
         even[..., : base.channels - base.alpha] /= gain
@@ -99,7 +109,7 @@ def clipped(before: Plane, after: Plane) -> float:
     return float((white[1] & ~white[0]).mean())
 
 
-def _light(exemplar: Exemplar) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
     """Linear light of the colours (H, W, 1 or 3), and which px are there to be seen."""
     base = exemplar.base
     samples = to_linear(base)
@@ -111,3 +121,110 @@ def _light(exemplar: Exemplar) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     if base.alpha:
         visible &= samples[..., -1] > 0
     return np.where(visible[..., None], light, 0.0), visible
+
+
+class UnevenLight(NamedTuple):
+    """Slow changes of light: divided by the gain, a picture is even; multiplied by it, it is lit again."""
+
+    gain: Floats  # (H, W), 1 on average
+    strength: float  # R^2, 0 to 1: how much of the variance of log luminance is light; below 0.1 none to speak of
+
+
+def uneven_light(
+    pixels: NDArray[Any], usable: Mask | None = None, order: int = 2, parts: int | None = None
+) -> UnevenLight:
+    """Find slow changes of light in an exemplar.
+
+    Parameters
+    ----------
+    pixels : array, shape (H, W) or (H, W, C)
+        Samples of any depth, not negative; best scene-linear, where light is a factor. Three or more channels:
+        the first three are red, green and blue; pass no alpha.
+    usable : bool array, shape (H, W), optional
+        False where pixels do not count; the gain is known there as well.
+    order : int
+        Of the polynomial, 1 to 4: 1 is a slope, 2 a slope and a vignette.
+    parts : int, optional
+        Fit to the mean luminance of so many parts along each side, at most one a px, in place of every px: the dark
+        px of joints and shadows, which light hardly changes in most photographs, then do not hold the surface back.
+        `strength` is that of the parts.
+
+    Raises
+    ------
+    ParameterError
+        where the order or the shape does not fit.
+    """
+    if not 1 <= order <= MOST_ORDER:
+        raise ParameterError(f"order={order} is out of range; choose 1 to {MOST_ORDER}.")
+    if pixels.ndim not in (2, 3) or not pixels.size:
+        raise ParameterError(f"an array of shape {pixels.shape} is no picture; give (height, width, channels).")
+    if usable is not None and usable.shape != pixels.shape[:2]:
+        raise ParameterError(f"the mask has shape {usable.shape}, the picture {pixels.shape[:2]}; make them equal.")
+    values = pixels.astype(np.float64)
+    luminance = _luminance(values.reshape(*values.shape[:2], -1))
+    if usable is not None:
+        luminance = np.where(usable, luminance, 0.0)
+    top = float(luminance.max())
+    if top <= 0:
+        return UnevenLight(np.ones(values.shape[:2]), 0.0)
+    surface, strength = _surface(luminance, usable, order, parts)
+    gain = np.exp(surface)
+    gain /= gain.mean() if usable is None else gain[usable].mean()
+    gain = np.maximum(np.rint(gain * GAIN_STEPS), 1.0) / GAIN_STEPS
+    return UnevenLight(gain, strength)
+
+
+def _luminance(values: Floats) -> Floats:
+    weights = LUMINANCE if values.shape[2] >= 3 else (1.0,)
+    result: Floats = values[..., : len(weights)] @ np.array(weights)
+    return result
+
+
+def _surface(luminance: Floats, usable: Mask | None, order: int, parts: int | None) -> tuple[Floats, float]:
+    """Fit a polynomial of x and y of total degree `order` to the logarithm: the surface around its mean, and R^2.
+
+    Legendre polynomials keep the normal equations well behaved on sides of any length.
+    """
+    height, width = luminance.shape
+    rows, columns = (np.polynomial.legendre.legvander(_centres(n), order) for n in (height, width))
+    terms = [(i, j) for i in range(order + 1) for j in range(order + 1 - i) if (i, j) != (0, 0)]
+    basis = np.stack([np.multiply.outer(rows[:, i], columns[:, j]) for i, j in terms])
+    known = np.ones(luminance.shape, bool) if usable is None else usable
+    if parts is None:
+        chosen, wanted = basis[:, known], luminance[known]
+    else:
+        chosen, wanted = _averaged(np.concatenate([basis, luminance[None]]), known, parts)
+    if not len(wanted):
+        return np.zeros(luminance.shape), 0.0
+    wanted = np.log(np.maximum(wanted, DARK * luminance.max()))
+    middle = chosen.mean(axis=1, keepdims=True)
+    centred, target = chosen - middle, wanted - wanted.mean()
+    total = float(target @ target)
+    if total <= 1e-12 * len(target):
+        return np.zeros(luminance.shape), 0.0
+    factors = np.linalg.lstsq(centred @ centred.T, centred @ target, rcond=1e-10)[0]
+    left = target - factors @ centred
+    # From here on one after the other, in whole multiples of 1 / COARSE: sums of products differ between machines.
+    surface = np.zeros(luminance.shape)
+    for factor, term, mean in zip(np.rint(factors * COARSE) / COARSE, basis, middle[:, 0], strict=True):
+        surface += factor * (term - np.rint(mean * COARSE) / COARSE)
+    return surface, max(0.0, 1.0 - float(left @ left) / total)
+
+
+def _averaged(layers: Floats, known: Mask, parts: int) -> tuple[Floats, Floats]:
+    """Means over parts of which most is known: of all layers but the last (n, parts), and of the last."""
+    height, width = known.shape
+    down, across = min(parts, height), min(parts, width)
+    means = []
+    for i in range(down):
+        for j in range(across):
+            box = np.s_[i * height // down : (i + 1) * height // down, j * width // across : (j + 1) * width // across]
+            if 2 * np.count_nonzero(known[box]) > known[box].size:
+                means.append(layers[:, *box][:, known[box]].mean(axis=1))
+    found = np.array(means).reshape(len(means), len(layers)).T
+    return found[:-1], found[-1]
+
+
+def _centres(n: int) -> Floats:
+    """Pixel centres from -1 to 1."""
+    return (2 * np.arange(n) + 1.0) / n - 1

@@ -140,7 +140,8 @@ def stones() -> Plane:
     mortar = mortar * (0.7 + 0.3 * smooth(-inside / 3.0))[..., None]
     shade, _ = light(height, 0.75)
     open_sky = np.clip(1.0 + (height - blur(height, 8)) * 0.035, 0.55, 1.1)
-    return _painted((colour * warm * cover[..., None] + mortar * (1 - cover)[..., None]) * (shade * open_sky)[..., None])
+    lit = (colour * warm * cover[..., None] + mortar * (1 - cover)[..., None]) * (shade * open_sky)[..., None]
+    return _painted(lit)
 
 
 def planks() -> Plane:
