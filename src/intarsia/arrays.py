@@ -35,7 +35,7 @@ def pixels_of(given: Any, labels: bool = False) -> Array:
         array.
     """
     if is_picture(given):
-        return _shown(given, labels)
+        return _as_pillow_shows(given, labels)
     if isinstance(given, np.ma.MaskedArray):
         if np.ma.getmaskarray(given).any():
             raise InputError("some pixels are masked, which means nothing here; fill them, or make an Exemplar of it.")
@@ -87,7 +87,7 @@ def is_picture(given: Any) -> bool:
     return any((c.__module__, c.__name__) == ("PIL.Image", "Image") for c in type(given).__mro__)
 
 
-def _shown(image: Any, labels: bool) -> Array:
+def _as_pillow_shows(image: Any, labels: bool) -> Array:
     """The pixels of a picture of Pillow as it shows them."""
     try:
         mode = str(image.mode)

@@ -160,7 +160,7 @@ class Field:
 
     @property
     def _name(self) -> str:
-        return name_of(self.value)
+        return function_name(self.value)
 
     def _asked(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
         assert callable(self.value)
@@ -191,7 +191,7 @@ class Field:
             raise InputError(f"{who} holds numbers from {ends[0]:g} to {ends[1]:g}; give {low:g} to {high:g}.")
 
 
-def name_of(function: Any) -> str:
+def function_name(function: Any) -> str:
     """Return what a function is called in messages and recipes: its module, and its name in there."""
     kind = function if hasattr(function, "__qualname__") else type(function)
     return f"{kind.__module__}.{kind.__qualname__}"

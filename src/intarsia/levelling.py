@@ -28,19 +28,17 @@ class Levelling:
     def __post_init__(self) -> None:
         check(self)
 
+    @classmethod
+    def read(cls, entry: dict[str, Any]) -> Levelling:
+        """Read a finish of a map or a recipe; KeyError, TypeError or ParameterError for anything else."""
+        values = dict(entry)
+        return {cls.name: cls}[values.pop("name")](**values)
+
+    @property
+    def as_recipe(self) -> dict[str, Any]:
+        """A finish as maps and recipes hold it."""
+        return {"name": self.name, **{p.name: getattr(self, p.name) for p in parameters(self)}}
+
 
 Finish = Levelling
 """All that can be done to a drawn picture; never to normals or labels."""
-
-FINISHES: dict[str, type[Finish]] = {Levelling.name: Levelling}
-
-
-def words_of(finish: Finish) -> dict[str, Any]:
-    """Return a finish as maps and recipes hold it."""
-    return {"name": finish.name, **{p.name: getattr(finish, p.name) for p in parameters(finish)}}
-
-
-def finish_of(entry: dict[str, Any]) -> Finish:
-    """Read a finish of a map or a recipe; KeyError, TypeError or ParameterError for anything else."""
-    values = dict(entry)
-    return FINISHES[values.pop("name")](**values)

@@ -92,20 +92,16 @@ class Run:
             raise CancelledError("cancelled; nothing was written.")
 
     @contextmanager
-    def pool(self) -> Iterator[Callable[[Callable[[T], object], Iterable[T]], None]]:
-        """Yield ``each(function, items)``, which calls the function for every item, in parallel if allowed."""
+    def pool(self) -> Iterator[Callable[[Callable[[T], Any], Iterable[T]], list[Any]]]:
+        """Yield ``each(function, items)``: what the function makes of every item, in order, in parallel if allowed."""
         if self.workers == 1:
             yield _in_turn
             return
         with ThreadPoolExecutor(self.workers) as executor:
 
-            def each(function: Callable[[T], object], items: Iterable[T]) -> None:
+            def each(function: Callable[[T], Any], items: Iterable[T]) -> list[Any]:
                 items = list(items)
-                if len(items) < 2:
-                    _in_turn(function, items)
-                else:
-                    for _ in executor.map(function, items):
-                        pass
+                return _in_turn(function, items) if len(items) < 2 else list(executor.map(function, items))
 
             yield each
 
@@ -117,6 +113,5 @@ def run_of(run: Run | None) -> Run:
     return run or Run()
 
 
-def _in_turn(function: Callable[[T], object], items: Iterable[T]) -> None:
-    for item in items:
-        function(item)
+def _in_turn(function: Callable[[T], Any], items: Iterable[T]) -> list[Any]:
+    return [function(item) for item in items]

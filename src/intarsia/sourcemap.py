@@ -19,7 +19,7 @@ from .disk.npz import check_sides, unpacked
 from .errors import InputError, ParameterError, ResourceError
 from .frames import check_frames, frozen, matrices, positions
 from .geometry import Box, Wrap
-from .levelling import FINISHES, Finish, finish_of, words_of
+from .levelling import Finish
 
 HOLE = 255
 """Value of ``which`` where no exemplar pixel has been chosen yet."""
@@ -46,8 +46,7 @@ class Blend:
     def __post_init__(self) -> None:
         object.__setattr__(self, "feather", whole_within("feather", self.feather, 0, 1024))
         object.__setattr__(self, "mixing", chosen(Mixing, "mixing", self.mixing))
-        known = tuple(FINISHES.values())
-        if not isinstance(self.finish, (tuple, list)) or not all(isinstance(f, known) for f in self.finish):
+        if not isinstance(self.finish, (tuple, list)) or not all(isinstance(f, Finish) for f in self.finish):
             refused = f"finish={called(self.finish)} is not allowed"
             raise ParameterError(f"{refused}; give a tuple, such as (Levelling(32),).")
         object.__setattr__(self, "finish", tuple(self.finish))
@@ -57,14 +56,14 @@ class Blend:
     @classmethod
     def of(cls, recipe: dict[str, Any]) -> Blend:
         """Read a blend of a saved map or a recipe; a finish that is missing is none."""
-        finish = tuple(finish_of(entry) for entry in recipe.get("finish", ()))
+        finish = tuple(Finish.read(entry) for entry in recipe.get("finish", ()))
         return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
 
     @property
     def as_recipe(self) -> dict[str, Any]:
         """What maps and recipes hold of it; without a finish, no word of one."""
         most = {"feather": self.feather, "mixing": self.mixing.value}
-        return most | ({"finish": [words_of(f) for f in self.finish]} if self.finish else {})
+        return most | ({"finish": [f.as_recipe for f in self.finish]} if self.finish else {})
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from intarsia.cli.app import cli
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Wrap
 from intarsia.image import Kind, Plane
-from intarsia.levelling import Levelling, finish_of, words_of
+from intarsia.levelling import Levelling
 from intarsia.rendering.render import render
 from intarsia.run import Run
 from intarsia.sourcemap import HOLE, Blend, SourceMap
@@ -228,7 +228,7 @@ def test_what_cannot_be_is_refused_in_one_line() -> None:
 
 def test_maps_and_recipes_keep_it_and_old_ones_have_none(tmp_path: Path) -> None:
     finish = (Levelling(7, 0.25),)
-    assert tuple(finish_of(words_of(f)) for f in finish) == finish
+    assert tuple(Levelling.read(f.as_recipe) for f in finish) == finish
     smap = SourceMap(np.zeros((4, 5, 2), np.int32), blend=Blend(2, finish=finish))
     smap.save(tmp_path / "m.npz")
     assert SourceMap.load(tmp_path / "m.npz").blend == smap.blend

@@ -26,14 +26,13 @@ from ..search.posed import valid_windows
 from . import gap_filling_kernels as kernels
 from .grid import BlockSettings
 from .shortlist import ShortList
-from .wrapping import Closing, closing
+from .wrapping import Closing, Place, beside, closing
 
 STAGE = 20110
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
 DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
 TOGETHER = 16  # gaps that one call fills
 Array = NDArray[Any]
-Place = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,21 +118,15 @@ class Sampling:
         (i0, j0), (i1, j1) = self.closing.block_of(y0, x0), self.closing.block_of(y0 + height - 1, x0 + width - 1)
         fields = [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
         gaps = [f for f in fields if sum(f) % 2]
-        drawn = self._sampled(sorted({n for f in gaps for n in _around(f)} | {f for f in fields if sum(f) % 2 == 0}))
+        drawn = self._sampled(sorted({n for f in gaps for n in beside(*f)} | {f for f in fields if sum(f) % 2 == 0}))
         parts = [gaps[k : k + TOGETHER] for k in range(0, len(gaps), TOGETHER)]
         filled: dict[Place, Place] = {}
         wave = 4 * run.workers
         with run.pool() as each:
             for k in range(0, len(parts), wave):
                 run.tick(k, len(parts))
-                made: list[list[Place]] = [[] for _ in parts[k : k + wave]]
-
-                def fill(n: int, k: int = k, made: list[list[Place]] = made) -> None:
-                    made[n] = self._filled(parts[k + n], drawn)
-
-                each(fill, range(len(made)))
-                for n, places in enumerate(made):
-                    filled |= zip(parts[k + n], places, strict=True)
+                for made in each(lambda part: self._filled(part, drawn), parts[k : k + wave]):
+                    filled |= made
         for f in fields:
             self._write(f, drawn[f] if sum(f) % 2 == 0 else filled[f], out, y0, x0)
         run.tick(len(parts), len(parts))
@@ -149,18 +142,18 @@ class Sampling:
             raise _no_room(self.closing.block, self.border)
         return dict(zip(blocks, map(tuple, found.tolist()), strict=True))
 
-    def _filled(self, gaps: list[Place], drawn: dict[Place, Place]) -> list[Place]:
+    def _filled(self, gaps: list[Place], drawn: dict[Place, Place]) -> dict[Place, Place]:
         """Find the patch for each gap whose border fits its four neighbours best (4.2.2)."""
         v1, v2 = np.array(self.cell, np.int64)
         channels = self.picture.shape[2]
         exemplar = self.picture.reshape(-1), self.picture.shape[1] * channels, channels, self.runs
         marks = np.zeros(self.valid.shape, np.uint8)
         border = np.empty(len(self.ring) * channels, np.int16)
-        found = []
+        found = {}
         for gap in gaps:
             y, x = self.closing.begin(*gap)
             sources = []
-            for n in _around(gap):
+            for n in beside(*gap):
                 (py, px), (by, bx) = drawn[n], self.closing.begin(*n)
                 sources.append((py - by + y, px - bx + x))  # both begin half a border before the block
             kernels.template(self.picture, self.ring, np.array(sources, np.int64), border)
@@ -176,7 +169,7 @@ class Sampling:
                 best = kernels.best_by_correlation(*exemplar, border, places, *self.sums)
             else:
                 best = kernels.best_by_difference(*exemplar, border, places)
-            found.append((int(places[best, 0]), int(places[best, 1])))
+            found[gap] = int(places[best, 0]), int(places[best, 1])
         return found
 
     def _first(self, i: int, j: int) -> Place:
@@ -199,12 +192,6 @@ class Sampling:
         part = out[top - y0 : bottom - y0, left - x0 : right - x0]
         part[:, :, 0] = np.arange(top + sy, bottom + sy)[:, None]
         part[:, :, 1] = np.arange(left + sx, right + sx)
-
-
-def _around(block: Place) -> tuple[Place, ...]:
-    """The neighbours above, below, left and right."""
-    i, j = block
-    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
 def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:

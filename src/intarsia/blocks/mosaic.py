@@ -33,14 +33,13 @@ from .gap_table import BAR, GapTable
 from .grid import BlockSettings
 from .places import Shares, dealt, grid_and_places, place_shares, thinned
 from .pose_sheet import Places, Sheet, lattice_poses, posed_places, sheet_of
-from .wrapping import LaidBlocks
+from .wrapping import LaidBlocks, Place, beside
 
 STAGE = 2011
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
 APART = 0.5  # the same, where all of them repeat a neighbour
 Array = NDArray[Any]
-Place = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,16 +118,9 @@ class Mosaic:
                 part = [f for f in fields if (f[0] + f[1]) % 2 == parity]
                 for begin in range(0, len(part), 64):
                     run.tick(done, len(fields))
-                    some = part[begin : begin + 64]
-                    made: list[tuple[Array, ...]] = [()] * len(some)
-
-                    def make(k: int, some: Any = some, made: Any = made) -> None:
-                        made[k] = self._block(*some[k])
-
-                    each(make, range(len(some)))
-                    for block in made:  # in turn: what is written never depends on which thread was first
+                    for block in each(self._block, part[begin : begin + 64]):  # in turn, whichever thread was first
                         self._write(block, out, y0, x0)
-                    done += len(some)
+                        done += 1
         run.tick(done, len(fields))
         return out
 
@@ -146,7 +138,7 @@ class Mosaic:
         for i, j in ((0, 1), (1, 0)):
             at, sides, core = self.laid.window(i, j)
             near = []
-            for a, b in _around(i, j):
+            for a, b in beside(i, j):
                 there, here = (self._shifts(*block, self._places(a, b)) + at for block in ((a, b), (i, j)))
                 near.append((there, here, self.shares[a % 2, b % 2]))
             shifts, shares = self._shifts(i, j) + at, self.shares[i, j]
@@ -155,8 +147,9 @@ class Mosaic:
             found[i, j] = GapTable.of(picture, usable, core, sides, own, near, slack)
         return found
 
-    def _block(self, i: int, j: int) -> tuple[Array, ...]:
+    def _block(self, block: Place) -> tuple[Array, ...]:
         """Canvas rows and columns of the pixels that a block decides, and the exemplar's it shows there."""
+        i, j = block
         at, sides, core = self.laid.window(i, j)
         if (i + j) % 2 == 0:
             ty, tx = self._shift(i, j, self._place(i, j))
@@ -177,7 +170,7 @@ class Mosaic:
         out[y[inside], x[inside], 0], out[y[inside], x[inside], 1] = sy, sx
 
     def _gap(self, i: int, j: int, at: Place, sides: Array, core: Array) -> tuple[Array, Array, Array]:
-        near = _around(i, j)
+        near = beside(i, j)
         places = np.array([self._place(a, b) for a, b in near])
         t = np.array([self._shift(a, b, place) for (a, b), place in zip(near, places, strict=True)], np.int64) + at
         y, x = np.nonzero(sides >= 0)
@@ -210,7 +203,7 @@ class Mosaic:
         """The shift of a gap: one that fits, and shows neither the same as a neighbour nor what continues it."""
         shifts, table = self._shifts(i, j) + at, self.tables[i % 2, j % 2]
         if table is not None:
-            order, costs, moves = table.ranked([self._random(a, b) for a, b in _around(i, j)])
+            order, costs, moves = table.ranked([self._random(a, b) for a, b in beside(i, j)])
             bits = draw(self.seed, STAGE, 1, *self.laid.number(i, j))
             near = min(self.settings.slack, 1)
             for k in _tried(costs, bits):
@@ -221,7 +214,7 @@ class Mosaic:
         found = self._best(core, zone, t, shifts, self.settings.slack)
         if not len(found):
             return int(shifts[0, 0]), int(shifts[0, 1])
-        places = np.array([self._place(a, b) for a, b in _around(i, j)])
+        places = np.array([self._place(a, b) for a, b in beside(i, j)])
         return self._choose(i, j, found, t, self._shifts(i, j, places) + at)
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array, slack: int, keep: int = KEPT) -> Array:
@@ -296,11 +289,6 @@ class Mosaic:
 
     def _places(self, i: int, j: int) -> NDArray[np.int64]:
         return self.places[i % 2, j % 2]
-
-
-def _around(i: int, j: int) -> tuple[Place, ...]:
-    """The blocks above, below, to the left and to the right."""
-    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
 def _tried(costs: Array, bits: int) -> list[int]:

@@ -80,7 +80,7 @@ class LaidBlocks:
 
     def number(self, i: int, j: int) -> Place:
         """Number of a block; around a wrapped canvas the numbers return."""
-        return _around(self.around, i, j)
+        return _returning(self.around, i, j)
 
     def window(self, i: int, j: int) -> tuple[Place, NDArray[np.int8], NDArray[np.uint8]]:
         """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
@@ -112,7 +112,12 @@ class LaidBlocks:
         return at, (shape[0] + 2 * reach + 1, shape[1] + 2 * reach + 1)
 
 
-def _around(counts: Place, i: int, j: int) -> Place:
+def beside(i: int, j: int) -> tuple[Place, ...]:
+    """The blocks above, below, to the left and to the right."""
+    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
+
+
+def _returning(counts: Place, i: int, j: int) -> Place:
     rows, columns = counts
     return (i % rows if rows else i), (j % columns if columns else j)
 
@@ -159,7 +164,7 @@ class Closing:
 
     def number(self, i: int, j: int) -> Place:
         """Number of a block; around a wrapped canvas the numbers return."""
-        return _around(self.around, i, j)
+        return _returning(self.around, i, j)
 
     def lattice_place(self, i: int, j: int) -> Place:
         """Where a block begins in the lattice, 1/256 px: as on the canvas, less the stretch."""

@@ -35,12 +35,12 @@ def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
     if pixels.dtype == dtype:
         return pixels
     if kind == "label":
-        return _labels(pixels, dtype)
+        return _numbers_kept(pixels, dtype)
     if floats and dtype.kind == "f":
         with np.errstate(over="ignore"):
             return pixels.astype(dtype)
     if not floats and dtype.kind == "u":
-        return _by_rows(pixels, dtype, lambda p: _steps(p, dtype))
+        return _by_rows(pixels, dtype, lambda p: _other_codes(p, dtype))
     if floats:
         return _by_rows(pixels, dtype, lambda p: _to_codes(p, kind, linear, dtype))
     return _by_rows(pixels, dtype, lambda p: _to_values(p, kind, dtype))
@@ -90,13 +90,13 @@ def _on_colour(values: Array, kind: str, curve: Callable[[Array], Array]) -> Arr
     return np.concatenate([curve(values[..., :-1]), values[..., -1:]], axis=-1)
 
 
-def _steps(pixels: Array, dtype: np.dtype[Any]) -> Array:
+def _other_codes(pixels: Array, dtype: np.dtype[Any]) -> Array:
     if pixels.dtype == np.uint8:
         return pixels.astype(np.uint16) * np.uint16(257)
     return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
 
 
-def _labels(pixels: Array, dtype: np.dtype[Any]) -> Array:
+def _numbers_kept(pixels: Array, dtype: np.dtype[Any]) -> Array:
     if pixels.dtype == bool:
         return pixels.astype(dtype)
     converted = pixels.astype(dtype)

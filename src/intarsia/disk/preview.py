@@ -22,9 +22,9 @@ def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
     """
     samples = pixels.reshape(*pixels.shape[:2], -1)
     if kind == "label":
-        seen = _labels(samples)
+        seen = _in_colours(samples)
     else:
-        seen = converted(_stretched(samples) if kind == "data" else samples, kind, linear, EIGHT)
+        seen = converted(_to_its_range(samples) if kind == "data" else samples, kind, linear, EIGHT)
     if seen.shape[2] > 4:
         seen = seen[:, :, :3]
     return seen[:, :, 0] if seen.shape[2] == 1 else seen
@@ -39,7 +39,7 @@ def preview_png(pixels: Array, kind: str, linear: bool) -> bytes:
     return buffer.getvalue()
 
 
-def _stretched(samples: Array) -> Array:
+def _to_its_range(samples: Array) -> Array:
     if samples.dtype.kind != "f":
         return samples
     values = samples.astype(np.float64)
@@ -48,7 +48,7 @@ def _stretched(samples: Array) -> Array:
     return (values - low) / ((high - low) or 1.0) if low < 0.0 or high > 1.0 else values
 
 
-def _labels(values: Array) -> Array:
+def _in_colours(values: Array) -> Array:
     """Give every label a colour of its own; the colours of a coloured label map stay."""
     if values.dtype == bool:
         return values.astype(np.uint8) * np.uint8(255)

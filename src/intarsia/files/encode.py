@@ -44,8 +44,8 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
     if target.name in ("ppm", "pgm", "pfm"):
         return netpbm.encode(pixels, target.name)
     if target.name in ("jpeg", "webp", "tga", "bmp"):
-        return _by_pillow(target.name, pixels, text, icc)
-    return _by_oiio(target.name, pixels, text, icc)
+        return _bytes_by_pillow(target.name, pixels, text, icc)
+    return _bytes_by_oiio(target.name, pixels, text, icc)
 
 
 def holds_recipe(target: Format, recipe: str) -> bool:
@@ -88,7 +88,7 @@ def _storable(plane: Plane) -> Array:
     return np.ascontiguousarray(pixels)
 
 
-def _by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
+def _bytes_by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
     from PIL import Image
 
     buffer = io.BytesIO()
@@ -113,7 +113,7 @@ def _by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) ->
     return buffer.getvalue()
 
 
-def _by_oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
+def _bytes_by_oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape

@@ -29,17 +29,17 @@ def decode(data: bytes, name: str) -> Array:
     if kind in b"Ff":
         return _float(data, name, 3 if kind == b"F" else 1)
     channels = 3 if kind in b"36" else 1
-    width, pos = _number(data, 2, name, "width")
-    height, pos = _number(data, pos, name, "height")
+    width, pos = _header_number(data, 2, name, "width")
+    height, pos = _header_number(data, pos, name, "height")
     check_size(name, width, height)
     maxval = 1
     if kind not in b"14":
-        maxval, pos = _number(data, pos, name, "maximum")
+        maxval, pos = _header_number(data, pos, name, "maximum")
         if not 1 <= maxval <= 65535:
             raise InputError(f"{name} has the maximum value {maxval}; allowed are 1 to 65535, so save it again.")
     shape = (height, width) if channels == 1 else (height, width, 3)
     if kind in b"123":
-        values = _plain(data[pos:], height * width * channels, name, bits=kind == b"1")
+        values = _written_out(data[pos:], height * width * channels, name, bits=kind == b"1")
     elif kind == b"4":
         row = (width + 7) // 8
         packed = _raw(data, pos, row * height, np.dtype(np.uint8), name).reshape(height, row)
@@ -64,7 +64,7 @@ def encode(pixels: Array, name: str) -> bytes:
     return head.encode() + pixels.astype(pixels.dtype.newbyteorder(">")).tobytes()
 
 
-def _number(data: bytes, pos: int, name: str, what: str) -> tuple[int, int]:
+def _header_number(data: bytes, pos: int, name: str, what: str) -> tuple[int, int]:
     found = _TOKEN.match(data, pos, pos + HEADER)
     if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
         raise InputError(f"{name} states no {what} in its header; it is damaged, save it again.")
@@ -90,7 +90,7 @@ def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> 
     return np.frombuffer(data, dtype, count, pos).astype(dtype.newbyteorder("="))
 
 
-def _plain(text: bytes, count: int, name: str, bits: bool) -> Array:
+def _written_out(text: bytes, count: int, name: str, bits: bool) -> Array:
     """Read numbers written out, one part of the text after the other, so that memory stays that of the pixels."""
     text = _COMMENT.sub(b" ", text) if b"#" in text else text
     if len(text) < (count if bits else 2 * count - 1):  # before any room is made for them
@@ -99,7 +99,7 @@ def _plain(text: bytes, count: int, name: str, bits: bool) -> Array:
     for part in _parts(text):
         if have == count:
             break
-        found = _bits(part, name) if bits else _numbers(part, count - have, name)
+        found = _bits(part, name) if bits else _written_numbers(part, count - have, name)
         found = found[: count - have]
         values[have : have + len(found)] = found
         have += len(found)
@@ -126,7 +126,7 @@ def _bits(part: bytes, name: str) -> Array:
     return np.frombuffer(digits, np.uint8) - np.uint8(48)
 
 
-def _numbers(part: bytes, most: int, name: str) -> Array:
+def _written_numbers(part: bytes, most: int, name: str) -> Array:
     """Read at most so many numbers of up to five digits."""
     codes = np.frombuffer(part + b"     ", np.uint8)
     inside = ~_IS_BLANK[codes]
@@ -161,8 +161,8 @@ def _full_range(values: Array, maxval: int) -> Array:
 
 def _float(data: bytes, name: str, channels: int) -> Array:
     """PFM: rows from the bottom up; the sign of the scale tells the byte order, its size is ignored."""
-    width, pos = _number(data, 2, name, "width")
-    height, pos = _number(data, pos, name, "height")
+    width, pos = _header_number(data, 2, name, "width")
+    height, pos = _header_number(data, pos, name, "height")
     check_size(name, width, height)
     found = _TOKEN.match(data, pos, pos + HEADER)
     try:

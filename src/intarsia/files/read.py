@@ -73,7 +73,7 @@ def read_set(
     if unused is not None and not all(map(finite, planes.values())):
         kept = ~unused(planes[first], printable(path))
         usable = kept if usable is None else usable & kept
-    return Exemplar(planes, usable, name=_short(path))
+    return Exemplar(planes, usable, name=_exemplar_name(path))
 
 
 def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
@@ -90,7 +90,7 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
     found = decode(picture)
     pixels, kind = found.pixels, Kind.COLOUR if kind is None else chosen(Kind, "kind", kind)
     if kind is Kind.NORMAL:
-        pixels = _three(pixels, picture.name)
+        pixels = _three_channels(pixels, picture.name)
     if pixels.dtype == np.uint32 and kind is not Kind.LABEL:
         raise InputError(f"{picture.name} holds 32-bit labels, not a picture; save it with 16 bit or float.")
     linear = pixels.dtype.kind == "f"
@@ -108,14 +108,14 @@ def _named_plane(name: str, path: PathLike) -> Plane:
     return plane
 
 
-def _short(path: PathLike) -> str:
+def _exemplar_name(path: PathLike) -> str:
     text = os.fspath(path)
     if text == "-" or text.startswith(PREFIX):
         return "stdin" if text == "-" else text
     return name_of(text)[0] or Path(text).stem
 
 
-def _three(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:
+def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:
     """A normal map has three channels; an alpha that says nothing is dropped."""
     if pixels.ndim == 3 and pixels.shape[2] == 4 and (pixels[:, :, 3] == pixels[0, 0, 3]).all():
         return pixels[:, :, :3]

@@ -32,11 +32,11 @@ def hash_of(a: I, b: int, seed: int) -> I:
     return (z ^ (z >> np.uint32(16))).astype(np.int64).reshape(np.shape(a))
 
 
-def value_of(a: I, seed: int) -> F:
+def hashed_share(a: I, seed: int) -> F:
     return hash_of(a, 0, seed) / 4294967296.0
 
 
-def pick(palette: Sequence[tuple[int, int, int]], which: I) -> F:
+def picked(palette: Sequence[tuple[int, int, int]], which: I) -> F:
     return np.array(palette, np.float64)[which % len(palette)]
 
 
@@ -49,16 +49,12 @@ def smooth(t: NDArray[np.floating[Any]]) -> F:
 def lattice(tall: int, wide: int, seed: int) -> F:
     """Value noise that wraps, with cells of tall x wide px, in 0..1."""
     ny, nx = max(1, SIDE // tall), max(1, SIDE // wide)
-    knots = value_of(np.arange(ny * nx), seed).reshape(ny, nx)
+    knots = hashed_share(np.arange(ny * nx), seed).reshape(ny, nx)
     p, q = np.arange(SIDE) * (ny / SIDE), np.arange(SIDE) * (nx / SIDE)
     i, j = p.astype(np.int64), q.astype(np.int64)
     f, g = smooth(p - i)[:, None], smooth(q - j)[None, :]
     rows = knots[i % ny] * (1 - f) + knots[(i + 1) % ny] * f
     return rows[:, j % nx] * (1 - g) + rows[:, (j + 1) % nx] * g
-
-
-def noise(cell: int, seed: int) -> F:
-    return lattice(cell, cell, seed)
 
 
 def stretched(wide: int, tall: int, seed: int) -> F:
@@ -95,7 +91,7 @@ def light(height: F, strength: float) -> tuple[F, F]:
     return 0.45 + 0.55 / LIGHT[2] * facing, gloss * 0.6
 
 
-def blur(a: F, radius: int) -> F:
+def box_blur(a: F, radius: int) -> F:
     """A box, twice, along both axes, with wrap."""
     for axis in (0, 1, 0, 1):
         total = a.copy()

@@ -19,18 +19,18 @@ from .relief import (
     SIDE,
     F,
     I,
-    blur,
+    box_blur,
     cloud,
     grid,
     hash_of,
+    hashed_share,
+    lattice,
     light,
-    noise,
-    pick,
+    picked,
     rounded_box,
     shadow,
     smooth,
     stretched,
-    value_of,
 )
 from .source import look
 
@@ -67,9 +67,9 @@ def tiles() -> Plane:
     y, x = grid()
     row, column = y // side, x // side
     number = row * 4 + column
-    v = (y % side) + 0.5 - side / 2 + 1.6 * (value_of(number, 1) - 0.5)
-    u = (x % side) + 0.5 - side / 2 + 1.6 * (value_of(number, 2) - 0.5)
-    half = side / 2 - 2.6 + 0.9 * (noise(16, 3) - 0.5)
+    v = (y % side) + 0.5 - side / 2 + 1.6 * (hashed_share(number, 1) - 0.5)
+    u = (x % side) + 0.5 - side / 2 + 1.6 * (hashed_share(number, 2) - 0.5)
+    half = side / 2 - 2.6 + 0.9 * (lattice(16, 16, 3) - 0.5)
     inside = rounded_box(u, v, half, half, 5.0)  # px to the edge, positive inside
     glaze = cloud(64, 4, 4)
     cover = np.clip(inside + 0.5, 0.0, 1.0)[..., None]
@@ -78,7 +78,7 @@ def tiles() -> Plane:
     palette = [
         (38, 104, 118), (52, 132, 134), (30, 82, 112), (84, 152, 140), (116, 168, 150), (44, 112, 100), (70, 126, 150),
     ]  # fmt: skip
-    colour = pick(palette, hash_of(number, 0, 7)) * (0.86 + 0.28 * value_of(number, 8))[..., None]
+    colour = picked(palette, hash_of(number, 0, 7)) * (0.86 + 0.28 * hashed_share(number, 8))[..., None]
     pooled = smooth(1.0 - inside / 16.0)  # glaze gathers, darker, toward the edge
     colour = colour * (1.12 - 0.34 * pooled - 0.36 * (glaze - 0.5))[..., None]
     cloudy = smooth((cloud(16, 9, 4) - 0.42) / 0.3)
@@ -97,7 +97,7 @@ def pebbles() -> Plane:
         (142, 122, 100), (168, 150, 126), (116, 104, 94), (150, 146, 138), (188, 176, 156),
         (96, 90, 86), (128, 98, 76), (172, 132, 102), (138, 136, 132), (204, 198, 186),
     ]  # fmt: skip
-    colour = pick(palette, hash_of(number, 0, 30)) * (0.84 + 0.3 * value_of(number, 31))[..., None]
+    colour = picked(palette, hash_of(number, 0, 30)) * (0.84 + 0.3 * hashed_share(number, 31))[..., None]
     shift = hash_of(number, 3, 32) % SIDE
     y, x = grid()
     bands = cloud(16, 33, 4)[(y + shift) % SIDE, (x + shift // 3) % SIDE]
@@ -105,7 +105,7 @@ def pebbles() -> Plane:
     colour = colour * (0.84 + 0.34 * (bands - 0.5) + 0.3 * grain)[..., None]
     facing = normal[0] * LIGHT[0] + normal[1] * LIGHT[1] + normal[2] * LIGHT[2]
     shade = 0.34 + 0.86 * np.clip(facing, 0.0, 1.0)
-    around = blur(top, 9)
+    around = box_blur(top, 9)
     open_sky = np.clip(0.98 + (top - around) * 0.075, 0.24, 1.08)
     cast = shadow(top)
     sheen = np.clip(facing, 0.0, 1.0)
@@ -132,14 +132,14 @@ def stones() -> Plane:
         (176, 146, 110), (158, 126, 94), (190, 166, 130), (142, 118, 96), (168, 132, 92),
         (152, 138, 118), (182, 150, 118), (134, 108, 86), (196, 174, 142),
     ]  # fmt: skip
-    colour = pick(palette, hash_of(number, 2, 50)) * (0.86 + 0.24 * value_of(number, 51))[..., None]
+    colour = picked(palette, hash_of(number, 2, 50)) * (0.86 + 0.24 * hashed_share(number, 51))[..., None]
     stain = cloud(64, 52, 4)
     colour = colour * (0.8 + 0.55 * (rough - 0.5) + 0.26 * fine + 0.14 * stain)[..., None]
     warm = np.stack([1.0 + 0.1 * (stain - 0.5), np.ones_like(stain), 1.0 - 0.2 * (stain - 0.5)], axis=2)
     mortar = np.array([172.0, 160.0, 142.0]) * (0.56 + 0.42 * cloud(4, 53, 3))[..., None]
     mortar = mortar * (0.7 + 0.3 * smooth(-inside / 3.0))[..., None]
     shade, _ = light(height, 0.75)
-    open_sky = np.clip(1.0 + (height - blur(height, 8)) * 0.035, 0.55, 1.1)
+    open_sky = np.clip(1.0 + (height - box_blur(height, 8)) * 0.035, 0.55, 1.1)
     lit = (colour * warm * cover[..., None] + mortar * (1 - cover)[..., None]) * (shade * open_sky)[..., None]
     return _painted(lit)
 
@@ -157,14 +157,14 @@ def planks() -> Plane:
     shift = hash_of(number, 5, 62) % SIDE
     slow = stretched(8, 64, 63)[(y + shift) % SIDE, (x + shift) % SIDE]
     bend, knot, ring = _knots(along, across, number)
-    t = across * 0.135 + 2.6 * slow + bend + 9.0 * value_of(number, 64)
+    t = across * 0.135 + 2.6 * slow + bend + 9.0 * hashed_share(number, 64)
     wave = t - np.floor(t)
     late = smooth(wave / 0.82) * (1.0 - smooth((wave - 0.82) / 0.18))  # slow to darken, quick to clear
     fibre = stretched(1, 24, 65)
     fine = stretched(2, 48, 66)
     palette = [(176, 128, 82), (160, 112, 70), (190, 144, 96), (150, 106, 70), (182, 136, 92)]
-    base = pick(palette, hash_of(number, 6, 67))
-    base = base * (0.9 + 0.16 * value_of(number, 68))[..., None]
+    base = picked(palette, hash_of(number, 6, 67))
+    base = base * (0.9 + 0.16 * hashed_share(number, 68))[..., None]
     dark = np.stack([0.34 * late, 0.4 * late, 0.46 * late], axis=2)
     colour = base * (1.0 - 0.62 * dark) * (0.8 + 0.24 * fibre + 0.2 * fine)[..., None]
     colour = colour * (0.92 + 0.16 * cloud(64, 69, 3))[..., None]
@@ -191,7 +191,7 @@ def _heap(cell: int, seed: int) -> tuple[F, tuple[F, F, F], I, F]:
     owner = np.zeros((SIDE, SIDE), np.int64)
     for number in range(2 * n * n):
         i = number % (n * n)
-        at = [float(value_of(np.array(number), seed + k)) for k in range(8)]
+        at = [float(hashed_share(np.array(number), seed + k)) for k in range(8)]
         late = number >= n * n
         cy, cx = (i // n + at[0]) * step, (i % n + at[1]) * step
         long = step * ((0.5 + 0.62 * at[2] * at[2]) if late else (0.62 + 0.34 * at[2]))
@@ -232,7 +232,7 @@ def _stone_courses(y: F, x: F) -> tuple[F, I]:
     inside = np.zeros(y.shape)
     number = np.zeros(y.shape, np.int64)
     for r in range(len(rows) - 1):
-        widths = 34.0 + 46.0 * value_of(np.arange(5 if r % 2 else 4), 200 + r)
+        widths = 34.0 + 46.0 * hashed_share(np.arange(5 if r % 2 else 4), 200 + r)
         ends = np.concatenate([[0.0], np.cumsum(widths)])
         ends = ends * (SIDE / ends[-1])
         local = (x + 61.0 * r + 17.0) % SIDE

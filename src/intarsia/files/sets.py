@@ -52,9 +52,9 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
     loose: list[PathLike] = []
     for path in paths:
         if _is_folder(path) and how == "auto":
-            found.append(_one_set(_inside(path), printable(path)))
+            found.append(_one_set(_pictures_in(path), printable(path)))
         else:
-            loose.extend(_inside(path) if _is_folder(path) else [path])
+            loose.extend(_pictures_in(path) if _is_folder(path) else [path])
     if how == "set":
         return [_one_set(loose, "the set")] if loose else []
     bases: dict[tuple[str, str], list[PathLike]] = {}
@@ -131,7 +131,7 @@ def _is_folder(path: PathLike) -> bool:
     return not _special(path) and os.path.isdir(path)
 
 
-def _inside(folder: PathLike) -> list[PathLike]:
+def _pictures_in(folder: PathLike) -> list[PathLike]:
     """The pictures in a folder, sorted; in a folder with maps, files without a known ending are left out."""
     try:
         names = sorted(os.listdir(folder))

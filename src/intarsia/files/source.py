@@ -42,14 +42,14 @@ class Picture:
         if self.held is not None:
             return self.held[:HEAD]
         assert self.path is not None
-        return _read(self.path, self.name, HEAD)
+        return _first_bytes(self.path, self.name, HEAD)
 
     def data(self) -> bytes:
         """All bytes."""
         if self.held is not None:
             return self.held
         assert self.path is not None
-        data = _read(self.path, self.name, MAX_WHOLE + 1)
+        data = _first_bytes(self.path, self.name, MAX_WHOLE + 1)
         if len(data) > MAX_WHOLE:
             raise InputError(f"{self.name} is larger than {MAX_WHOLE >> 30} GiB; crop it, or save it as TIFF or EXR.")
         return data
@@ -77,16 +77,16 @@ class Picture:
 def look(source: str | os.PathLike[str] | bytes) -> Picture:
     """Find out what a path or some bytes hold; never waits, whatever lies there."""
     if isinstance(source, bytes | bytearray | memoryview):
-        return _picture("the data", None, bytes(source), len(source))
+        return _known_picture("the data", None, bytes(source), len(source))
     text = os.fspath(source)
     if text == "-":
         data = _standard_input()
-        return _picture("the standard input", None, data, len(data))
+        return _known_picture("the standard input", None, data, len(data))
     path, name = Path(text), printable(text)
     if not text:
         raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
     size = ordinary(path, name)
-    return _picture(name, path, None, size)
+    return _known_picture(name, path, None, size)
 
 
 def _standard_input() -> bytes:
@@ -101,17 +101,17 @@ def _standard_input() -> bytes:
     return data
 
 
-def _picture(name: str, path: Path | None, held: bytes | None, size: int) -> Picture:
+def _known_picture(name: str, path: Path | None, held: bytes | None, size: int) -> Picture:
     if size == 0:
         raise InputError(f"{name} is empty (0 bytes); copy or save it again.")
-    head = held[:HEAD] if held is not None else _read(path or Path(), name, HEAD)
+    head = held[:HEAD] if held is not None else _first_bytes(path or Path(), name, HEAD)
     kind, seems = sniff(head[:4096], size)
     if kind is None:
         raise InputError(f"{name} seems to be {seems}; only {READABLE} are read, so convert it first.")
     return Picture(name, kind, path, held, size)
 
 
-def _read(path: Path, name: str, limit: int) -> bytes:
+def _first_bytes(path: Path, name: str, limit: int) -> bytes:
     try:
         # Not blocking: should the file have become a pipe since it was looked at, this returns at once.
         number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))

@@ -48,7 +48,7 @@ def write(
     """
     expect_path(path)
     expect(recipe, (str, NoneType), "recipe", "JSON, as text")
-    plane = as_plane(picture)
+    plane = plane_of(picture)
     if depth is not None:
         plane = convert(plane, depth)
     if os.fspath(path) == "-":
@@ -77,15 +77,15 @@ def check_depth(
     """Refuse, before any work, a picture that the format of a file cannot hold, in that `size` (width, height)."""
     if os.fspath(path) == "-":
         return
-    check_holds(format_of(path), as_plane(picture), None if depth is None else dtype_of(depth), size)
+    check_holds(format_of(path), plane_of(picture), None if depth is None else dtype_of(depth), size)
 
 
-def as_plane(picture: Any) -> Plane:
+def plane_of(picture: Any) -> Plane:
     """Take a plane, anything that renders one, or an array."""
     if isinstance(picture, Plane):
         return picture
     if hasattr(picture, "render") and not isinstance(picture, type):
-        return as_plane(picture.render())
+        return plane_of(picture.render())
     if picture is None or isinstance(picture, (type, str)):
         raise InputError(f"what is to be written is {called(picture)}; give a Plane, a Synthesis or an array.")
     array = pixels_of(picture)

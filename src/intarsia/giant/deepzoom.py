@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -104,13 +105,7 @@ class TileStore(FolderStore):
                 todo = [c for c in self.tiles(level) if not self.sound(name_of_tile(level, c.row, c.column))]
                 for begin in range(0, len(todo), 8 * run.workers):
                     some = todo[begin : begin + 8 * run.workers]
-                    made = [b""] * len(some)
-
-                    def make(n: int, some: list[Cell] = some, made: list[bytes] = made, level: int = level) -> None:
-                        made[n] = self._smaller(level, some[n])
-
-                    each(make, range(len(some)))
-                    for cell, data in zip(some, made, strict=True):
+                    for cell, data in zip(some, each(partial(self._smaller, level), some), strict=True):
                         self.keep(name_of_tile(level, cell.row, cell.column), data)
                     run.tick(len(self.grid), len(self.grid))
         super().finish(run)

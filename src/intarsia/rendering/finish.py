@@ -66,7 +66,7 @@ class Bench:
         for how in finishes:
             reach -= how.radius
             inner = self._around(box, reach)
-            codes = self._levelled(codes, _times(here, self.scale), _times(inner, self.scale), how, run)
+            codes = self._levelled(codes, _enlarged_box(here, self.scale), _enlarged_box(inner, self.scale), how, run)
             here = inner
         return codes
 
@@ -117,11 +117,11 @@ class Bench:
                     there = slice(cell.y0, cell.y1), slice(cell.x0, cell.x1), channels.span
                     here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
                     place = Box(cell.y0 + dy, cell.x0 + dx, cell.y1 + dy, cell.x1 + dx)  # in `box`
-                    wide, steps = _wider(place, radius, codes.shape), np.zeros(here.shape)
+                    wide, steps = _with_margin(place, radius, codes.shape), np.zeros(here.shape)
                     part = self._part(wide, box)
                     values, weight = channels.numbers(_cut(codes, wide, Box(0, 0, 0, 0)))
                     for band in channels.bands:
-                        near = _wider(place, band.radius, codes.shape)
+                        near = _with_margin(place, band.radius, codes.shape)
                         seen = _cut(values, near, wide)
                         if band is not channels.bands[0]:
                             take_off(seen, _cut_map(part, near, wide), self.table, band.smooth)
@@ -183,7 +183,7 @@ class _Channels:
             shift = min(room - math.frexp(float(np.abs(spread).max()))[1], 1000)
         else:
             shift = room - 8 * codes.itemsize
-        values, smooth, bands = _whole(codes, shift), np.zeros(codes.shape, np.int64), []
+        values, smooth, bands = _as_integers(codes, shift), np.zeros(codes.shape, np.int64), []
         while True:
             bands.append(_Band(radius, smooth, _sums_of_all(bench.table, values - smooth, weights)))
             radius //= _RATIO
@@ -194,7 +194,7 @@ class _Channels:
 
     def numbers(self, codes: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return what is added up of a piece of the picture (h, w, C): values, and weights unless all count alike."""
-        values = _whole(codes[..., self.span], self.shift)
+        values = _as_integers(codes[..., self.span], self.shift)
         return values, _opacity(codes[..., -1]) if self.alpha else _NONE
 
     def move(self, codes: Array, steps: NDArray[np.float64], strength: float) -> None:
@@ -207,11 +207,11 @@ class _Channels:
         codes[...] = np.clip(wanted, np.minimum(self.spread[:, 0], own), np.maximum(self.spread[:, 1], own))
 
 
-def _times(box: Box, scale: int) -> Box:
+def _enlarged_box(box: Box, scale: int) -> Box:
     return Box(box.y0 * scale, box.x0 * scale, box.y1 * scale, box.x1 * scale)
 
 
-def _wider(cell: Box, radius: int, shape: tuple[int, ...]) -> Box:
+def _with_margin(cell: Box, radius: int, shape: tuple[int, ...]) -> Box:
     """Return the cell with its surroundings, as far as the picture goes."""
     return Box(
         max(cell.y0 - radius, 0), max(cell.x0 - radius, 0), min(cell.y1 + radius, shape[0]),
@@ -229,7 +229,7 @@ def _cut_map(part: Map, box: Box, frame: Box) -> Map:
     return _cut(part[0], box, frame), _cut(part[1], box, frame), _cut(part[2], box, frame)
 
 
-def _whole(codes: Array, shift: int) -> NDArray[np.int64]:
+def _as_integers(codes: Array, shift: int) -> NDArray[np.int64]:
     """Return codes as whole numbers of 2**-shift; what is not finite, which only masked pixels may be, as 0."""
     if codes.dtype.kind != "f":
         return np.asarray(codes.astype(np.int64) << shift)
@@ -252,8 +252,8 @@ def _sums_of_all(table: NDArray[np.int64], values: NDArray[np.int64], weights: N
     for at, (start, height, width, _) in enumerate(table):
         pixels, shape = slice(start, start + height * width), (height, width)
         weight = _NONE if weights is None else weights[pixels].reshape(shape)
-        flat.append(_sums(values[pixels].reshape(*shape, -1), weight))
-        heavy.append(_sums(weight[..., None], _NONE))
+        flat.append(_corner_sums(values[pixels].reshape(*shape, -1), weight))
+        heavy.append(_corner_sums(weight[..., None], _NONE))
         corners[at, 0] = first
         first += len(flat[-1])
     return Sums(np.concatenate(flat), np.concatenate(heavy), corners)
@@ -262,10 +262,10 @@ def _sums_of_all(table: NDArray[np.int64], values: NDArray[np.int64], weights: N
 def _sums_of(values: NDArray[np.int64], weight: NDArray[np.int64]) -> Sums:
     """Add up a piece of the picture."""
     table = np.array([[0, *values.shape[:2], 0]], np.int64)
-    return Sums(_sums(values, weight), _sums(weight[..., None], _NONE), table)
+    return Sums(_corner_sums(values, weight), _corner_sums(weight[..., None], _NONE), table)
 
 
-def _sums(values: Array, weight: NDArray[np.int64]) -> NDArray[np.int64]:
+def _corner_sums(values: Array, weight: NDArray[np.int64]) -> NDArray[np.int64]:
     """Add up all above and left of every corner of a picture (h, w, C): ((h + 1) (w + 1), C) numbers."""
     if not values.size:
         return np.zeros((0, 1), np.int64)

@@ -96,11 +96,11 @@ def render(
             f"{box.width}x{box.height} px do not suit a plane {shrink}x smaller; give multiples of {shrink}."
         )
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
-        return planes[0].like(_drawn(job, box, smap, shrink, run))
+        return planes[0].like(_draw_box(job, box, smap, shrink, run))
     assert isinstance(job, _Job)  # the others have no finish
     usable = usable_pixels(exemplars, job.scale)
     bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
-    codes = bench.finished(lambda wide: _drawn(job, wide, smap, 1, run), box, blend.finish, run)
+    codes = bench.finished(lambda wide: _draw_box(job, wide, smap, 1, run), box, blend.finish, run)
     if shrink > 1:
         step = _ROWS * shrink
         bands = [job.mixer.average(codes[y : y + step], shrink) for y in range(0, box.height, step)]
@@ -108,7 +108,7 @@ def render(
     return planes[0].like(codes)
 
 
-def _drawn(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
+def _draw_box(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow = job.scale
     rows = _stretches(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
@@ -117,8 +117,8 @@ def _drawn(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, ru
     out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
         (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
-        for y, ty, h in _pieces(rows, max(_ROWS, job.feather) // grow, shrink)
-        for x, tx, w in _pieces(columns, max(_COLUMNS, job.feather) // grow, shrink)
+        for y, ty, h in _cell_sides(rows, max(_ROWS, job.feather) // grow, shrink)
+        for x, tx, w in _cell_sides(columns, max(_COLUMNS, job.feather) // grow, shrink)
     ]
 
     def draw(cell: tuple[int, int, int, int, int, int]) -> None:
@@ -256,6 +256,6 @@ def _stretches(start: int, stop: int, length: int, wrap: bool, axis: str) -> lis
     return [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
 
 
-def _pieces(stretches: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
+def _cell_sides(stretches: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
     step = max(step // multiple, 1) * multiple
     return [(y + i, t + i, min(step, n - i)) for y, t, n in stretches for i in range(0, n, step)]

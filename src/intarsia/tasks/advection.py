@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import called, expect, whole_within
 from ..canvas import Canvas
 from ..errors import InputError, IntarsiaError, ParameterError, said
-from ..field import name_of
+from ..field import function_name
 from ..lazy import lazy
 from ..methods.parallel_controllable import ParallelControllable
 from ..run import Run, run_of
@@ -113,7 +113,7 @@ def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> N
         except IntarsiaError:
             raise
         except Exception as e:  # whatever it does is no fault of ours, and is reported as what it is
-            raise InputError(f"the function {name_of(flow)} gives no flow: {said(e)}") from e
+            raise InputError(f"the function {function_name(flow)} gives no flow: {said(e)}") from e
     if isinstance(given, tuple) and len(given) == 2:
         given = _stacked(given, height, width)
     try:
