@@ -20,17 +20,8 @@ T = TypeVar("T")
 
 KIND_OF_NAME = {
     "normal": Kind.NORMAL,
-    "height": Kind.DATA,
-    "roughness": Kind.DATA,
-    "metallic": Kind.DATA,
-    "ao": Kind.DATA,
-    "opacity": Kind.DATA,
-    "specular": Kind.DATA,
-    "orm": Kind.DATA,
-    "label": Kind.LABEL,
-    "labels": Kind.LABEL,
-    "id": Kind.LABEL,
-    "ids": Kind.LABEL,
+    **dict.fromkeys(("height", "roughness", "metallic", "ao", "opacity", "specular", "orm"), Kind.DATA),
+    **dict.fromkeys(("label", "labels", "id", "ids"), Kind.LABEL),
 }
 """What a plane of this name holds; any other name is a colour."""
 
@@ -97,13 +88,9 @@ class Exemplar:
 
     @classmethod
     def of(
-        cls,
-        pixels: ArrayLike | Plane | Mapping[str, ArrayLike | Plane] | Exemplar,
-        *,
-        usable: ArrayLike | None = None,
-        toroidal: bool | None = None,
-        name: str | None = None,
-    ) -> Exemplar:
+        cls, pixels: ArrayLike | Plane | Mapping[str, ArrayLike | Plane] | Exemplar, *, usable: ArrayLike | None = None,
+        toroidal: bool | None = None, name: str | None = None,
+    ) -> Exemplar:  # fmt: skip
         """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` tell the kind.
 
         Masked pixels of a masked array are not used, and those of a picture of Pillow are taken as it shows them. Of an

@@ -283,8 +283,13 @@ def _source(name: str, height: int, width: int, digest: str) -> Source:
 
 
 def _positions(start: int, stop: int, length: int, wrap: bool, axis: str) -> NDArray[np.int64]:
+    check_stretch(start, stop, length, wrap, axis)
+    return np.arange(start, stop) % length
+
+
+def check_stretch(start: int, stop: int, length: int, wrap: bool, axis: str) -> None:
+    """Refuse a stretch of rows or columns (`axis`) that a canvas of `length` px does not have."""
     if stop <= start or (not wrap and (start < 0 or stop > length)):
         raise ParameterError(
             f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas."
         )
-    return np.arange(start, stop) % length

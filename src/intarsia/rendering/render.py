@@ -26,7 +26,7 @@ from ..geometry import Box
 from ..image import Array, Kind, Plane
 from ..lazy import lazy
 from ..run import Run
-from ..sourcemap import Blend, Mixing, SourceMap
+from ..sourcemap import Blend, Mixing, SourceMap, check_stretch
 from .cell_kernels import cut_window
 from .colour import Curve
 from .ground import OUTSIDE, enlarged, ground_of, refuse_holes, usable_pixels
@@ -89,8 +89,8 @@ def render(
     box = box or Box(0, 0, smap.height, smap.width)
     job = (_Job if smap.exact else warped.Warped).of(exemplars, planes, scale, smap, blend)
     shrink = max(-scale, 1)
-    _stretches(box.y0, box.y1, smap.height, smap.wrap.y, "rows")  # refuses what does not lie on the canvas
-    _stretches(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    check_stretch(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
+    check_stretch(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
     if any(v % shrink for v in (box.y0, box.x0, box.height, box.width, smap.height, smap.width)):
         raise ParameterError(
             f"{box.width}x{box.height} px do not suit a plane {shrink}x smaller; give multiples of {shrink}."
@@ -111,8 +111,7 @@ def render(
 def _draw_box(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow = job.scale
-    rows = _stretches(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
-    columns = _stretches(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
+    rows, columns = _stretches(box.y0, box.y1, smap.height), _stretches(box.x0, box.x1, smap.width)
     samples = job.samples
     out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
@@ -246,12 +245,8 @@ def _facts_of(plane: Plane, scale: int) -> tuple[object, ...]:
     return plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green
 
 
-def _stretches(start: int, stop: int, length: int, wrap: bool, axis: str) -> list[tuple[int, int, int]]:
+def _stretches(start: int, stop: int, length: int) -> list[tuple[int, int, int]]:
     """Cut a stretch of an endless axis at the canvas's borders: (first on canvas, first drawn, length)."""
-    if stop <= start or (not wrap and (start < 0 or stop > length)):
-        raise ParameterError(
-            f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas."
-        )
     cuts = [start, *range(start - start % length + length, stop, length), stop]
     return [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
 
