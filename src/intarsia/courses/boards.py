@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..draws import below, deck, draw
+from ..draws import below, draw
 from ..lattice.vectors import UNIT
 from . import chain_kernels
 from .brickwork import Brickwork
-from .chains import STAGE, Piece
-from .rows import CourseRows
+from .rows import STAGE, CourseRows, Layout, Piece
 from .wall_kernels import OPEN
 
 Array = NDArray[Any]
@@ -29,28 +27,13 @@ LOOP = 45  # percent of its columns that a leap must at least go, so that no kno
 SHADE = 60  # what a change of colour counts, where a difference of single pixels counts 16
 
 
-@dataclass(eq=False)
-class Boards:
+class Boards(Layout):
     """Courses without joints along the rows of an endless canvas; each shows one course of the exemplar."""
 
-    picture: NDArray[np.int16]
-    work: Brickwork
-    rows: CourseRows
-    seed: int
-    _known: dict[tuple[int, int], list[Piece]] = field(default_factory=dict)
-    _leaps: dict[int, tuple[Array, Array, int]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.parts = max(1, round(self.rows.width / LONG)) if self.rows.width else 0
-
-    def pieces(self, i: int, first: int, end: int) -> list[Piece]:
-        """The pieces of course i that touch some columns, from left to right."""
-        s = (first * self.parts // self.rows.width if self.parts else first // LONG) - 1
-        found: list[Piece] = []
-        while self._anchor(i, s)[0] < end:
-            found += [p for p in self._chain(i, s) if p.end > first and p.first < end]
-            s += 1
-        return found
+    def __init__(self, picture: NDArray[np.int16], work: Brickwork, rows: CourseRows, seed: int) -> None:
+        super().__init__(rows, seed, LONG * UNIT)
+        self.picture, self.work = picture, work
+        self._leaps: dict[int, tuple[Array, Array, int]] = {}
 
     def course(self, i: int) -> int:
         """The exemplar's course that a course shows: dealt from shuffled decks, no two alike side by side."""
@@ -59,44 +42,28 @@ class Boards:
         i = i % closed if turn else (i % around if around else i)  # once around a board meets itself
         courses = self.work.courses
         n = len(courses)
-        deck, at = divmod(i, n)
-        order = self._deck(deck)
-        if n > 2 and order[0] == self._deck(deck - 1)[-1]:
+        number, at = divmod(i, n)
+        order = list(self.dealt(n, number, 0))
+        if n > 2 and order[0] == self.dealt(n, number - 1, 0)[-1]:
             order[0], order[1] = order[1], order[0]
-        if around and n > 2 and i == around - 1 and order[at] == self._deck(0)[0]:
+        if around and n > 2 and i == around - 1 and order[at] == self.dealt(n, 0, 0)[0]:
             at = (at + 1) % n
         return courses[order[at]]
 
-    def _deck(self, number: int) -> list[int]:
-        return deck(len(self.work.courses), self.seed, STAGE, 64, number, 0)
+    def _late(self, i: int, s: int, place: int, room: int) -> int:
+        return below(max(1, room), draw(self.seed, STAGE, 1, i, s))
 
-    def _name(self, i: int, s: int) -> tuple[int, int, int]:
-        if not self.parts:
-            return self.rows.named(i, 0), s, 0
-        turns, s = divmod(s, self.parts)
-        return self.rows.named(i, turns), s, turns * self.rows.width
-
-    def _anchor(self, i: int, s: int) -> tuple[int, int]:
-        """The canvas column of anchor s of course i, and the column of the board that is shown there."""
-        i, s, by = self._name(i, s)
+    def _shown(self, i: int, s: int) -> int:
+        """The column of its board that an anchor shows."""
+        i, s, _ = self.named(i, s)
         costs, _, half = self._table(self.course(i))
-        step = self.rows.width // self.parts if self.parts else LONG
-        at = s * self.rows.width // self.parts if self.parts else s * LONG
-        late = below(max(1, step // 2), draw(self.seed, STAGE, 1, i, s))
-        shown = half + below(max(1, len(costs) - 3 * half), draw(self.seed, STAGE, 2, i, s))
-        return at + late + by, shown
+        return half + below(max(1, len(costs) - 3 * half), draw(self.seed, STAGE, 2, i, s))
 
-    def _chain(self, i: int, s: int) -> list[Piece]:
-        i, s, by = self._name(i, s)
-        if (i, s) not in self._known:
-            self._known[i, s] = self._walked(i, s)
-        return [p.moved(by) for p in self._known[i, s]]
-
-    def _walked(self, i: int, s: int) -> list[Piece]:
+    def _chained(self, i: int, s: int) -> list[Piece]:
         k = self.course(i)
         costs, leaps, _ = self._table(k)
-        (first, here), (end, there) = self._anchor(i, s), self._anchor(i, s + 1)
-        length = end - first
+        first, here, there = self.anchor(i, s), self._shown(i, s), self._shown(i, s + 1)
+        length = self.anchor(i, s + 1) - first
         known = costs[costs < chain_kernels.FAR]
         fee = int(np.quantile(known, 0.1)) if len(known) else 1
         out = np.empty((length + 1, 3), np.int64)

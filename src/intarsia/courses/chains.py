@@ -7,23 +7,21 @@ half-way between, then the others: each knows those around it that came before, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..draws import below, deck, draw
+from ..draws import below, draw
 from ..lattice.vectors import UNIT
 from . import chain_kernels
 from .bricks import Bricks
 from .brickwork import Brickwork
-from .rows import CourseRows
+from .rows import STAGE, CourseRows, Layout, Piece
 from .wall_kernels import FACE
 
 Array = NDArray[Any]
 
-STAGE = 2012
 LONG = 512  # px from anchor to anchor
 HAND = 16  # bricks that a chain chooses among
 TURN = 100  # what a brick costs that it is not the turn of
@@ -35,98 +33,18 @@ NEVER = 1_000_000
 NEARBY = 2.5  # usual bricks that a brick keeps away from itself
 
 
-@dataclass(frozen=True)
-class Piece:
-    """A piece of a course on the canvas.
-
-    Attributes
-    ----------
-    first, end : int
-        Its columns on the canvas, up to the middle of the joints at both ends.
-    source : int
-        The exemplar column that `first` shows.
-    course, left, right, low, high, brick : int
-        The exemplar's course, what lies at both ends (a joint, FACE or OPEN), the exemplar columns of the ends, and
-        the number of the brick.
-    """
-
-    first: int
-    end: int
-    source: int
-    course: int
-    left: int
-    right: int
-    low: int
-    high: int
-    brick: int
-
-    def moved(self, by: int) -> Piece:
-        """The same piece further on."""
-        if by == 0:
-            return self
-        return Piece(
-            self.first + by, self.end + by, self.source, self.course, self.left, self.right, self.low, self.high,
-            self.brick,
-        )  # fmt: skip
-
-
-@dataclass(eq=False)
-class Chains:
+class Chains(Layout):
     """Chains of bricks along the courses of an endless canvas."""
 
-    work: Brickwork
-    bricks: Bricks
-    rows: CourseRows
-    seed: int
-    _known: dict[tuple[int, int], list[Piece]] = field(default_factory=dict)
-    _anchors: dict[tuple[int, int], int] = field(default_factory=dict)
-    _decks: dict[tuple[int, int], list[int]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        usual = max(self.bricks.usual, 1.0)
-        self.step = round(max(8, round(LONG / usual)) * usual * UNIT)  # whole bricks, so that a bond is kept
-        self.parts = max(1, round(self.rows.width * UNIT / self.step)) if self.rows.width else 0
-        means = dict.fromkeys(self.work.courses, 0.0)
-        for k in means:
-            own = self.bricks.sizes[self.bricks.table[:, 0] == k]
-            means[k] = float(own.mean()) if len(own) else usual
-        self.mean = np.array([means[k] for k in self.bricks.table[:, 0]])
-
-    def pieces(self, i: int, first: int, end: int) -> list[Piece]:
-        """The pieces of course i that touch some columns, from left to right."""
-        s = self._part(first) - 1
-        found: list[Piece] = []
-        while self.anchor(i, s) < end:
-            found += [p for p in self.chain(i, s) if p.end > first and p.first < end]
-            s += 1
-        return found
-
-    def anchor(self, i: int, s: int) -> int:
-        """The column of anchor s of course i."""
-        i, s, by = self._name(i, s)
-        if (i, s) not in self._anchors:
-            self._anchors[i, s] = self._anchor(i, s)
-        return self._anchors[i, s] + by
-
-    def chain(self, i: int, s: int) -> list[Piece]:
-        """The pieces of course i between its anchors s and s + 1."""
-        i, s, by = self._name(i, s)
-        if (i, s) not in self._known:
-            self._known[i, s] = self._linked(i, s)
-        return [p.moved(by) for p in self._known[i, s]]
-
-    def _part(self, u: int) -> int:
-        """A number of an anchor not far from a column."""
-        return u * self.parts // self.rows.width if self.parts else u * UNIT // self.step
-
-    def _name(self, i: int, s: int) -> tuple[int, int, int]:
-        if not self.parts:
-            return self.rows.named(i, 0), s, 0
-        turns, s = divmod(s, self.parts)
-        return self.rows.named(i, turns), s, turns * self.rows.width
+    def __init__(self, work: Brickwork, bricks: Bricks, rows: CourseRows, seed: int) -> None:
+        usual = max(bricks.usual, 1.0)
+        super().__init__(rows, seed, round(max(8, round(LONG / usual)) * usual * UNIT))  # whole bricks keep a bond
+        self.bricks = bricks
+        own = {k: bricks.sizes[bricks.table[:, 0] == k] for k in work.courses}
+        self.mean = np.array([own[k].mean() for k in bricks.table[:, 0]])
 
     def _rank(self, i: int, s: int) -> int:
-        return self.rows.rank(self._name(i, s)[0])
+        return self.rows.rank(self.named(i, s)[0])
 
     def _around(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
         """The chains around that came before: how many courses off, and their pieces."""
@@ -141,17 +59,12 @@ class Chains:
         """The same for an anchor; none where leaning courses meet others once around, for both would wait."""
         return [] if s == 0 and self.rows.turn else self._around(i, s)
 
-    def _anchor(self, i: int, s: int) -> int:
-        """Near its place, where its joint lies best above and below those that are there."""
-        usual = self.bricks.usual
-        at = s * self.rows.width // self.parts if self.parts else s * self.step // UNIT
-        room = (self.rows.width // self.parts if self.parts else self.step // UNIT) // 2
-        choices = [int((m + 0.5) * usual) for m in range(max(1, int(room / usual)))]
-        side = self.bricks.common * (i % 2)
-        drawn = [draw(self.seed, STAGE, 1 + m, i, s) for m in range(len(choices))]
-        places = (np.array(choices, np.int64) + side) % max(1, room)  # so that anchors stay in order
-        costs = self._joints(self._around_anchor(i, s), places + at) + np.array([below(60, d) for d in drawn])
-        return at + int(places[np.argmin(costs)])
+    def _late(self, i: int, s: int, place: int, room: int) -> int:
+        """Where its joint lies best above and below those that are there."""
+        choices = [int((m + 0.5) * self.bricks.usual) for m in range(max(1, int(room / self.bricks.usual)))]
+        drawn = [below(60, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
+        late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
+        return int(late[np.argmin(self._joints(self._around_anchor(i, s), late + place) + np.array(drawn))])
 
     def _joints(self, around: list[tuple[int, list[Piece]]], at: Array) -> NDArray[np.int64]:
         """What joints at some columns cost, by those around."""
@@ -170,8 +83,8 @@ class Chains:
         """The bricks that a chain may show, the first one first: dealt from a shuffled deck, so all are shown."""
         n = len(self.bricks.table)
         held = min(HAND, n)
-        deck, hand = divmod(i, n // held)
-        order = self._deck(deck, s)
+        number, hand = divmod(i, n // held)
+        order = self.dealt(n, number, s)
         mine = order[hand * held : (hand + 1) * held]
         start = [e for e in mine if self.bricks.table[e, 3] != FACE]
         if not start:
@@ -183,19 +96,14 @@ class Chains:
         first = start[int(np.argmin(costs))]
         return [first, *[e for e in mine if e != first]]
 
-    def _deck(self, number: int, s: int) -> list[int]:
-        if (number, s) not in self._decks:
-            self._decks[number, s] = deck(len(self.bricks.table), self.seed, STAGE, 64, number, s)
-        return self._decks[number, s]
-
-    def _linked(self, i: int, s: int) -> list[Piece]:
+    def _chained(self, i: int, s: int) -> list[Piece]:
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
         length = end - first
         hand = self._hand(i, s)
         around = self._around(i, s)
         sizes = self.bricks.sizes[hand]
         pair = self._pairs(hand)
-        n, t, _ = self._name(i, s + 1)
+        n, t, _ = self.named(i, s + 1)
         following = self._hand(n, t)[0]
         follow = self._pairs([*hand, following])[:-1, -1]
         slack = 1 + int(length / self.bricks.usual)

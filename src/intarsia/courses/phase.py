@@ -183,12 +183,18 @@ def _from_windows(
             target.append(sign * f[k] * shape[k] / 2)
             sure.append(float(part[i, j]) ** 0.5)
     a, b, base = np.array(design), np.array(target), np.rint(1000 * np.array(sure) / max(*sure, 1e-12))
-    ridge = RIDGE * np.diag([0.0, 0.0] + [1.0] * (SQUARES - 3))
-    w, scale = base, DOUBT * length * min(shape) / 2
+    ridge = RIDGE * np.array([0.0, 0.0] + [1.0] * (SQUARES - 3))
+    return (0, *_fit(a, b, base, ridge, DOUBT * length * min(shape) / 2), *([0] * (len(TERMS) - SQUARES)))
+
+
+def _fit(a: Floats, b: Floats, sure: Floats, ridge: Floats, scale: float) -> list[int]:
+    """Least squares a x = b in 1 / TURN, x near 0 by `ridge`; what leaves `scale` over counts half of what is `sure`."""
+    w = sure
     for _ in range(FITS):
-        factors = np.linalg.solve(np.einsum("ki,kj,k->ij", a, a, w) + ridge * w.sum(), np.einsum("ki,k,k->i", a, b, w))
-        w = np.maximum(np.rint(base / (1 + ((a @ factors - b) / scale) ** 2)), 1)
-    return (0, *(int(v) for v in np.rint(factors * TURN)), *([0] * (len(TERMS) - SQUARES)))
+        left = np.einsum("ki,kj,k->ij", a, a, w) + np.diag(ridge) * w.sum()
+        factors = np.linalg.solve(left, np.einsum("ki,k,k->i", a, b, w))
+        w = np.maximum(np.rint(sure / (1 + ((a @ factors - b) / scale) ** 2)), 1)
+    return [int(v) for v in np.rint(factors * TURN)]
 
 
 def _slope(powers: tuple[int, int], s: float, t: float, axis: int) -> float:
@@ -219,13 +225,9 @@ def _moved(layers: Floats, angle: Floats, step: int, fit: tuple[int, ...]) -> tu
     s = (2 * (down[:, None] + step) - height) / height + 0 * across
     t = (2 * (across + step) - width) / width + 0 * down[:, None]
     a = np.stack([s.ravel() ** i * t.ravel() ** j for i, j in TERMS], axis=1)
-    b = off.ravel()
     base = np.rint(1000 * size.ravel() / size.max())
-    w, ridge = base, FAINT_RIDGE * np.diag([0.0] * 3 + [1.0] * (len(TERMS) - 3))
-    for _ in range(FITS):
-        factors = np.linalg.solve(np.einsum("ki,kj,k->ij", a, a, w) + ridge * w.sum(), np.einsum("ki,k,k->i", a, b, w))
-        w = np.maximum(np.rint(base / (1 + ((a @ factors - b) / STRAY) ** 2)), 1)
-    return tuple(int(f) + int(d) for f, d in zip(fit, np.rint(factors * TURN), strict=True)), strength
+    ridge = FAINT_RIDGE * np.array([0.0] * 3 + [1.0] * (len(TERMS) - 3))
+    return tuple(f + d for f, d in zip(fit, _fit(a, off.ravel(), base, ridge, STRAY), strict=True)), strength
 
 
 def _begins(n: int, step: int) -> NDArray[np.int64]:

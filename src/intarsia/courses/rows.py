@@ -1,17 +1,24 @@
-"""Where the courses of a canvas lie: straight rows at exact places, which close around a wrapped canvas."""
+"""Where the courses of a canvas lie: straight rows at exact places, which close around a wrapped canvas.
+
+What lies in a course is made from anchor to anchor, columns that follow from their number and the seed alone: any part
+can be made without the others.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..canvas import Canvas
+from ..draws import deck
 from ..errors import ParameterError
 from ..lattice.vectors import UNIT
 from .brickwork import Line
 
+STAGE = 2012  # of draws
 STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
 
 
@@ -93,3 +100,90 @@ class CourseRows:
         if self.around and name >= self.around - self.around % 4:
             return 4 + name % 4
         return (0, 2, 1, 3)[name % 4]
+
+
+class Piece(NamedTuple):
+    """A piece of a course on the canvas.
+
+    Attributes
+    ----------
+    first, end : int
+        Its columns on the canvas, up to the middle of the joints at both ends.
+    source : int
+        The exemplar column that `first` shows.
+    course, left, right, low, high, brick : int
+        The exemplar's course, what lies at both ends (a joint, FACE or OPEN), the exemplar columns of the ends, and
+        the number of the brick.
+    """
+
+    first: int
+    end: int
+    source: int
+    course: int
+    left: int
+    right: int
+    low: int
+    high: int
+    brick: int
+
+
+@dataclass(eq=False)
+class Layout:
+    """What lies where in the courses of an endless canvas; `step`: 1/256 px from anchor to anchor."""
+
+    rows: CourseRows
+    seed: int
+    step: int
+    parts: int = 0
+    _known: dict[tuple[int, int], list[Piece]] = field(default_factory=dict)
+    _anchors: dict[tuple[int, int], int] = field(default_factory=dict)
+    _decks: dict[tuple[int, int], list[int]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.parts = max(1, round(self.rows.width * UNIT / self.step)) if self.rows.width else 0
+
+    def pieces(self, i: int, first: int, end: int) -> list[Piece]:
+        """The pieces of course i that touch some columns, from left to right."""
+        s = (first * self.parts // self.rows.width if self.parts else first * UNIT // self.step) - 1
+        found: list[Piece] = []
+        while self.anchor(i, s) < end:
+            found += [p for p in self.chain(i, s) if p.end > first and p.first < end]
+            s += 1
+        return found
+
+    def anchor(self, i: int, s: int) -> int:
+        """The column of anchor s of course i."""
+        i, s, by = self.named(i, s)
+        if (i, s) not in self._anchors:
+            place = s * self.rows.width // self.parts if self.parts else s * self.step // UNIT
+            room = (self.rows.width // self.parts if self.parts else self.step // UNIT) // 2
+            self._anchors[i, s] = place + self._late(i, s, place, room)
+        return self._anchors[i, s] + by
+
+    def chain(self, i: int, s: int) -> list[Piece]:
+        """The pieces of course i between its anchors s and s + 1."""
+        i, s, by = self.named(i, s)
+        if (i, s) not in self._known:
+            self._known[i, s] = self._chained(i, s)
+        return [p._replace(first=p.first + by, end=p.end + by) for p in self._known[i, s]]
+
+    def named(self, i: int, s: int) -> tuple[int, int, int]:
+        """The course and the anchor that are the same around a canvas, and how many columns further on they lie."""
+        if not self.parts:
+            return self.rows.named(i, 0), s, 0
+        turns, s = divmod(s, self.parts)
+        return self.rows.named(i, turns), s, turns * self.rows.width
+
+    def dealt(self, count: int, number: int, s: int) -> list[int]:
+        """A shuffled deck of so many cards."""
+        if (number, s) not in self._decks:
+            self._decks[number, s] = deck(count, self.seed, STAGE, 64, number, s)
+        return self._decks[number, s]
+
+    def _late(self, i: int, s: int, place: int, room: int) -> int:
+        """How far behind its place an anchor lies, less than `room` so that anchors stay in order."""
+        raise NotImplementedError
+
+    def _chained(self, i: int, s: int) -> list[Piece]:
+        """The pieces from an anchor to the next."""
+        raise NotImplementedError

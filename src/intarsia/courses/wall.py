@@ -26,9 +26,9 @@ from . import wall_kernels as kernels
 from .boards import Boards
 from .bricks import bricks_of
 from .brickwork import Brickwork, brickwork_of
-from .chains import Chains, Piece
+from .chains import Chains
 from .mortar import FACE
-from .rows import CourseRows
+from .rows import CourseRows, Piece
 
 Array = NDArray[Any]
 
