@@ -13,10 +13,15 @@ that hypothesis draws. What it does not claim must be refused. Needs pytest and 
 from .cases import Case, as_depth, cases, exemplars, noise, texture
 from .contract import MethodContract
 from .maps import looked_up, replayed, same_map, same_pixels, unbroken
+from .search import SearchContract, SearchScene
+from .store import StoreContract
 
 __all__ = [
     "Case",
     "MethodContract",
+    "SearchContract",
+    "SearchScene",
+    "StoreContract",
     "as_depth",
     "cases",
     "exemplars",

@@ -1,0 +1,145 @@
+"""Every way to find patches keeps the promises of a search."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from intarsia.geometry import Wrap
+from intarsia.guide import Guide
+from intarsia.image import Kind, Plane
+from intarsia.search import candidates, guided
+from intarsia.search.fourier import PatchSearch
+from intarsia.search.guide import ONE, WindowGuide
+from intarsia.search.histograms import SegmentSearch
+from intarsia.search.pyramid import PyramidSearch
+from intarsia.search.windows import WindowGrid
+from intarsia.testing import SearchContract, SearchScene, noise
+from intarsia.testing.search import HEIGHT, WIDTH, Patch
+
+SEAM = 4
+
+
+class TestFourierSearch(SearchContract):
+    nearness = 1.02
+
+    def make(self, scene: SearchScene) -> PatchSearch:
+        return PatchSearch(scene.variants, scene.patch, SEAM)
+
+
+class TestExactSearch(SearchContract):
+    def make(self, scene: SearchScene) -> PatchSearch:
+        return PatchSearch(scene.variants, scene.patch, SEAM, exact=True)
+
+
+class TestPyramidSearch(SearchContract):
+    """As the source has it: one place is followed from level to level."""
+
+    nearness, usual = 1.3, (0.15, 0.5)
+
+    def make(self, scene: SearchScene) -> PyramidSearch:
+        return PyramidSearch(scene.variants, scene.patch, (SEAM, SEAM))
+
+
+class TestPyramidSearchOfManyPlaces(TestPyramidSearch):
+    nearness = 1.05
+
+    def make(self, scene: SearchScene) -> PyramidSearch:
+        return PyramidSearch(scene.variants, scene.patch, (SEAM, SEAM), "gaussian", 12)
+
+
+class TestSegmentSearch(SearchContract):
+    """Drawn among all patches; a segment is no reason to leave one out here."""
+
+    scenes = ("gray", "masked", "toroidal")
+    priced, usual = False, (0, 0)
+
+    def make(self, scene: SearchScene) -> SegmentSearch:
+        e = scene.exemplars[0]
+        groups = (noise(e.height, e.width, 3) % np.uint64(3)).astype(np.int32)
+        groups = groups if e.usable is None else np.where(e.usable, groups, -1)
+        return SegmentSearch(scene.variants, scene.patch, groups, (SEAM, SEAM), 4096, 4096, 5, 7)
+
+
+class UnderGuide:
+    """A guided search as any other: its windows are named by their first pixels."""
+
+    def __init__(self, search: Any, scene: SearchScene, guide: Guide) -> None:
+        self.variants, self.patch, self.valid = search.variants, search.patch, search.valid
+        self.factor, self.cells, self.batch = search.factor, search.cells, search.batch
+        ends = [range(-side, length) for side, length in zip(scene.patch, (HEIGHT, WIDTH), strict=True)]
+        grid = WindowGrid(tuple(ends[0]), tuple(ends[1]), scene.patch, HEIGHT, WIDTH, *scene.wrap)
+        wrap = {(False, False): "none", (True, False): "y", (False, True): "x", (True, True): "both"}[scene.wrap]
+        self.guidance = WindowGuide(guide, scene.variants, grid, Wrap(wrap))
+        self.unit = guided.seam_unit(scene.exemplars[0], None)
+        kind = guided.GuidedPyramid if isinstance(search, PyramidSearch) else guided.GuidedSearch
+        self.guided = kind(search, self.guidance, self.unit)
+
+    def window(self, at: tuple[int, int]) -> tuple[int, int]:
+        return at[0] + self.patch[0], at[1] + self.patch[1]
+
+    def find(self, variant: Any, yx: Any, at: Any, wrap: Any, prices: Any) -> list[candidates.Candidates]:
+        windows = [self.window((y, x)) for y, x in at.tolist()]
+        return self.guided.find(windows, variant, yx, at, prices)
+
+
+class GuidedContract(SearchContract):
+    """A window takes patches of its labels, and pays for what differs: the root of the seam, and alpha g beside it."""
+
+    scenes = ("gray", "masked", "toroidal", "turned")
+    rounding = 1e-6
+    weight = 0.0
+
+    def under(self, scene: SearchScene, search: Any) -> UnderGuide:
+        e = scene.exemplars[0]
+        sources, target = (
+            Plane((noise(h // 9 + 1, w // 9 + 1, n) % np.uint64(2)).astype(np.uint8).repeat(9, 0).repeat(9, 1)[:h, :w],
+                  Kind.LABEL)
+            for n, (h, w) in enumerate([(e.height, e.width), (HEIGHT, WIDTH)])
+        )  # fmt: skip
+        return UnderGuide(search, scene, Guide(sources, target, self.weight))
+
+    def truth(self, search: Any, scene: SearchScene, at: tuple[int, int]) -> dict[Patch, float]:
+        allowed = search.guided.allowed_at(search.window(at))
+        (wanted,), (inside,) = search.guidance.wanted(np.array([at]))
+        known = int(scene.shown(at)[1].sum())
+        found: dict[Patch, float] = {}
+        for (v, y, x), seam in scene.distances(at).items():
+            if allowed[v][y, x]:
+                h, w = scene.patch
+                held = search.guidance.pictures.picture(v)[y : y + h, x : x + w].astype(float) - wanted
+                apart = ((held / ONE) ** 2).sum(axis=2)[inside > 0].mean() * ONE * ONE / search.guidance.unit
+                found[v, y, x] = ((seam / (known * search.unit)) ** 0.5 + self.weight * apart**0.5) ** 2
+                found[v, y, x] *= known * search.unit
+        return found
+
+
+class TestGuidedSearch(GuidedContract):
+    nearness = 1.05
+
+    def make(self, scene: SearchScene) -> UnderGuide:
+        return self.under(scene, PatchSearch(scene.variants, scene.patch, SEAM))
+
+
+class TestGuidedSearchByWeight(TestGuidedSearch):
+    guided, weight = True, 0.5
+
+
+class TestGuidedPyramid(GuidedContract):
+    nearness, usual = 1.1, (0.1, 0.5)
+    guided, weight = True, 0.5
+
+    def make(self, scene: SearchScene) -> UnderGuide:
+        return self.under(scene, PyramidSearch(scene.variants, scene.patch, (SEAM, SEAM), kept=12))
+
+
+def test_every_search_is_under_contract() -> None:
+    """What is called so in the room, and what a guided search is made of."""
+    from intarsia.search import fourier, histograms, pyramid
+
+    rooms = (fourier, histograms, pyramid, guided)
+    every = {n: made for room in rooms for n, made in vars(room).items() if isinstance(made, type)}
+    makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, guided.Guided)}
+    within = {"Search", "Guided", "GuideSearch"}  # the promise itself; what guided searches share, and are made of
+    assert makers - within == {"PatchSearch", "PyramidSearch", "SegmentSearch", "GuidedSearch", "GuidedPyramid"}
