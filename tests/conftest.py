@@ -16,17 +16,26 @@ settings.register_profile(
 settings.register_profile("thorough", parent=settings.get_profile("intarsia"), max_examples=200)
 settings.load_profile(os.environ.get("INTARSIA_HYPOTHESIS", "intarsia"))
 
+@pytest.fixture(params=[pytest.param(False, id="some"), pytest.param(True, id="all", marks=pytest.mark.long)])
+def thorough(request: pytest.FixtureRequest) -> bool:
+    """Whether a test goes over all of its cases, as `make test-long` has it, or over few that are chosen well."""
+    return bool(request.param)
+
+
 _COUNT = pytest.StashKey[int]()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Count the tests that need the development textures, so that skipping them says how many they are."""
-    config.stash[_COUNT] = sum("textures" in getattr(item, "fixturenames", ()) for item in items)
+    """Mark the tests that need the development textures, and count them, so that skipping says how many they are."""
+    needing = [item for item in items if "textures" in getattr(item, "fixturenames", ())]
+    for item in needing:
+        item.add_marker("textures")
+    config.stash[_COUNT] = len(needing)
 
 
 @pytest.fixture(scope="session")
 def textures(pytestconfig: pytest.Config) -> dict[str, Path]:
-    """The development textures by name; tests that ask for them are skipped where there are none."""
+    """The development textures by name, the only way to them; where there are none, who asks for them is skipped."""
     folder = os.environ.get("INTARSIA_TEXTURES")
     if not folder:
         pytest.skip(f"INTARSIA_TEXTURES is not set; tests of photographs left out: {pytestconfig.stash[_COUNT]}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
@@ -13,6 +14,12 @@ from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS
 from intarsia.testing import MethodContract
 from intarsia.testing.cases import Case
+
+
+@pytest.fixture(autouse=True)
+def requests(thorough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chosen requests; in the long run those that hypothesis draws."""
+    monkeypatch.setattr(MethodContract, "few", not thorough)
 
 
 def fan(e: Exemplar) -> Exemplar:

@@ -1,6 +1,5 @@
 """Element size: known sizes are found, odd exemplars have an answer, photographs agree with the eye."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -149,16 +148,12 @@ def test_inputs_stay_as_they_are_and_results_repeat():
     assert np.array_equal(picture, before)
 
 
-@pytest.mark.textures
-def test_photographs_agree_with_the_eye():
+def test_photographs_agree_with_the_eye(textures: dict[str, Path]):
     from PIL import Image
 
-    folder = os.environ.get("INTARSIA_TEXTURES")
-    if not folder:
-        pytest.skip("INTARSIA_TEXTURES is not set")
     off = {}
     for name, wanted in SEEN.items():
-        with Image.open(Path(folder) / f"{name}.png") as file:
+        with Image.open(textures[name]) as file:
             picture = np.array(file.convert("RGB"))
         size = measure(picture if "potato" in name else picture[:256, :256]).size
         if abs(size - wanted) > 0.25 * wanted:

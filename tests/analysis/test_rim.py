@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,6 @@ from intarsia.cli.app import cli
 from intarsia.draws import draw
 from intarsia.tasks.starts import grown_hole
 
-TEXTURES = os.environ.get("INTARSIA_TEXTURES")
 Mask = NDArray[np.bool_]
 
 
@@ -87,12 +85,10 @@ def test_round_holes_in_built_in_textures_have_no_rim(name: str) -> None:
         assert rim.rim_of(picture, hole) == 0
 
 
-@pytest.mark.textures
-@pytest.mark.skipif(TEXTURES is None, reason="INTARSIA_TEXTURES is not set")
-def test_round_holes_in_photographs_have_hardly_ever_a_rim() -> None:
+def test_round_holes_in_photographs_have_hardly_ever_a_rim(textures: dict[str, Path]) -> None:
     seen = asked = 0
-    for path in sorted(Path(TEXTURES or "").glob("*.png")):
-        if not any(word in path.name for word in ("mask", "labels", "normal", "defect")):
+    for name, path in textures.items():
+        if not any(word in name for word in ("mask", "labels", "normal", "defect")):
             picture = features.features([ia.read(path)]).pictures[0]
             for hole in round_holes(*picture.shape[:2], 6):
                 asked += 1

@@ -119,7 +119,6 @@ def test_a_start_goes_on_where_the_exemplar_was_continued() -> None:
     assert (shown == wider).mean() > 0.97
 
 
-@pytest.mark.textures
 @pytest.mark.parametrize("name", [
     "regular_azulejo_384", "regular_gingham-cloth_256", "near-regular_chainmail_256", "near-regular_wicker_192",
 ])  # fmt: skip

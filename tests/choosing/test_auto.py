@@ -47,14 +47,14 @@ def picture(name: str) -> np.ndarray:
 
 
 CLASSES = {
-    "brick_colours": {"rows", "periods"},
-    "weave": {"rows", "periods", "equal-periods"},
-    "checkerboard": {"equal-periods"},
-    "constant": {"one-colour"},
-    "stripes": {"rows", "periods", "equal-periods"},
-    "noise_pink": {"mixed", "turnable", "elements", "repeats-show", "grain"},
-    "pebbles_black": {"mixed", "turnable", "elements", "repeats-show", "grain"},
-    "noise_white": {"mixed", "turnable", "elements", "repeats-show", "grain"},
+    "brick_colours": "periods",
+    "weave": "equal-periods",
+    "checkerboard": "equal-periods",
+    "constant": "one-colour",
+    "stripes": "rows",
+    "noise_pink": "mixed",
+    "pebbles_black": "elements",
+    "noise_white": "mixed",
 }
 
 
@@ -70,7 +70,7 @@ class TestRules:
     @pytest.mark.parametrize("name", list(CLASSES))
     def test_classes_are_told_apart(self, name: str) -> None:
         found = choice_of(picture(name))
-        assert found.rule in CLASSES[name], found.why
+        assert found.rule == CLASSES[name], found.why
         assert found.why
 
     def test_a_brick_wall_leads_to_near_regular_and_its_lattice(self) -> None:

@@ -158,11 +158,24 @@ def test_large_exemplars_are_reduced_and_refined():
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 300), (15, 90), (16, 16), (40, 700), (33, 64)])
 def test_odd_exemplars_have_an_answer(shape):
+    """One colour, noise and what must not be used have no lattice; stripes have theirs where they are long enough."""
     assert find_lattice(np.full((*shape, 3), 7, np.int16)).accepted is None
     noise = np.random.default_rng(0).integers(0, 1023, (*shape, 3)).astype(np.int16)
-    for rule in ("contrast", "plain"):
-        find_lattice(noise, rule=rule)
-    assert find_lattice(noise, np.zeros(shape, bool)).accepted is None
+    found, plain = (find_lattice(noise, rule=rule) for rule in ("contrast", "plain"))
+    assert found.accepted is None
+    assert plain.accepted == (plain.ranked[0] if plain.ranked else None), "the source takes its best, whatever it is"
+    for one in (*found.ranked, *plain.ranked):
+        assert min(shape) >= 16
+        assert all(abs(n) < 256 * side for v in one.vectors for n, side in zip(v, shape, strict=True))
+        assert one.confidence < 0.1
+    assert find_lattice(noise, np.zeros(shape, bool)).ranked == ()
+    stripes = np.where(np.arange(shape[1]) % 8 < 3, 900, 100) * np.ones((*shape[:1], 1))
+    of_stripes = find_lattice(stripes.astype(np.int16)[:, :, None]).accepted
+    if min(shape) < 32:
+        assert of_stripes is None
+    else:
+        ((down, along),) = of_stripes.vectors
+        assert (down, along / 256) == (0, pytest.approx(8, abs=0.01))
 
 
 def test_inputs_stay_as_they_are_and_results_repeat():
@@ -301,7 +314,6 @@ def listed(path):
     return truth
 
 
-@pytest.mark.textures
 def test_photographs_agree_with_the_ground_truth(textures):
     """At most one lattice is missed or wrong, and at most two are found where there is none.
 

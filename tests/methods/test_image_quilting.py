@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 import pytest
 from naive import NaiveQuilting, joins
+from quilts import bytes_of, grow, holed
 from torture import TORTURE
 
 import intarsia as ia
@@ -24,26 +25,8 @@ from intarsia.params import extent
 from intarsia.patches.growing_map import waves
 from intarsia.seams.cost import seam_total
 from intarsia.search.windows import WindowGrid
-from intarsia.sourcemap import HOLE, SourceMap, identity
+from intarsia.sourcemap import SourceMap, identity
 from intarsia.testing import noise, texture, unbroken
-
-
-def bytes_of(height: int, width: int, channels: int = 1, seed: int = 0) -> np.ndarray:
-    """White noise: nothing in it is alike, so every match is by intent."""
-    layers = [noise(height, width, 7 * seed + c) >> np.uint64(56) for c in range(channels)]
-    return np.stack(layers, axis=2).astype(np.uint8)
-
-
-def grow(exemplar, size, seed=0, wrap="none", start=None, **parameters) -> SourceMap:
-    """The map of image quilting on one thread."""
-    method = ia.ImageQuilting(**parameters)
-    return ia.synthesize(exemplar, size, method, seed=seed, wrap=wrap, start=start, run=ia.Run(1)).map
-
-
-def holed(smap: SourceMap, holes: np.ndarray) -> SourceMap:
-    which = np.zeros(holes.shape, np.uint8) if smap.which is None else smap.which
-    return replace(smap, which=np.where(holes, HOLE, which))
-
 
 # ---- the algorithm, against a slow twin ---------------------------------------------------------------------------
 

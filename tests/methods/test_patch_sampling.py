@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from methods.naive_patch_sampling import NaivePatchSampling
 from naive import lay_down
+from quilts import bytes_of
 from torture import TORTURE
 
 import intarsia as ia
@@ -18,14 +19,9 @@ from intarsia.patches.growth import Growth
 from intarsia.rendering.render import render
 from intarsia.run import Probe
 from intarsia.sourcemap import HOLE, SourceMap
-from intarsia.testing import noise, texture
+from intarsia.testing import texture
 
 PLAIN = {"repetition": "none", "search": "exact"}
-
-
-def bytes_of(height: int, width: int, channels: int = 1, seed: int = 0) -> np.ndarray:
-    layers = [noise(height, width, 7 * seed + c) >> np.uint64(56) for c in range(channels)]
-    return np.stack(layers, axis=2).astype(np.uint8)
 
 
 def grow(exemplar, size, seed=0, run=None, **parameters) -> ia.Synthesis:

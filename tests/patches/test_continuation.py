@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,6 @@ from intarsia.patches.continuation import Continuation, depth_of
 from intarsia.tasks.starts import Margins, extension, scene_to_heal
 from intarsia.testing.cases import noise
 
-TEXTURES = os.environ.get("INTARSIA_TEXTURES")
 LATTICE = ((24.0, 0.0), (6.0, 20.0))
 METHOD = ia.NearRegular(lattice=LATTICE)
 
@@ -116,12 +114,10 @@ def test_auto_continues_a_lattice_by_it_and_fills_holes_by_patches() -> None:
     assert ia.Auto().choose(scene.exemplars, scene.canvas).method.slug == "image-quilting"
 
 
-@pytest.mark.textures
-@pytest.mark.skipif(TEXTURES is None, reason="INTARSIA_TEXTURES is not set")
 @pytest.mark.parametrize("side", ["left", "right", "top", "bottom"])
-def test_wicker_goes_on_without_a_border(tmp_path: Path, side: str) -> None:
+def test_wicker_goes_on_without_a_border(tmp_path: Path, side: str, textures: dict[str, Path]) -> None:
     """Neighbours across the border of the picture differ no more than neighbours within it."""
-    path = Path(TEXTURES or "") / "near-regular_wicker_192.png"
+    path = textures["near-regular_wicker_192"]
     margins = [x for name in ("left", "right", "top", "bottom") for x in (f"--{name}", "200")]
     command = ["extend", str(path), "-o", str(tmp_path / "out.png"), *margins, "--method", "auto", "--force"]
     done = CliRunner().invoke(cli, command)

@@ -44,12 +44,13 @@ def hole_of(kind: str, height: int = 48, width: int = 52) -> Mask:
 KINDS = ["pixel", "disc", "scratch", "right edge", "corners", "blocks", "ring", "scattered"]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", list(METHODS))
+FITTING = [(k, n) for n in METHODS for k in KINDS if k != "scattered" or n == "automatic"]
+"""Kinds of holes and methods; between scattered holes only the automatic patch is small enough to find any."""
+
+
+@pytest.mark.parametrize(("kind", "name"), FITTING)
 def test_known_pixels_stay_and_nothing_comes_from_the_hole(kind: str, name: str) -> None:
     """Law 7 with a rim of 0; law 1; law 4."""
-    if (kind, name) in {("scattered", "quilting"), ("scattered", "sampling")}:
-        pytest.skip("no patch of that size is free of holes")
     e, hole = ia.Exemplar.of(texture(48, 52, 3, 4)), hole_of(kind)
     out = ia.heal(e, hole, METHODS[name], seed=3, run=ia.Run(1))
     made = out.render().pixels

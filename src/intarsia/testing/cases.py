@@ -102,6 +102,27 @@ class Case:
         )
 
 
+def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:
+    """Four requests that hold among them all that a method claims to serve: the richest is the simplest to draw."""
+    supports, rows = method.supports, []
+    for dtype, channels, sides, size, wrap, count, masked in (
+        ("uint16", 3, (9, 4), (33, 45), Wrap.BOTH, 1, True),
+        ("float32", 5, (0, 11), (38, 21), Wrap.X, 2, True),
+        ("uint8", 1, (6, 2), (45, 40), Wrap.NONE, 1, False),
+        ("uint8", 4, (3, 8), (1, 17), Wrap.Y, 1, True),
+    ):
+        several = []
+        for n in range(count if Ability.SEVERAL in supports else 1):
+            height, width = least + sides[n], least + sides[1 - n]
+            usable = np.ones((height, width), bool)
+            usable[:1], usable[:, width - 2 :] = False, False
+            pixels = as_depth(texture(height, width, channels, 7 * channels + n), dtype)
+            mask = usable if masked and n == 0 and Ability.MASK in supports else None
+            several.append(Exemplar.of(pixels, usable=mask, toroidal=wrap is not Wrap.NONE and n == 0))
+        rows.append(Case(tuple(several), size, 2**61 + channels, wrap if Ability.WRAP in supports else Wrap.NONE))
+    return st.sampled_from(rows)
+
+
 @st.composite
 def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
     """Draw a request that the method claims to serve: several exemplars, masks and wraps only if it does."""

@@ -15,7 +15,7 @@ from ..methods.base import Ability, Method
 from ..params import extent
 from ..run import Run
 from ..sourcemap import SourceMap
-from .cases import Case, cases
+from .cases import Case, cases, chosen
 
 L = TypeVar("L", bound=Callable[..., None])
 
@@ -41,11 +41,14 @@ class Laws:
         How many requests hypothesis draws for each law.
     least : int
         Shortest side, px, of the exemplars drawn.
+    few : bool
+        Whether the laws are tested on four chosen requests, at a few steps, in place of what hypothesis draws.
     """
 
     method: ClassVar[Method]
     examples: ClassVar[int] = 10
     least: ClassVar[int] = 20
+    few: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         """Leave out the laws of abilities that the method does not claim."""
@@ -59,7 +62,7 @@ class Laws:
 
     def cases(self) -> SearchStrategy[Case]:
         """Return the requests on which the laws are tested."""
-        return cases(self.method, least=self.least)
+        return (chosen if self.few else cases)(self.method, least=self.least)
 
     def rim(self, exemplars: Sequence[Exemplar], size: tuple[int, int]) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
@@ -73,7 +76,7 @@ class Laws:
         return smap
 
     def for_all(self, law: Callable[[Case], None], examples: int | None = None) -> None:
-        """Test a law on requests that hypothesis draws."""
+        """Test a law on requests that hypothesis draws, or on chosen ones."""
 
         @settings(
             max_examples=examples or self.examples,
