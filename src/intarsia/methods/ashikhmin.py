@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param, words
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     from .. import sourcemap
@@ -41,7 +41,7 @@ AT_ONCE = 512  # pixels filled between two looks at the clock
 
 
 @dataclass(frozen=True)
-class Ashikhmin:
+class Ashikhmin(MethodBase):
     """Let small irregular pieces of the exemplar grow row by row; fast, and good at grass, leaves and pebbles."""
 
     slug: ClassVar[str] = "ashikhmin"
@@ -60,11 +60,6 @@ class Ashikhmin:
         check(self)
         if self.window is not AUTO and (extent(self.window)[1] % 2 == 0 or extent(self.window) == (1, 1)):
             raise ParameterError(f"window={words(self.window)} is not allowed; choose an odd width, and not 1x1.")
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Ashikhmin:
         """Decide the window from the size of the texture's elements."""

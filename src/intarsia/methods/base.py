@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 from .. import params
 from ..arguments import called
 from ..errors import ParameterError
+from ..geometry import Wrap
+from ..lazy import lazy
 
 if TYPE_CHECKING:
+    from .. import sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..geometry import Box
     from ..run import Run
     from ..sourcemap import Blend, SourceMap
+else:
+    sourcemap = lazy("intarsia.sourcemap")
 
 FARTHEST = 1 << 40
 """Px from the origin, up, down and to the sides, in which windows of an endless plane may lie."""
@@ -53,6 +58,64 @@ class Method(Protocol):
         """Fill the canvas and return the map. The same arguments give the same map, whatever `run` holds."""
 
 
+class Traits(NamedTuple):
+    """What a method may say of itself besides, each as an attribute of this name; what holds where it says nothing.
+
+    exact : its maps name whole pixels, neither scaled nor turned by fractions.
+    pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
+    channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
+    asked : returns, for parameters that are functions, a hash of all that they say over a canvas or a box.
+    """
+
+    exact: bool = True
+    pitch: tuple[int, int] | None = None
+    footprint: tuple[int, int] | None = None
+    channel_weights: tuple[float, ...] | None = None
+    isometries: str | tuple[int, ...] = "none"
+    min_repeat_distance: int = 0
+    snap: str = "on"
+    asked: Callable[[Sequence[Exemplar], Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
+
+    @property
+    def spans(self) -> dict[str, list[int] | None]:
+        """Pitch and footprint as JSON holds them: x before y."""
+        return {"pitch": self.pitch and [*self.pitch[::-1]], "footprint": self.footprint and [*self.footprint[::-1]]}
+
+
+def traits(method: Method) -> Traits:
+    """Return what a method says of itself besides, filled up with what holds where it says nothing."""
+    return Traits(**{name: getattr(method, name) for name in Traits._fields if hasattr(method, name)})
+
+
+def keeps_lattice(method: Method) -> bool:
+    """Say whether a method lays its pieces on a lattice."""
+    return any(p.name == "lattice" for p in params.parameters(method)) and traits(method).snap == "on"
+
+
+def measures_distances(method: Method | type[Method]) -> bool:
+    """Say whether a method, or a class of them, looks for patches by their distances."""
+    return hasattr(method, "laying")
+
+
+class MethodBase:
+    """What the methods of this package begin with: parameters in range, exact copies, nothing automatic.
+
+    Those of others need not inherit from it.
+    """
+
+    def __post_init__(self) -> None:
+        params.check(self)
+
+    @property
+    def blend(self) -> Blend:
+        """Exact copies."""
+        return sourcemap.Blend(0)
+
+    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
+        """Nothing is automatic here."""
+        return self
+
+
 class WindowMethod(Method, Protocol):
     """A method whose map can be made window by window, each alone: one that claims WINDOW."""
 
@@ -61,6 +124,36 @@ class WindowMethod(Method, Protocol):
 
         A plain canvas of H x W px, filled by `synthesize`, is the box (0, 0, H, W).
         """
+
+
+REFUSED = {
+    Ability.WRAP: "cannot wrap the output; drop wrap",
+    Ability.START: "cannot continue a start map; drop it",
+    Ability.GUIDE: "cannot follow a guide; drop it",
+    Ability.MASK: "cannot avoid masked pixels; drop the mask",
+    Ability.SEVERAL: "grows from one exemplar; give one",
+}
+"""What is said where an ability is asked for that a method does not claim; the first of them is said."""
+
+
+def needed(exemplars: Sequence[Exemplar], canvas: Canvas) -> frozenset[Ability]:
+    """Return the abilities that exemplars and canvas ask for."""
+    asked = {
+        Ability.WRAP: canvas.wrap is not Wrap.NONE,
+        Ability.START: canvas.start is not None,
+        Ability.GUIDE: canvas.guide is not None,
+        Ability.MASK: any(e.usable is not None for e in exemplars),
+        Ability.SEVERAL: len(exemplars) > 1,
+    }
+    return frozenset(ability for ability, yes in asked.items() if yes)
+
+
+def check_abilities(method: Method, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
+    """Refuse to ask a method for what it does not claim."""
+    missing = needed(exemplars, canvas) - method.supports
+    for ability, words in REFUSED.items():
+        if ability in missing:
+            raise ParameterError(f"{method.slug} {words}, or choose another method.")
 
 
 METHODS = {

@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
-from ..params import AUTO, check, param
+from ..params import AUTO, param
 from . import parameters
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     from .. import canvas, sourcemap
@@ -38,7 +38,7 @@ else:
 
 
 @dataclass(frozen=True)
-class BestTile:
+class BestTile(MethodBase):
     """Repeat the one period of the exemplar whose opposite borders agree most."""
 
     slug: ClassVar[str] = "best-tile"
@@ -55,14 +55,6 @@ class BestTile:
         low=1, high=256, unit="px",
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
-
-    def __post_init__(self) -> None:
-        check(self)
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:
         """Find the lattice; MethodError where there is none."""

@@ -22,7 +22,7 @@ from ..draws import below, draw
 from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param, words
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,7 +54,7 @@ FIRST = 0.7  # share of the weight by which most candidates are ruled out
 
 
 @dataclass(frozen=True)
-class EfrosLeung:
+class EfrosLeung(MethodBase):
     """Grow the texture outward from a seed, each pixel drawn from the places that look most alike around it."""
 
     slug: ClassVar[str] = "efros-leung"
@@ -75,11 +75,6 @@ class EfrosLeung:
         check(self)
         if self.window is not AUTO and not all(n % 2 and n > 1 for n in extent(self.window)):
             raise ParameterError(f"window={words(self.window)} is not allowed; choose odd numbers from 3 on.")
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> EfrosLeung:
         """Decide the window from the size of the texture's elements."""

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
-from ..params import AUTO, check, extent, param
+from ..params import AUTO, extent, param
 from . import parameters
 from .base import Ability
 
@@ -89,10 +89,6 @@ class Graphcut(parameters.CutSquares):
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
-
-    def __post_init__(self) -> None:
-        check(self)
-        self.check_overlap()
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
         """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""

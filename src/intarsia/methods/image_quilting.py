@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
-from ..params import AUTO, check, extent, param
+from ..params import AUTO, extent, param
 from . import parameters
 from .base import Ability
 
@@ -76,10 +76,6 @@ class ImageQuilting(parameters.CutSquares):
     boundary_patch: int | None = parameters.boundary_patch()
     boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
     boundary_slack: int | None = parameters.boundary_slack()
-
-    def __post_init__(self) -> None:
-        check(self)
-        self.check_overlap()
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
         """Decide patch and overlap from the size of the texture's elements."""

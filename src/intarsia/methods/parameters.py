@@ -5,16 +5,11 @@ A parameter of that name means the same everywhere. Imports nothing heavy: listi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import ParameterError
-from ..lazy import lazy
 from ..params import AUTO, extent, param
-
-if TYPE_CHECKING:
-    from .. import sourcemap
-else:
-    sourcemap = lazy("intarsia.sourcemap")
+from .base import MethodBase
 
 
 def patch_side() -> Any:
@@ -106,24 +101,19 @@ def boundary_slack() -> Any:
     )  # fmt: skip
 
 
-class CutSquares:
+class CutSquares(MethodBase):
     """Squares that overlap their neighbours and are cut along seams: what follows from `patch` and `overlap`."""
 
     patch: int | tuple[int, int] | None
     overlap: int | tuple[int, int] | None
 
-    def check_overlap(self) -> None:
-        """Refuse an overlap that leaves nothing of the patch."""
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if self.patch is AUTO or self.overlap is AUTO:
             return
         for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
             if overlap >= side:
                 raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
 
     @property
     def pitch(self) -> tuple[int, int]:

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..draws import below
 from ..lazy import lazy
-from ..params import AUTO, check, extent, param
+from ..params import AUTO, extent, param
 from . import parameters
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,7 +54,7 @@ LISTED_BY_EPSILON = 48
 
 
 @dataclass(frozen=True)
-class PatchSampling:
+class PatchSampling(MethodBase):
     """Lay patches whose seams match what is there, and feather the seams."""
 
     slug: ClassVar[str] = "patch-sampling"
@@ -102,9 +102,6 @@ class PatchSampling:
     boundary_join: str = param(
         "cut", "choice", "how such patches meet: along the cheapest seam, or like all others", choices=("cut", "same")
     )
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def blend(self) -> sourcemap.Blend:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, ClassVar
 from ..draws import draw
 from ..geometry import spread
 from ..lazy import lazy
-from ..params import AUTO, check, extent
+from ..params import AUTO, extent
 from . import parameters
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     from .. import sourcemap
@@ -39,7 +39,7 @@ STAGE = 2000
 
 
 @dataclass(frozen=True)
-class RandomTiling:
+class RandomTiling(MethodBase):
     """Lay patches drawn at random side by side, matching nothing."""
 
     slug: ClassVar[str] = "random-tiling"
@@ -51,14 +51,6 @@ class RandomTiling:
 
     patch: int | tuple[int, int] | None = parameters.patch_side()
     isometries: str | tuple[int, ...] = parameters.poses()
-
-    def __post_init__(self) -> None:
-        check(self)
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
 
     @property
     def pitch(self) -> tuple[int, int]:

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from ..lazy import lazy
-from ..params import check
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,25 +28,13 @@ else:
 
 
 @dataclass(frozen=True)
-class Repeat:
+class Repeat(MethodBase):
     """Repeat the exemplar side by side."""
 
     slug: ClassVar[str] = "repeat"
     paper: ClassVar[str] = "none"
     summary: ClassVar[str] = "the exemplar again and again"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.START, Ability.WINDOW})
-
-    def __post_init__(self) -> None:
-        check(self)
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
-
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Repeat:
-        """Nothing is automatic here."""
-        return self
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Take positions modulo the exemplar; the seed changes nothing."""

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..draws import below
 from ..lazy import lazy
-from ..params import AUTO, check, extent, param
+from ..params import AUTO, extent, param
 from . import parameters
 from .base import Ability
 
@@ -67,10 +67,6 @@ class SegmentBased(parameters.CutSquares):
         0.05, "float", "draw among patches that differ by less than this share of the contrast; 0: take the best",
         low=0, high=100,
     )  # fmt: skip
-
-    def __post_init__(self) -> None:
-        check(self)
-        self.check_overlap()
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
         """Decide patch and overlap from the segments of the exemplar."""

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, check, extent, param, words
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     from .. import sourcemap
@@ -46,7 +46,7 @@ AT_ONCE = 64  # pixels filled between two looks at the clock
 
 
 @dataclass(frozen=True)
-class WeiLevoy:
+class WeiLevoy(MethodBase):
     """Fill the canvas row by row with the pixels whose surroundings fit best; the result is tileable."""
 
     slug: ClassVar[str] = "wei-levoy"
@@ -68,11 +68,6 @@ class WeiLevoy:
         check(self)
         if self.window is not AUTO and (extent(self.window)[1] % 2 == 0 or extent(self.window) == (1, 1)):
             raise ParameterError(f"window={words(self.window)} is not allowed; choose an odd width, and not 1x1.")
-
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> WeiLevoy:
         """Decide the window from the size of the texture's elements."""
