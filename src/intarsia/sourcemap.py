@@ -59,6 +59,10 @@ class Blend:
         finish = tuple(Finish.read(entry) for entry in recipe.get("finish", ()))
         return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
 
+    def but(self, **given: Any) -> Blend:
+        """Return the same joins, but for the fields that are given and not None."""
+        return replace(self, **{name: value for name, value in given.items() if value is not None})
+
     @property
     def as_recipe(self) -> dict[str, Any]:
         """What maps and recipes hold of it; without a finish, no word of one."""

@@ -20,11 +20,11 @@ from .draws import check_seed
 from .errors import InputError, MethodError, ParameterError
 from .exemplar import Exemplar
 from .field import Field
-from .geometry import Box, Wrap
+from .geometry import Box, Wrap, spread
 from .guide import Guide
 from .image import Plane
 from .levelling import Finish
-from .methods.base import Ability, Method, check_method, make
+from .methods.base import Method, check_abilities, check_method, make, traits
 from .rendering.magnification import as_meant
 from .rendering.render import render
 from .run import Run, run_of
@@ -66,9 +66,7 @@ class Synthesis:
     ) -> Plane:
         """Render a plane, the base plane if none is named, all of it or a window, harder or softer, levelled or not."""
         expect(box, (Box, NoneType), "box", "a Box")
-        blend = self.blend if feather is None else replace(self.blend, feather=feather)
-        blend = blend if finish is None else replace(blend, finish=finish)
-        return render(self.exemplars, self.map, plane, blend, box, run_of(run))
+        return render(self.exemplars, self.map, plane, self.blend.but(feather=feather, finish=finish), box, run_of(run))
 
     @property
     def recipe_text(self) -> str:
@@ -129,8 +127,7 @@ def synthesize(
         before any work, where something cannot work.
     """
     exemplars = as_exemplars(exemplar)
-    canvas = _canvas(exemplars, size, wrap, start, guide)
-    return carry_out(exemplars, canvas, named(method), seed, blend, run)
+    return filled(Scene(exemplars, canvas_of(exemplars, size, wrap, start, guide)), method, seed, blend, run)
 
 
 def named(method: Method | Auto | str) -> Method | Auto:
@@ -140,38 +137,83 @@ def named(method: Method | Auto | str) -> Method | Auto:
     return method if isinstance(method, Auto) else check_method(method)
 
 
-def carry_out(
-    exemplars: tuple[Exemplar, ...],
-    canvas: Canvas,
-    method: Method | Auto | Choice,
-    seed: int,
-    blend: Blend | None,
-    run: Run | None,
-) -> Synthesis:
-    """Fill a canvas with a method: what :func:`synthesize` does once all is understood."""
-    seed, run = check_seed(seed), run_of(run)
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A canvas that may start with a picture, the exemplars that it is filled from, and what a recipe says of it."""
+
+    exemplars: tuple[Exemplar, ...]
+    canvas: Canvas
+    recipe: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A synthesis of which all is understood and checked, and nothing is made yet.
+
+    ``method`` has every parameter decided; ``choice`` says why it was chosen, where it was not named. Without a
+    ``blend`` pieces are joined as the method means it.
+    """
+
+    scene: Scene
+    method: Method
+    blend: Blend | None = None
+    choice: Choice | None = None
+
+    @property
+    def joined(self) -> Blend:
+        """How the pieces will be joined."""
+        return self.blend or as_meant(self.method.blend, self.scene.exemplars[0])
+
+    @property
+    def patches(self) -> int | None:
+        """How many patches will be laid; None for methods that lay none, and around a start."""
+        canvas, its = self.scene.canvas, traits(self.method)
+        if its.pitch is None or its.footprint is None or canvas.start is not None:
+            return None
+        size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
+        along = zip(size, its.footprint, its.pitch, wraps, strict=True)
+        rows, columns = (len(spread(side, px, px - step, closed)[0]) for side, px, step, closed in along)
+        return rows * columns
+
+
+def planned(scene: Scene, method: Method | Auto | str, blend: Blend | None = None) -> Plan:
+    """Decide by which method, with which parameters, a scene is filled, or refuse what cannot work."""
     expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
+    method = named(method)
     if isinstance(method, Auto):
-        method = method.choose(exemplars, canvas)
-        run.notes.extend(method.warnings)
-    if isinstance(method, Choice):
+        choice = method.choose(scene.exemplars, scene.canvas)
+        return Plan(scene, choice.method, blend, choice)
+    check_abilities(method, scene.exemplars, scene.canvas)
+    resolved = method.resolved(scene.exemplars, scene.canvas)
+    check_between(resolved, blend or resolved.blend)
+    return Plan(scene, resolved, blend)
+
+
+def filled(scene: Scene, method: Method | Auto | str, seed: int, blend: Blend | None, run: Run | None) -> Synthesis:
+    """Fill the canvas of a scene with a method: what :func:`synthesize` does once all is understood."""
+    seed, run = check_seed(seed), run_of(run)
+    plan = planned(scene, method, blend)
+    run.notes.extend(plan.choice.warnings if plan.choice else ())
+    return carry_out(plan, seed, run)
+
+
+def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
+    """Make what is planned."""
+    exemplars, canvas, choice, asked = plan.scene.exemplars, plan.scene.canvas, plan.choice, seed
+    scores: tuple[Score, ...] = ()
+    if choice is None:
+        smap = plan.method.synthesize(exemplars, canvas, seed, run)
+    else:
         from .choosing.trials import carried_out  # it measures much, and is slow to import
 
-        kept = carried_out(method, exemplars, canvas, seed, run)
-        resolved, smap, asked, seed = kept.best.method, kept.best.map, seed, kept.best.seed
-    else:
-        check_abilities(method, exemplars, canvas)
-        kept, resolved = None, method.resolved(exemplars, canvas)
-        check_between(resolved, blend or resolved.blend)
-        smap = resolved.synthesize(exemplars, canvas, seed, run)
+        choice, best, scores = carried_out(choice, exemplars, canvas, seed, run)
+        plan, smap, seed = replace(plan, method=best.method), best.map, best.seed
     if bool(smap.holes.any()):
-        raise MethodError(f"{resolved.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
-    joined = blend or as_meant(resolved.blend, exemplars[0])
-    recipe = _recipe(resolved, exemplars, canvas, seed, joined)
-    if kept is None:
-        return Synthesis(exemplars, smap, joined, resolved, recipe, canvas=canvas)
-    recipe["auto"] = kept.choice.recipe | ({"trials": len(kept.scores), "seed": asked} if kept.scores else {})
-    return Synthesis(exemplars, smap, joined, resolved, recipe, kept.choice, kept.scores, canvas)
+        raise MethodError(f"{plan.method.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
+    recipe = _recipe(plan.method, exemplars, canvas, seed, plan.joined)
+    if choice is not None:
+        recipe["auto"] = choice.recipe | ({"trials": len(scores), "seed": asked} if scores else {})
+    return Synthesis(exemplars, smap, plan.joined, plan.method, recipe | plan.scene.recipe, choice, scores, canvas)
 
 
 def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
@@ -196,13 +238,15 @@ def _as_exemplar(item: Any, number: int) -> Exemplar:
     return item if isinstance(item, Exemplar) else Exemplar.of(item, name=f"exemplar {number + 1}")
 
 
-def _canvas(
+def canvas_of(
     exemplars: tuple[Exemplar, ...],
     size: int | tuple[int, int] | None,
     wrap: Wrap | str,
     start: SourceMap | None,
     guide: Guide | None,
+    rim: int | None = None,
 ) -> Canvas:
+    """Return the canvas that is asked for, of the size of start or guide, or twice the first exemplar, if none is."""
     expect(start, (SourceMap, NoneType), "start", "a SourceMap")
     expect(guide, (Guide, NoneType), "guide", "a Guide")
     if size is None:
@@ -216,7 +260,7 @@ def _canvas(
         ) from None
     if start is not None:
         check_start(start, exemplars)
-    return Canvas(height, width, chosen(Wrap, "wrap", wrap), start, guide)
+    return Canvas(height, width, chosen(Wrap, "wrap", wrap), start, guide, rim)
 
 
 def check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
@@ -233,30 +277,9 @@ def check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
     start.check_sources()
 
 
-def check_abilities(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas) -> None:
-    """Refuse to ask a method for what it does not claim."""
-    wanted = {
-        Ability.WRAP: canvas.wrap is not Wrap.NONE,
-        Ability.START: canvas.start is not None,
-        Ability.GUIDE: canvas.guide is not None,
-        Ability.MASK: any(e.usable is not None for e in exemplars),
-        Ability.SEVERAL: len(exemplars) > 1,
-    }
-    for ability, asked in wanted.items():
-        if asked and ability not in method.supports:
-            words = {
-                Ability.WRAP: "cannot wrap the output; drop wrap",
-                Ability.START: "cannot continue a start map; drop it",
-                Ability.GUIDE: "cannot follow a guide; drop it",
-                Ability.MASK: "cannot avoid masked pixels; drop the mask",
-                Ability.SEVERAL: "grows from one exemplar; give one",
-            }
-            raise ParameterError(f"{method.slug} {words[ability]}, or choose another method.")
-
-
 def check_between(method: Method, blend: Blend) -> None:
     """Refuse joins that need whole pixels, before any work, where a method lays pieces turned or scaled."""
-    if not getattr(method, "exact", True):
+    if not traits(method).exact:
         from .rendering.warped import check_blend
 
         check_blend(blend)
@@ -311,7 +334,6 @@ def recipe_settings(
         if isinstance(value, tuple):
             value = list(reversed(value)) if p.kind == "extent" else list(value)
         out[p.name] = value.as_recipe if isinstance(value, Field) else value
-    asked = getattr(method, "asked", None) if where is not None else None
-    for name, digest in ({} if asked is None else asked(exemplars, where)).items():
+    for name, digest in ({} if where is None else traits(method).asked(exemplars, where)).items():
         out[name] |= {"sha256": digest}
     return out

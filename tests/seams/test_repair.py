@@ -19,7 +19,7 @@ from intarsia.analysis import features
 from intarsia.canvas import Canvas
 from intarsia.cli.app import cli
 from intarsia.exemplar import Exemplar
-from intarsia.methods.base import METHODS, make
+from intarsia.methods.base import METHODS, keeps_lattice, make
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.settings import PatchSettings
 from intarsia.seams.constraints import Constraints
@@ -27,7 +27,7 @@ from intarsia.seams.repair import Repair, Repairing, kept, repaired
 from intarsia.seams.worst import WorstSeams
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.synthesis import Synthesis
-from intarsia.tasks.repair import keeps_lattice, mended, repair_of
+from intarsia.tasks.repair import mended, repair_of
 from intarsia.testing import looked_up, replayed, texture
 
 QUILTING = ia.ImageQuilting(patch=12, overlap=4)

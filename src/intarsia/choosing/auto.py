@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import chosen, expect, whole_within
 from ..errors import IntarsiaError, ParameterError
-from ..geometry import Wrap
 from ..lazy import lazy
-from ..methods.base import METHODS, Ability, Method, make, method_class
+from ..methods.base import METHODS, Ability, Method, make, measures_distances, method_class, needed
 from ..params import parameters
 
 if TYPE_CHECKING:
@@ -117,7 +116,7 @@ class Auto:
         able = [s for s in METHODS if set(self.given) <= {p.name for p in parameters(method_class(s))}]
         able = [s for s in able if self.needs <= method_class(s).supports]
         if self.laying:
-            able = [s for s in able if hasattr(method_class(s), "laying")]
+            able = [s for s in able if measures_distances(method_class(s))]
         if not able:
             asked = ", ".join([*self.given, *sorted(a.value for a in self.needs), *(["distances"] * self.laying)])
             raise ParameterError(f"no method has all of {asked}; drop some, or name a method.")
@@ -175,7 +174,7 @@ class Auto:
 
     def ranked(self, facts: choosing_facts.Facts) -> list[tuple[str, str, dict[str, Any], tuple[str, ...]]]:
         """Return (rule, method, parameters, reasons), best first: the rules that hold, then what else there is."""
-        asked = _asked(facts)
+        asked = needed(facts.exemplars, facts.canvas)
         able = [s for s in self.able if asked <= method_class(s).supports]
         out = []
         for rule in rules.RULES:
@@ -192,7 +191,7 @@ class Auto:
         return out
 
     def _none(self, facts: choosing_facts.Facts) -> str:
-        words = ", ".join(sorted(a.value for a in _asked(facts) | self.needs))
+        words = ", ".join(sorted(a.value for a in needed(facts.exemplars, facts.canvas) | self.needs))
         extra = f" with {', '.join(self.given)}" if self.given else ""
         return f"no method can do all that is asked ({words}){extra}; ask for less, or name a method."
 
@@ -202,16 +201,3 @@ GENERAL = ("begun", "guided", "several", "patches")
 ONLY = "only"
 DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage")
 """Parameters that a rule, a measurement or a trial decides."""
-
-
-def _asked(facts: choosing_facts.Facts) -> frozenset[Ability]:
-    """The abilities that exemplars and canvas ask for."""
-    canvas = facts.canvas
-    wanted = {
-        Ability.WRAP: canvas.wrap is not Wrap.NONE,
-        Ability.START: canvas.start is not None,
-        Ability.GUIDE: canvas.guide is not None,
-        Ability.MASK: any(e.usable is not None for e in facts.exemplars),
-        Ability.SEVERAL: len(facts.exemplars) > 1,
-    }
-    return frozenset(a for a, yes in wanted.items() if yes)

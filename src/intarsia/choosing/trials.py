@@ -38,38 +38,34 @@ class Trial:
     score: Score | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Kept:
-    """The best of the trials, the choice that it came of, and all scores in the order of the trials."""
-
-    best: Trial
-    choice: Choice
-    scores: tuple[Score, ...] = ()
-
-
 def carried_out(
     choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
-) -> Kept:
-    """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar."""
+) -> tuple[Choice, Trial, tuple[Score, ...]]:
+    """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar.
+
+    Returns the choice that it came of, the best of its trials, and all scores in the order of the trials.
+    """
     refused: MethodError | ParameterError | None = None
     for one in (choice, *choice.others):
         try:
-            kept = _best(one, exemplars, canvas, seed, run)
+            best, scores = _best(one, exemplars, canvas, seed, run)
         except (MethodError, ParameterError) as e:
             refused = refused or e
             continue
         if refused is not None:
             run.notes.append(f"{choice.method.slug} was left: {refused}")
-        return kept
+        return one, best, scores
     assert refused is not None
     raise refused
 
 
-def _best(choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> Kept:
+def _best(
+    choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+) -> tuple[Trial, tuple[Score, ...]]:
     tried = variants(choice, canvas, seed)
     if len(tried) == 1:
         method, own = tried[0]
-        return Kept(Trial(method, own, method.synthesize(exemplars, canvas, own, run)), choice)
+        return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), ()
     scores: list[Score] = []
     best: Trial | None = None
     for number, (method, own) in enumerate(tried):
@@ -87,7 +83,7 @@ def _best(choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: i
         if best is None or best.score is None or values.total < best.score.total:
             best = Trial(resolved, own, smap, values)
     assert best is not None
-    return Kept(best, choice, tuple(scores))
+    return best, tuple(scores)
 
 
 def _part(step: Any, number: int, count: int) -> Any:

@@ -13,19 +13,19 @@ from ..disk.depth import dtype_of
 from ..files import write, write_bytes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
+from ..methods.base import keeps_lattice
 from ..run import Probe, Run
-from ..sourcemap import Blend, SourceMap
-from ..synthesis import Synthesis, carry_out, recipe_exemplars, recipe_settings
+from ..sourcemap import SourceMap
+from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
 from ..tasks.completion import fill_holes
 from ..tasks.contact_sheet import contact_sheet, thumbnail
-from ..tasks.starts import Scene
 from .again import command_of
-from .choosing import as_json, explained
+from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
 from .memory import check_fits
 from .outputs import Staging, check_all
-from .plan import Order, blend_of, check_begin, orders_of, patches_of, scene_of
+from .plan import Order, check_begin, method_as_json, orders_of, scene_of
 from .report import Meter, Report
 from .request import Inputs, Targets, Wish
 
@@ -81,15 +81,14 @@ class Batch:
             self._warn(order)
             about = self._about(order, None) | {
                 "exemplars": recipe_exemplars(scene_of(self.shelf, order.lot, self.wish, order.guide).exemplars),
-                "patches": patches_of(order, self.wish.wrap, self.wish.begin is not None),
+                "patches": order.patches,
                 "pixels_bytes": self._bytes(order),
                 "memory_mib": order.memory >> 20,
             }
             as_json.append(about)
             patches = "" if about["patches"] is None else f"{about['patches']} patches, "
             self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
-            if self.wish.explain:
-                self._explain(order, about)
+            explain(self.report, about, order.choice.warnings if order.choice else ())
         self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
 
     def carry_out(self, threads: int | None) -> None:
@@ -141,13 +140,12 @@ class Batch:
         clock["total"] = time.perf_counter() - began
         self.report.note(f"{order.line}, {clock['total']:.1f} s")
         about = self._about(order, grown) | seams
-        if self.wish.explain:
-            self._explain(order, about)
+        explain(self.report, about, order.choice.warnings if order.choice else ())
         return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
         """What JSON says of a result, and of how its method was chosen."""
-        about = _about(order, blend_of(self.wish, order.method, self.shelf.get(order.lot)[0]), self.wish.wrap, grown)
+        about = _about(order, self.wish.wrap, grown)
         if order.choice is None:
             return about
         choice = order.choice if grown is None or grown.choice is None else grown.choice
@@ -172,18 +170,13 @@ class Batch:
         for line in () if order.choice is None else order.choice.warnings:
             self.shelf.warn(line)
 
-    def _explain(self, order: Order, about: dict[str, Any]) -> None:
-        if order.choice is not None and not self.report.quiet:
-            for line in explained(about, order.choice.warnings):
-                self.report.say(line)
-
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
-        begin, blend = self.wish.begin, blend_of(self.wish, order.method, scene.exemplars[0])
+        begin, plan = self.wish.begin, order.plan(scene)
         if begin is not None and begin.holes:
-            grown = fill_holes(scene, order.method, order.seed, run, begin.edge)
+            grown = fill_holes(plan, order.seed, run, begin.edge)
         else:
-            grown = carry_out(scene.exemplars, scene.canvas, order.choice or order.method, order.seed, blend, run)
-        more: dict[str, Any] = scene.recipe | dict(self.wish.said)
+            grown = carry_out(plan, order.seed, run)
+        more: dict[str, Any] = dict(self.wish.said)
         if said := self.shelf.inputs.recipe():
             more["inputs"] = said
         if self.targets.depth is not None:
@@ -192,7 +185,7 @@ class Batch:
 
     def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:
         """Cover the worst seams; what JSON says of it."""
-        if repair.keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
+        if keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
             run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
             return grown, {}
         grown, done = repair.mended(grown, self.wish.repair, run)
@@ -225,23 +218,13 @@ def distance_plane(maps: list[Any], path: str) -> Plane:
     return Plane(pixels, Kind.DATA, Transfer.LINEAR)
 
 
-def _about(order: Order, blend: Blend, wrap: str, grown: Synthesis | None) -> dict[str, Any]:
+def _about(order: Order, wrap: str, grown: Synthesis | None) -> dict[str, Any]:
     """What JSON says of a result, x before y."""
-    held = [{"path": path, "holds": name} for name, path in order.pictures.items()]
+    files = [{"path": path, "holds": name} for name, path in order.pictures.items()]
     more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
-    held += [{"path": p, "holds": w} for p, w in more if p is not None]
-    method = order.method if grown is None else grown.method
-    spans = {k: getattr(method, k, None) for k in ("pitch", "footprint")}
-    as_json: dict[str, Any] = {
-        "files": held,
-        "size": list(order.size),
-        "seed": order.seed,
-        "wrap": wrap,
-        "method": method.slug,
-        "parameters": recipe_settings(method),
-        **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
-        "blend": blend.as_recipe,
-    }
+    files += [{"path": p, "holds": w} for p, w in more if p is not None]
+    about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": wrap}
+    about |= method_as_json(order.method if grown is None else grown.method, order.blend)
     if order.times > 1:
-        as_json["magnify"] = order.times
-    return as_json if grown is None else as_json | {"exemplars": grown.recipe["exemplars"]}
+        about["magnify"] = order.times
+    return about if grown is None else about | {"exemplars": grown.recipe["exemplars"]}

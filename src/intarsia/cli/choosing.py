@@ -16,6 +16,7 @@ from .pictures import value_of
 
 if TYPE_CHECKING:
     from ..choosing.auto import Choice
+    from .report import Report
 
 TRIALS = opt(
     "trials", "--trials", type=click.IntRange(1, MOST_TRIALS), metavar="N",
@@ -49,8 +50,14 @@ def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
     return out
 
 
-def explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
-    """The lines that a person reads of a choice."""
+def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) -> None:
+    """Tell a person of a choice, where measurements were asked for."""
+    if "measurements" in about.get("auto", ()) and not report.quiet:
+        for line in _explained(about, warnings):
+            report.say(line)
+
+
+def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
     auto = about["auto"]
     lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]

@@ -7,7 +7,7 @@ import numpy as np
 from ..canvas import Canvas
 from ..disk.depth import dtype_of
 from ..exemplar import Exemplar
-from ..methods.base import Method
+from ..methods.base import Method, traits
 from ..sourcemap import Blend
 from .memory import taken
 
@@ -38,7 +38,7 @@ def memory_of(
     """
     area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
     searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
-    each = MAP + (FEATHER if blend.feather else 0) + (0 if getattr(method, "exact", True) else FRAMES)
+    each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
     drawn = 0.0
     for plane in exemplars[0].planes.values():
         samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)

@@ -12,16 +12,15 @@ from ..choosing.auto import Auto, Choice
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..files import check_depth, check_writable, format_of, recipe_path
-from ..geometry import Wrap, spread
+from ..geometry import Wrap
 from ..guide import Guide
-from ..methods.base import Method
-from ..rendering.magnification import as_meant
+from ..methods.base import Method, measures_distances, traits
 from ..rendering.render import check_alike
-from ..sourcemap import Blend, Mixing, SourceMap
-from ..synthesis import as_exemplars, check_abilities, check_between, check_start
-from ..tasks.completion import check_edge, choice_for_holes, healed_scene
+from ..sourcemap import Blend, SourceMap
+from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned, recipe_settings
+from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
-from ..tasks.starts import Margins, Scene, extension
+from ..tasks.starts import Margins, extension
 from .estimate import memory_of
 from .exemplars import Set, Shelf, stem_of
 from .labels import guide_of
@@ -31,21 +30,26 @@ from .request import Targets, Wish
 
 @dataclass(frozen=True)
 class Order:
-    """One texture to grow, and the files that it goes to. ``lot`` numbers the exemplars on the shelf."""
+    """One texture to grow, and the files that it goes to. ``lot`` numbers the exemplars on the shelf.
+
+    Of its plan it keeps all but the scene, so that a long batch does not fill memory.
+    """
 
     lot: int
     seed: int
     method: Method
+    blend: Blend
+    choice: Choice | None
+    guide: Guide | None
     size: tuple[int, int]  # width, height
+    times: int  # larger than the map
+    patches: int | None
+    memory: int
+    sets: tuple[Set, ...]
     pictures: dict[str, str]  # plane -> file
     save_map: str | None
     st_map: str | None
-    memory: int
-    distance_map: str | None = None
-    guide: Guide | None = None
-    choice: Choice | None = None
-    sets: tuple[Set, ...] = ()
-    times: int = 1  # larger than the map
+    distance_map: str | None
 
     @property
     def paths(self) -> list[str]:
@@ -53,26 +57,15 @@ class Order:
         more = (self.save_map, self.st_map, self.distance_map)
         return [*self.pictures.values(), *(p for p in more if p is not None)]
 
+    def plan(self, scene: Scene) -> Plan:
+        """The plan again, on its scene."""
+        return Plan(scene, self.method, self.blend, self.choice)
+
     @property
     def line(self) -> str:
         """What a person wants to know of it."""
         width, height = self.size
         return f"{', '.join(self.paths)}: {width}x{height} px, {self.method.slug}, seed {self.seed}"
-
-
-def canvas_of(wish: Wish, exemplars: tuple[Exemplar, ...], guide: Guide | None = None) -> Canvas:
-    """Return the canvas that is asked for: of the guide's size, or twice the first exemplar where none is given."""
-    times = exemplars[0].times
-    width, height = (
-        (2 * exemplars[0].width, 2 * exemplars[0].height) if wish.size is None else small_of(wish.size, times)
-    )
-    if guide is not None:
-        width, height = guide.target.width, guide.target.height
-    start, rim = None, None
-    if wish.start is not None:
-        start, rim = SourceMap.load(wish.start[0]), wish.start[1]
-        check_start(start, exemplars)
-    return Canvas(height, width, Wrap(wish.wrap), start, guide, rim)
 
 
 def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
@@ -89,7 +82,9 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
     if begin is None:
         if guide is None and wish.labels is not None:
             guide = guide_of(wish.labels, shelf, lot, exemplars)
-        return Scene(exemplars, canvas_of(wish, exemplars, guide))
+        size = None if wish.size is None or guide is not None else small_of(wish.size, exemplars[0].times)[::-1]
+        start, rim = (None, None) if wish.start is None else (SourceMap.load(wish.start[0]), wish.start[1])
+        return Scene(exemplars, canvas_of(exemplars, size, wrap, start, guide, rim))
     picture, donors = exemplars[0], exemplars[1:]
     if begin.margins is not None:
         return extension(picture, Margins(*begin.margins), donors, wrap)
@@ -115,14 +110,11 @@ def check_begin(wish: Wish, lots: list[list[Set]], sets: list[Set]) -> None:
         )
 
 
-def blend_of(wish: Wish, method: Method, exemplar: Exemplar) -> Blend:
-    """Return how pieces are joined: as the method means it, but for what is asked otherwise; exactly in holes."""
-    if wish.begin is not None and wish.begin.holes:
-        return Blend(0)
-    own = as_meant(method.blend, exemplar)
-    feather = own.feather if wish.feather is None else wish.feather
-    finish = own.finish if wish.finish is None else wish.finish
-    return Blend(feather, own.mixing if wish.mixing is None else Mixing(wish.mixing), finish)
+def joined(plan: Plan, wish: Wish) -> Plan:
+    """Return the plan with its pieces joined as the method means it, but for what is asked otherwise."""
+    blend = plan.joined.but(feather=wish.feather, mixing=wish.mixing, finish=wish.finish)
+    check_between(plan.method, blend)
+    return replace(plan, blend=blend)
 
 
 def orders_of(
@@ -143,30 +135,20 @@ def orders_of(
     scene = scene_of(shelf, lot, wish)
     if check is not None:
         check(scene)
-    exemplars, canvas = scene.exemplars, scene.canvas
-    if wish.begin is not None:
-        check_edge(wish.begin.edge)
-    method, choice = chosen_for(wish, scene, targets)
-    if choice is None:
-        check_repair(method, wish.repair)
-    blend = blend_of(wish, method, exemplars[0])
-    check_between(method, blend)
+    plan = plan_of(wish, scene, targets.distance_map is not None)
+    exemplars, canvas, method = scene.exemplars, scene.canvas, plan.method
     times = exemplars[0].times
     size = (canvas.width * times, canvas.height * times)
     fields |= {"w": size[0], "h": size[1], "method": method.slug}
+    blend = plan.joined
     memory = memory_of(exemplars, canvas, method, blend, targets.depth)
+    kept = (method, blend, plan.choice, canvas.guide, size, times, plan.patches, memory, tuple(sets))
     orders = []
     for seed in seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if wish.begin else sets, exemplars[0], targets, fields, len(seeds) > 1)
         asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
-        maps = [None if t is None else filled(t, fields) for t in asked]
-        orders.append(
-            Order(
-                lot, seed, method, size, pictures, maps[0], maps[1], memory, maps[2], canvas.guide, choice, tuple(sets),
-                times,
-            )
-        )  # fmt: skip
+        orders.append(Order(lot, seed, *kept, pictures, *(None if t is None else filled(t, fields) for t in asked)))
     if orders:
         check_formats(orders[0], exemplars, targets)
         check_alike(exemplars)
@@ -185,18 +167,22 @@ def named(
     return usual_files(name, sets[0], exemplar, longer, targets.depth)
 
 
-def chosen_for(wish: Wish, scene: Scene, targets: Targets) -> tuple[Method, Choice | None]:
-    """Return the method for a scene, resolved but for holes, and why it was chosen where it was not named."""
-    exemplars, canvas, method, choice = scene.exemplars, scene.canvas, wish.method, None
-    holes = wish.begin is not None and bool(wish.begin.holes)
-    if isinstance(method, Auto):
-        laying = replace(method, laying=targets.distance_map is not None)
-        choice = choice_for_holes(scene, method) if holes else laying.choose(exemplars, canvas)
-        method = choice.method
-        if not holes:
-            return method, choice
-    check_abilities(method, exemplars, canvas)
-    return method if holes else method.resolved(exemplars, canvas), choice
+def plan_of(wish: Wish, scene: Scene, distances: bool) -> Plan:
+    """Decide by which method a scene is filled, of those that measure `distances` if they are asked for."""
+    method, begin = wish.method, wish.begin
+    if begin is not None and begin.holes:
+        plan = planned_for_holes(scene, method, begin.edge)
+    else:
+        plan = planned(scene, replace(method, laying=distances) if isinstance(method, Auto) else method)
+    if plan.choice is None:
+        check_repair(plan.method, wish.repair)
+    return joined(plan, wish)
+
+
+def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
+    """What JSON says of a method, x before y, and of how it joins its pieces."""
+    its = {"method": method.slug, "parameters": recipe_settings(method)}
+    return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
 def _endings(found: Set) -> dict[str, str]:
@@ -232,17 +218,5 @@ def check_distance_map(order: Order, targets: Targets) -> None:
         raise ParameterError(f"--distance-map {x},{y} lies outside the output of {width}x{height} px.")
     if os.path.splitext(path)[1].lower() not in (".exr", ".tif", ".tiff", ".png"):
         raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
-    if not hasattr(order.method, "laying"):
+    if not measures_distances(order.method):
         raise ParameterError(f"--distance-map: {order.method.slug} measures no distances; use patch-sampling.")
-
-
-def patches_of(order: Order, wrap: str, begun: bool = False) -> int | None:
-    """Count the patches that will be laid; None for methods that lay none, and around a start."""
-    pitch, footprint = getattr(order.method, "pitch", None), getattr(order.method, "footprint", None)
-    if pitch is None or footprint is None or begun:
-        return None
-    width, height = (side // order.times for side in order.size)
-    closed = Wrap(wrap)
-    rows = spread(height, footprint[0], footprint[0] - pitch[0], closed.y)[0]
-    columns = spread(width, footprint[1], footprint[1] - pitch[1], closed.x)[0]
-    return len(rows) * len(columns)

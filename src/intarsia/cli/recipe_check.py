@@ -7,7 +7,7 @@ from typing import Any
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..guide import Guide
-from ..tasks.starts import Scene
+from ..synthesis import Scene
 from .request import Labels, Wish
 
 

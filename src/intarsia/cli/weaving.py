@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
-from ..choosing.auto import Auto
 from ..errors import CancelledError, ParameterError
 from ..giant.cells import gigabytes
 from ..giant.executors import AHEAD, check_executor
 from ..giant.picture import Store
 from ..giant.stream import DrawnAndPacked, store_of, stream
-from ..giant.texture import Weave, choice_for_windows, weave
+from ..giant.texture import Weave, planned_windows, woven
+from ..methods.base import traits
 from ..run import Run
-from ..synthesis import as_exemplars, check_between, recipe_exemplars, recipe_settings
+from ..synthesis import as_exemplars, recipe_exemplars
 from .again import weave_command_of
-from .choosing import as_json, explained
+from .choosing import as_json, explain
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted
 from .memory import check_fits, taken
 from .outputs import filled, usual_name
-from .plan import blend_of
+from .plan import joined, method_as_json
 from .report import Report
 from .request import Inputs, Loom, Wish
 
@@ -72,10 +72,8 @@ class Weaving:
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         exemplars = as_exemplars(list(Shelf([sets], inputs, report).get(0)))
-        choice = choice_for_windows(exemplars, wish.method) if isinstance(wish.method, Auto) else None
-        texture = weave(exemplars, wish.method if choice is None else choice.method, loom.seed)
-        texture = replace(texture, blend=blend_of(wish, texture.method, texture.exemplars[0]))
-        check_between(texture.method, texture.blend)
+        plan = joined(planned_windows(exemplars, wish.method), wish)
+        texture, choice = woven(plan, loom.seed), plan.choice
         fields |= {"stem": stem_of(sets[0]), "method": texture.method.slug}
         out = filled(loom.out, fields) if loom.out else usual_name(sets, "woven") + USUAL
         stem, own = os.path.splitext(out)
@@ -122,7 +120,7 @@ class Weaving:
             f"{', '.join(self.names.values())}: {self._line()}, {gigabytes(raw)} of pixels, about {memory >> 20} MiB "
             f"of memory, {_span(seconds)} with {workers} workers like this one; not written (--dry-run)"
         )
-        self._explain()
+        explain(self.report, about, self.warnings)
         self.report.result({"dry_run": True, **about})
 
     def carry_out(self, threads: int | None) -> None:
@@ -141,7 +139,7 @@ class Weaving:
         spent = time.perf_counter() - began
         self._warn()
         self.report.note(f"{', '.join(self.names.values())}: {self._line()}, {spent:.1f} s")
-        self._explain()
+        explain(self.report, self._about(), self.warnings)
         timings = {"read": self.read, "weave": spent, "total": self.read + spent}
         self.report.result(self._about() | {"timings": {k: round(v, 3) for k, v in timings.items()}})
 
@@ -149,16 +147,11 @@ class Weaving:
         for line in self.warnings:
             self.report.warn(line)
 
-    def _explain(self) -> None:
-        if "measurements" in self.auto and not self.report.quiet:
-            for line in explained(self._about(), self.warnings):
-                self.report.say(line)
-
     def _drawn(self, store: Store) -> int:
         """What a worker holds while it draws a cell, in bytes."""
         box = store.grid.cell(0).box
         px, deep = box.height * box.width, store.texture.channels * store.texture.dtype.itemsize
-        each = PER_PX + (0 if getattr(self.texture.method, "exact", True) else BETWEEN)
+        each = PER_PX + (0 if traits(self.texture.method).exact else BETWEEN)
         return int(min(px * store.texture.scale[1] ** 2, DRAWN) * each + px * 2 * deep)
 
     def _line(self) -> str:
@@ -166,8 +159,6 @@ class Weaving:
 
     def _about(self) -> dict[str, Any]:
         """What JSON says of it, x before y."""
-        method = self.texture.method
-        spans = {k: getattr(method, k, None) for k in ("pitch", "footprint")}
         return {
             "files": [{"path": path, "holds": name} for name, path in self.names.items()],
             "size": list(self.size),
@@ -175,10 +166,7 @@ class Weaving:
             "origin": list(self.loom.origin),
             "seed": self.texture.seed,
             "wrap": "none",
-            "method": method.slug,
-            "parameters": recipe_settings(method),
-            **{k: None if v is None else [v[1], v[0]] for k, v in spans.items()},
-            "blend": self.texture.blend.as_recipe,
+            **method_as_json(self.texture.method, self.texture.blend),
             "exemplars": recipe_exemplars(self.texture.exemplars),
             **({"auto": self.auto} if self.auto else {}),
         }

@@ -10,25 +10,22 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import NoneType
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..arguments import expect
 from ..canvas import Canvas
-from ..choosing.auto import AUTO_METHOD, Auto, Choice
+from ..choosing.auto import AUTO_METHOD, Auto
 from ..draws import check_seed
 from ..errors import ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Plane
 from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
-from ..rendering.magnification import as_meant
 from ..rendering.render import check_alike, render
 from ..run import Run, run_of
 from ..sourcemap import Blend, SourceMap
-from ..synthesis import ExemplarLike, as_exemplars, check_abilities, named, recipe_exemplars, recipe_settings
+from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned, recipe_exemplars, recipe_settings
 from ..version import VERSION
 from .cells import SIDE, Grid, box_of, check_memory, check_near, sides_of
 
@@ -296,25 +293,23 @@ def weave(
         where the method cannot make windows alone, or cannot serve this exemplar.
     """
     exemplars, seed = as_exemplars(exemplar), check_seed(seed)
+    return woven(planned_windows(exemplars, method, blend), seed)
+
+
+def planned_windows(exemplars: tuple[Exemplar, ...], method: Method | Auto | str, blend: Blend | None = None) -> Plan:
+    """Decide by which method, with which parameters, windows of an endless plane are made, or refuse what cannot."""
     check_alike(exemplars)
-    expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
-    canvas, wanted = endless(exemplars), named(method)
-    if isinstance(wanted, Auto):
-        wanted = choice_for_windows(exemplars, wanted).method
-    if Ability.WINDOW not in wanted.supports:
+    method = named(method)
+    if isinstance(method, Auto):
+        method = replace(method, needs=method.needs | {Ability.WINDOW})
+    elif Ability.WINDOW not in method.supports:
         able = ", ".join(s for s in METHODS if Ability.WINDOW in method_class(s).supports)
-        raise ParameterError(f"{wanted.slug} cannot make windows of an endless plane; choose one of {able}.")
-    check_abilities(wanted, exemplars, canvas)
-    resolved = cast(WindowMethod, wanted.resolved(exemplars, canvas))
-    joined = blend or as_meant(resolved.blend, exemplars[0])
-    return Weave(exemplars, resolved, seed, joined, exemplars[0].drawn[0])
+        raise ParameterError(f"{method.slug} cannot make windows of an endless plane; choose one of {able}.")
+    canvas = Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)  # its size is only one to think of
+    return planned(Scene(exemplars, canvas), method, blend)
 
 
-def choice_for_windows(exemplars: tuple[Exemplar, ...], auto: Auto) -> Choice:
-    """Choose among the methods that can make windows alone."""
-    return replace(auto, needs=auto.needs | {Ability.WINDOW}).choose(exemplars, endless(exemplars))
-
-
-def endless(exemplars: tuple[Exemplar, ...]) -> Canvas:
-    """Return the canvas on which a method that makes windows decides its parameters."""
-    return Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)
+def woven(plan: Plan, seed: int) -> Weave:
+    """Return the endless texture that is planned."""
+    exemplars = plan.scene.exemplars
+    return Weave(exemplars, cast(WindowMethod, plan.method), seed, plan.joined, exemplars[0].drawn[0])

@@ -18,19 +18,19 @@ from numpy.typing import ArrayLike, NDArray
 from ..analysis.features import Features, features
 from ..analysis.rim import rim_of
 from ..arguments import chosen, expect, whole_within
-from ..choosing.auto import AUTO_METHOD, Auto, Choice
+from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
 from ..geometry import Wrap
 from ..lazy import lazy
-from ..methods.base import METHODS, Method, make, method_class
+from ..methods.base import METHODS, Method, check_abilities, make, method_class
 from ..params import AUTO, parameters
 from ..run import Run, run_of
 from ..seams.cost import seam_total
 from ..search.sizes import element_patch, supplied
 from ..sourcemap import Blend
-from ..synthesis import ExemplarLike, Synthesis, as_exemplars, carry_out, named
-from .starts import USUAL, Margins, Scene, extension, grown_hole, scene_to_heal, with_hole
+from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
+from .starts import USUAL, Margins, extension, grown_hole, scene_to_heal, with_hole
 
 if TYPE_CHECKING:
     from scipy import ndimage
@@ -71,8 +71,7 @@ def extend(
     expect(margins, (Margins, NoneType), "margins", "Margins, such as Margins(right=100)")
     first, donors = as_exemplars([picture])[0], _donors(sources)
     scene = extension(first, margins or Margins(right=USUAL), donors, chosen(Wrap, "wrap", wrap))
-    made = carry_out(scene.exemplars, scene.canvas, named(method), seed, blend, run)
-    return replace(made, recipe=made.recipe | scene.recipe)
+    return filled(scene, method, seed, blend, run)
 
 
 def heal(
@@ -110,7 +109,7 @@ def heal(
     first, donors = _pictured(picture, hole, grow, around), _donors(sources)
     scene = healed_scene(first, hole, donors, around, grow)
     wanted = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
-    return fill_holes(scene, for_holes(scene, wanted), seed, run)
+    return fill_holes(planned_for_holes(scene, wanted), seed, run)
 
 
 def _donors(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
@@ -120,21 +119,37 @@ def _donors(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
     return as_exemplars(given) if given else ()
 
 
-def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
+def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Plan:
+    """Plan to fill the holes of a scene by exact copies; a patch size that is not given is left open.
+
+    A chosen method takes of all patches the best, unless told otherwise. `edge` px are to be filled pixel by pixel.
+    """
+    whole_within("edge", edge, 0)
+    if edge and PIXELWISE not in METHODS:
+        raise ParameterError(f"edge={edge} px need the method {PIXELWISE}, which is not there; leave it out.")
+    choice = None
+    if isinstance(method, Auto):
+        choice = method.leading(scene.exemplars, scene.canvas)
+        choice = replace(choice, method=exacting(choice.method.slug, dict(choice.given)))
+        method = choice.method
+    check_abilities(method, scene.exemplars, scene.canvas)
+    check_between(method, Blend(0))
+    return Plan(scene, method, Blend(0), choice)
+
+
+def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
     """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel.
 
     Without a patch size several are tried; the result with the least visible seams is taken.
     """
-    check_edge(edge)
     best: Synthesis | None = None
-    least, refused = 0, None
+    least, refused, scene = 0, None, plan.scene
     feats = features(scene.exemplars)
-    run = None if run is None else run_of(run)
-    if run is not None:
-        run.notes.extend(rim_left(scene, feats))
-    for attempt in attempts(scene, method):
+    run = run_of(run)
+    run.notes.extend(rim_left(scene, feats))
+    for attempt in attempts(scene, plan.method):
         try:
-            made = carry_out(scene.exemplars, scene.canvas, attempt, seed, Blend(0), run)
+            made = filled(scene, attempt, seed, Blend(0), run)
         except IntarsiaError as e:
             if e.exit_code == 130:
                 raise
@@ -146,7 +161,6 @@ def fill_holes(scene: Scene, method: Method, seed: int, run: Run | None = None, 
     if best is None:
         assert refused is not None
         raise refused
-    best = replace(best, recipe=best.recipe | scene.recipe)
     return _pixelwise(scene, best, seed, run, edge) if edge else best
 
 
@@ -172,24 +186,6 @@ def rim_left(scene: Scene, feats: Features) -> tuple[str, ...]:
         return ()
     grow = scene.recipe.get("heal", {}).get("grow", 0) + more
     return (f"pixels at the edge of the hole look like a rim of what was there; --grow {grow} would cover it.",)
-
-
-def for_holes(scene: Scene, method: Method | Auto) -> Method:
-    """Return the method for the holes of a scene; a chosen one takes of all patches the best, unless told otherwise."""
-    return choice_for_holes(scene, method).method if isinstance(method, Auto) else method
-
-
-def choice_for_holes(scene: Scene, auto: Auto) -> Choice:
-    """Choose the method that leads; its patch is left open, as several are tried."""
-    choice = auto.leading(scene.exemplars, scene.canvas)
-    return replace(choice, method=exacting(choice.method.slug, dict(choice.given)))
-
-
-def check_edge(edge: int) -> None:
-    """Refuse an edge to be filled pixel by pixel where no method can."""
-    whole_within("edge", edge, 0)
-    if edge and PIXELWISE not in METHODS:
-        raise ParameterError(f"edge={edge} px need the method {PIXELWISE}, which is not there; leave it out.")
 
 
 def exacting(slug: str, values: dict[str, Any]) -> Method:
@@ -245,5 +241,5 @@ def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None, edge: 
     inner = ndimage.distance_transform_cdt(np.pad(canvas.start.holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
     band = canvas.start.holes & (inner <= edge)
     again = replace(canvas, start=with_hole(made.map, band), rim=0)
-    filled = carry_out(scene.exemplars, again, make(PIXELWISE, {}), seed, Blend(0), run)
-    return replace(made, map=filled.map, recipe=made.recipe | {"edge": edge})
+    whole = filled(replace(scene, canvas=again), PIXELWISE, seed, Blend(0), run)
+    return replace(made, map=whole.map, recipe=made.recipe | {"edge": edge})

@@ -14,8 +14,7 @@ from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..lazy import lazy
-from ..methods.base import Method
-from ..params import parameters
+from ..methods.base import Method, keeps_lattice, traits
 from ..run import Run, run_of
 from ..search.posed import valid_windows
 from ..search.sizes import default_patch
@@ -76,7 +75,7 @@ def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthe
 def check_repair(method: Method, passes: int) -> None:
     """Refuse to repair what a repair would break."""
     whole_within("repair", passes, 0, MOST_PASSES, "passes")
-    if passes and not getattr(method, "exact", True):
+    if passes and not traits(method).exact:
         raise ParameterError("repair lays whole pixels over what is turned or scaled; leave it out, or angle and zoom.")
     if passes and keeps_lattice(method):
         raise ParameterError(
@@ -84,21 +83,14 @@ def check_repair(method: Method, passes: int) -> None:
         )
 
 
-def keeps_lattice(method: Method) -> bool:
-    """Say whether a method lays its pieces on a lattice."""
-    return any(p.name == "lattice" for p in parameters(method)) and getattr(method, "snap", "on") == "on"
-
-
 def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> repairs.Repair:
     """How what a method made is repaired: by patches of its own size, in its poses; pixel methods have none."""
-    rows, columns = getattr(method, "footprint", (0, 0))
+    its = traits(method)
+    rows, columns = its.footprint or (0, 0)
     if not rows or not columns:
         rows = columns = default_patch(exemplars)
         while rows > LEAST_PATCH and not any(
             valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
         ):
             rows = columns = max(rows // 2, LEAST_PATCH)
-    return repairs.Repair(
-        (rows, columns), passes, getattr(method, "channel_weights", None), getattr(method, "isometries", "none"),
-        getattr(method, "min_repeat_distance", 0),
-    )  # fmt: skip
+    return repairs.Repair((rows, columns), passes, its.channel_weights, its.isometries, its.min_repeat_distance)

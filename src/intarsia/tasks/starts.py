@@ -7,8 +7,8 @@ that can continue one fills them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from ..geometry import Box, Wrap
 from ..image import MAX_SIDE
 from ..lazy import lazy
 from ..sourcemap import HOLE, Source, SourceMap, identity
+from ..synthesis import Scene
 
 if TYPE_CHECKING:
     from scipy import ndimage
@@ -52,15 +53,6 @@ class Margins:
     def around(self, height: int, width: int) -> Box:
         """The extended picture as a box, seen from the first pixel of the old one."""
         return Box(-self.top, -self.left, height + self.bottom, width + self.right)
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """A canvas that may start with a picture, the exemplars that it is filled from, and what a recipe says of it."""
-
-    exemplars: tuple[Exemplar, ...]
-    canvas: Canvas
-    recipe: dict[str, Any] = field(default_factory=dict)
 
 
 def extended(sources: Sequence[Source], number: int, margins: Margins) -> SourceMap:
