@@ -15,7 +15,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
 from intarsia.patches.growth import Growth
-from intarsia.patches.settings import PatchSettings
+from intarsia.patches.settings import PatchSettings, Repeats
 from intarsia.sourcemap import HOLE, identity
 from intarsia.testing.cases import texture
 from intarsia.testing.maps import which_of
@@ -30,7 +30,7 @@ class TestUses:
         guide = Guide(labels(marks), labels(np.ones((300, 300), np.uint8)))
         dear = []
         for given in (guide, None):
-            settings = PatchSettings((12, 12), (4, 4), usage=0.05)
+            settings = PatchSettings((12, 12), (4, 4), repeats=Repeats(usage=0.05))
             growth = Growth(settings, [painted(marks)], Canvas(300, 300, guide=given))
             rows, columns = growth.layout.shape
             for n in range(rows * columns):

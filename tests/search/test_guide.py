@@ -130,7 +130,7 @@ class Scene:
         exemplar = painted(self.marks)
         guide = Guide(labels(self.marks), labels(self.target), weight)
         laying = PatchSettings(
-            (12, 12), (4, 4), isometries=isometries, search=search, pyramid=("mean", 8), boundary_isometries="none"
+            (12, 12), (4, 4), isometries=isometries, search=search, pyramid=("mean", 8)
         )
         self.growth = Growth(laying, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = round(1023**2 * (0.30 + 0.59 + 0.11) / 0.59)  # the range in every channel, as channels count

@@ -116,25 +116,19 @@ class Graphcut(parameters.CutSquares):
         if canvas.guide is not None:
             return method.guided(exemplars, canvas, seed, run)
         growth = patches_growth.Growth(method.laying(0), exemplars, canvas)
-        stitching = graphcut.GraphcutGrowth(growth, method.stitch)
-        stitching.fill(seed, STAGE, run, method.refinements or 0)
-        stitching.refine(seed, STAGE, run, method.refinements or 0)
+        sewn = graphcut.GraphcutGrowth(growth, method.stitch)
+        sewn.fill(seed, STAGE, run, method.refinements or 0)
+        sewn.refine(seed, STAGE, run, method.refinements or 0)
         return growth.map(self.blend)
 
     def guided(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow under a guide: patches are chosen window by window as it says, and cut in with old seams remembered."""
-
-        def fill(growth: patches_growth.Growth, stage: int, part: tuple[int, int]) -> None:
-            stitching = graphcut.GraphcutGrowth(growth, self.stitch)
-            # One window after the other: a cut looks at the pixels beside its window, too.
-            growth.fill(
-                seed, STAGE + stage, replace(run, threads=1), part=part, choose=TOLERANCE,
-                join=lambda at, pick, found: stitching.paste(
-                    stitching.cut((*at, *growth.layout.patch), pick, 0)
-                ),
-            )  # fmt: skip
-
-        return labelled.grown(self.laying(self.usage), exemplars, canvas, self.blend, fill)
+        stages = labelled.Stages(self.laying(self.usage), exemplars, canvas, self.blend)
+        in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
+        for growth in stages:
+            sewn = graphcut.GraphcutGrowth(growth, self.stitch)
+            growth.fill(seed, STAGE, in_turn, choose=TOLERANCE, join=sewn.join)
+        return stages.map
 
     @property
     def stitch(self) -> graphcut.GraphcutSettings:
@@ -145,9 +139,9 @@ class Graphcut(parameters.CutSquares):
 
     def laying(self, usage: float) -> settings.PatchSettings:
         """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""
-        overlap, boundary = extent(self.overlap or 0), min(self.footprint) // 2
+        overlap = extent(self.overlap or 0)
         return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, isometries=self.isometries,
-            usage=usage, rim=max(overlap), boundary=boundary, boundary_isometries=self.isometries,
-            slack=labelled.slack_of(self.footprint, boundary, None),
+            repeats=settings.Repeats(usage=usage), rim=max(overlap),
+            boundaries=settings.Boundaries.of(self.footprint, None, self.isometries, None),
         )  # fmt: skip

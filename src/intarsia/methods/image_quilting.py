@@ -28,13 +28,11 @@ if TYPE_CHECKING:
     from ..analysis import symmetry
     from ..canvas import Canvas
     from ..exemplar import Exemplar
-    from ..patches import growth as patches_growth
     from ..patches import labelled, settings
     from ..run import Run
     from ..search import guide, pyramid, sizes
 else:
     labelled = lazy("intarsia.patches.labelled")
-    patches_growth = lazy("intarsia.patches.growth")
     settings = lazy("intarsia.patches.settings")
     guide = lazy("intarsia.search.guide")
     pyramid = lazy("intarsia.search.pyramid")
@@ -100,28 +98,20 @@ class ImageQuilting(parameters.CutSquares):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
         method = self.resolved(exemplars, canvas)
-
-        def fill(growth: patches_growth.Growth, stage: int, part: tuple[int, int]) -> None:
-            growth.fill(
-                seed, STAGE + stage, run, part=part,
-                choose=self.tolerance,
-                join=lambda at, pick, found: growth.patchwork.cut_in(
-                    at, pick, found, growth.layout, self.seam == "gradient"
-                ),
-            )  # fmt: skip
-
-        return labelled.grown(method.laying, exemplars, canvas, self.blend, fill)
+        stages = labelled.Stages(method.laying, exemplars, canvas, self.blend)
+        for growth in stages:
+            growth.fill(seed, STAGE, run, choose=self.tolerance, join=growth.cutting(self.seam == "gradient"))
+        return stages.map
 
     @property
     def laying(self) -> settings.PatchSettings:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
-        boundary = min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch
         return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
-            isometries=self.isometries, search=self.search,
-            pyramid=(self.pyramid_filter, self.pyramid_kept), usage=self.usage,
-            distance=self.min_repeat_distance, rim=max(overlap),
-            boundary=boundary, boundary_isometries=labelled.boundary_poses(self.footprint, self.boundary_isometries),
-            slack=labelled.slack_of(self.footprint, boundary, self.boundary_slack),
+            isometries=self.isometries, search=self.search, pyramid=(self.pyramid_filter, self.pyramid_kept),
+            repeats=settings.Repeats(usage=self.usage, distance=self.min_repeat_distance), rim=max(overlap),
+            boundaries=settings.Boundaries.of(
+                self.footprint, self.boundary_patch, self.boundary_isometries, self.boundary_slack
+            ),
         )  # fmt: skip

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..draws import below
@@ -30,14 +31,13 @@ if TYPE_CHECKING:
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..patches import growing_map, labelled, settings
-    from ..patches import growth as patches_growth
     from ..patches import repetition as patches_repetition
+    from ..patches.growth import Growth, Pick
     from ..run import Run
     from ..search import guide, pyramid, sizes
 else:
     np = lazy("numpy")
     labelled = lazy("intarsia.patches.labelled")
-    patches_growth = lazy("intarsia.patches.growth")
     settings = lazy("intarsia.patches.settings")
     guide = lazy("intarsia.search.guide")
     growing_map = lazy("intarsia.patches.growing_map")
@@ -146,18 +146,13 @@ class PatchSampling(MethodBase):
         """Grow the map window by window, in raster order as far as windows touch."""
         method = self.resolved(exemplars, canvas)
         misses: list[int] = []
-
-        def fill(growth: patches_growth.Growth, stage: int, part: tuple[int, int]) -> None:
-            growth.fill(
-                seed, STAGE + stage, run, part=part,
-                choose=lambda window, found, bits: method.choose(growth, window, found, bits, misses),
-                join=lambda at, pick, found: method.join_in(growth, at, pick, found),
-            )  # fmt: skip
-
-        smap = labelled.grown(method.laying, exemplars, canvas, method.blend, fill)
+        stages = labelled.Stages(method.laying, exemplars, canvas, method.blend)
+        for growth in stages:
+            choose = partial(method.choose, growth, misses=misses)
+            growth.fill(seed, STAGE, run, choose=choose, join=partial(method.join_in, growth))
         if misses:
             run.notes.append(f"{len(misses)} patches had no candidate within epsilon; the best was taken.")
-        return smap
+        return stages.map
 
     @property
     def listed(self) -> int:
@@ -172,20 +167,19 @@ class PatchSampling(MethodBase):
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         rule = patches_repetition.RepetitionRule(self.repetition if self.repetition != "none" else "prices")
-        boundary = min(self.footprint) // 2 if self.boundary_patch is AUTO else self.boundary_patch
+        usage = self.usage if self.repetition == "prices" else 0.0
         return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
-            isometries=self.isometries, search=self.search,
-            pyramid=(self.pyramid_filter, self.pyramid_kept), listed=self.listed, repeats=rule,
-            usage=self.usage if self.repetition == "prices" else 0.0, distance=self.min_repeat_distance,
-            rim=max(overlap),
-            boundary=boundary, boundary_isometries=labelled.boundary_poses(self.footprint, self.boundary_isometries),
-            slack=labelled.slack_of(self.footprint, boundary, self.boundary_slack),
+            isometries=self.isometries, search=self.search, pyramid=(self.pyramid_filter, self.pyramid_kept),
+            listed=self.listed, repeats=settings.Repeats(rule, usage, self.min_repeat_distance), rim=max(overlap),
+            boundaries=settings.Boundaries.of(
+                self.footprint, self.boundary_patch, self.boundary_isometries, self.boundary_slack
+            ),
         )  # fmt: skip
 
     def choose(
-        self, growth: patches_growth.Growth, window: growing_map.Window, found: Any, bits: int, misses: list[int]
-    ) -> patches_growth.Pick | None:
+        self, growth: Growth, window: growing_map.Window, found: Any, bits: int, misses: list[int]
+    ) -> Pick | None:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
         prices = growth.repetition.prices(window[0], window[1], found)
         order = np.argsort(prices, kind="stable")
@@ -206,9 +200,7 @@ class PatchSampling(MethodBase):
         v, u, s = found.rows[near[below(len(near), bits)], 1:].tolist()
         return v, u, s
 
-    def join_in(
-        self, growth: patches_growth.Growth, at: growing_map.Window, pick: patches_growth.Pick, found: Any
-    ) -> None:
+    def join_in(self, growth: Growth, at: growing_map.Window, pick: Pick, found: Any) -> None:
         """Lay a patch into the window that begins at `at`, as `join` says."""
         bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
         if self.join == "cut" or (bounds and self.boundary_join == "cut"):

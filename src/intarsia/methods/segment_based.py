@@ -97,10 +97,8 @@ class SegmentBased(parameters.CutSquares):
         growth = patches_growth.Growth(laying, exemplars, canvas)
         limit = method.threshold * features.contrast(growth.features, exemplars)
         growth.fill(
-            seed, STAGE, run,
-            choose=lambda window, found, bits: choose(found, limit, bits),
-            join=lambda at, pick, found: growth.patchwork.cut_in(at, pick, found, growth.layout, False),
-        )  # fmt: skip
+            seed, STAGE, run, choose=lambda window, found, bits: choose(found, limit, bits), join=growth.cutting()
+        )
         return growth.map(self.blend)
 
 

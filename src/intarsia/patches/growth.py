@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,17 @@ AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
+class Turn(NamedTuple):
+    """Which growth of a map this is: what it adds to the stage of its draws, its number from 0, and of how many."""
+
+    stage: int = 0
+    number: int = 0
+    passes: int = 1
+
+
+ONLY = Turn()
+
+
 class Growth:
     """A map that grows, and all that is needed to grow it.
 
@@ -55,20 +66,21 @@ class Growth:
 
     def __init__(
         self, laying: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
-        wanted: NDArray[np.bool_] | None = None,
+        wanted: NDArray[np.bool_] | None = None, turn: Turn = ONLY,
     ) -> None:  # fmt: skip
-        self.laying, self.exemplars, self.canvas = laying, exemplars, canvas
+        self.laying, self.exemplars, self.canvas, self.turn = laying, exemplars, canvas, turn
         self.layout = laying.layout(canvas)
         around = (laying.context, max(min(laying.patch) // SURROUNDINGS, 1)) if laying.context else (0.0, 0)
         self.features = features(exemplars, laying.weights, around)
-        shown = () if canvas.start is None else canvas.start.poses
-        self.variants = variants(exemplars, self.features, laying.poses(canvas.guide), self.layout.patch, shown)
+        begun = () if canvas.start is None else canvas.start.poses
+        self.variants = variants(exemplars, self.features, laying.poses(canvas.guide), self.layout.patch, begun)
         rim = laying.rim if canvas.rim is None else canvas.rim
         listed = laying.listed if self.layout.places is None or rim else max(laying.listed, AROUND_HOLES)
         self.finder = self._finder(listed)
-        priced = laying.usage and laying.repeats is RepetitionRule.PRICES
+        rule, usage, distance = laying.repeats
+        priced = usage and rule is RepetitionRule.PRICES
         prices = striking(self.features, self.finder) if priced else None
-        self.repetition = Repetition(self.finder, self.layout, laying.usage, laying.distance, prices, laying.repeats)
+        self.repetition = Repetition(self.finder, self.layout, usage, distance, prices, rule)
         self.patchwork = GrowingMap.begin(self.variants, canvas, rim)
         windows = self.patchwork.open_windows(self.layout, wanted)
         self.guided = self._guided()
@@ -106,27 +118,28 @@ class Growth:
         """True where a window holds a boundary between labels of the guide."""
         return self.guided is not None and bool(self.guided.guidance.boundaries[window])
 
-    def fill(
-        self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float, part: tuple[int, int] = (0, 1)
-    ) -> None:
+    def fill(self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float) -> None:
         """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
 
         `choose` picks among the candidates of a window, in a fixed order; a number stands for the choice by
-        price within this tolerance. `join` lays the patch into the window. `part`: which pass this is, from 0,
-        and of how many.
+        price within this tolerance. `join` lays the patch into the window.
         """
         self._check = run.check
-        before, total = part[0] * len(self.waves), part[1] * len(self.waves)
+        before, total = self.turn.number * len(self.waves), self.turn.passes * len(self.waves)
         with run.pool() as each:
             for number, wave in enumerate(self.waves):
                 run.tick(before + number, total, self.draft)
                 self.repetition.account()
                 found = self._search(wave, each, run.workers)
                 self._answer(run, wave, found)
-                bits = draw_many(seed, stage, 0, wave)
+                bits = draw_many(seed, stage + self.turn.stage, 0, wave)
                 picks = self._picks(wave, found, bits, choose)
                 self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
         run.tick(before + len(self.waves), total, self.draft)
+
+    def cutting(self, gradient: bool = False) -> Join:
+        """What joins patches along the cheapest seam, by colour difference, or that divided by the `gradient`."""
+        return lambda at, pick, found: self.patchwork.cut_in(at, pick, found, self.layout, gradient)
 
     def map(self, blend: Blend) -> SourceMap:
         """The map, once all is filled."""
@@ -180,7 +193,7 @@ class Growth:
             where = (self.patchwork.variant, self.patchwork.yx, at[begin:stop], self.layout.wraps)
             if self.guided is not None:
                 found[begin:stop] = self.guided.find(wave[begin:stop], *where[:3], prices)
-            elif self.laying.distance and isinstance(self.finder, PatchSearch):
+            elif self.laying.repeats.distance and isinstance(self.finder, PatchSearch):
                 found[begin:stop] = self.finder.search(
                     *self.finder.windows(*where), prices,
                     lambda k, rows: self.repetition.left(*wave[begin + k], rows, self._check),
@@ -223,7 +236,7 @@ class Growth:
         pick: Pick | None
         valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
         bare = self.guided is not None and not len(found.rows) and not found.known.any()
-        if (found.free or bare) and not self.laying.distance:  # nothing is known here yet: any patch will do
+        if (found.free or bare) and not self.laying.repeats.distance:  # nothing is known here yet: any patch will do
             pick = random_patch(valid, bits)
         else:
             pick = choose(window, found, bits) if len(found.rows) else None
@@ -231,7 +244,7 @@ class Growth:
             pick = pick or choose(window, self.repetition.allowed(*window, loose, valid, self._check), bits)
         if pick is None:
             raise MethodError(
-                f"min_repeat_distance={self.laying.distance} px leaves no patch for some place; "
+                f"min_repeat_distance={self.laying.repeats.distance} px leaves no patch for some place; "
                 "choose a smaller distance, a smaller patch, or a larger exemplar."
             )
         self.repetition.add(*window, pick)

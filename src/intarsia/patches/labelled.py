@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from ..exemplar import Exemplar
 from ..guide import Guide
 from ..lazy import lazy
 from ..sourcemap import HOLE, Blend, SourceMap
-from .growth import Growth
+from .growth import Growth, Turn
 from .settings import PatchSettings
 
 if TYPE_CHECKING:
@@ -25,80 +25,59 @@ else:  # only canvases with a guide need them
     ndimage, guidance = lazy("scipy.ndimage"), lazy("intarsia.search.guide")
 
 PASS = 1 << 20  # draws of the second pass are apart from those of the first
-SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
-
-Fill = Callable[[Growth, int, tuple[int, int]], None]
 Array = NDArray[Any]
 
 
-def grown(laying: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend, fill: Fill) -> SourceMap:
-    """Grow a map; under labels first the inside of regions, then the rest with smaller patches.
+class Stages:
+    """The growths that make a map one after another: one alone, or several under labels.
 
-    `fill` fills a growth, given what to add to the stage of its draws, and which pass it is of how many.
+    Iterate and fill each growth, then take the `map`. Under labels the inside of the regions comes first, then the rest
+    with smaller patches, then what strayed too far over a boundary, region by region.
     """
-    guide = canvas.guide
-    if guide is None or not guide.is_labels:
-        growth = Growth(laying, exemplars, canvas)
-        fill(growth, 0, (0, 1))
-        return growth.map(blend)
-    small = smaller(laying)
-    growth = Growth(laying, exemplars, canvas, inside_only=small is not None)
-    fill(growth, 0, (0, 3))
-    smap = growth.map(blend)
-    if small is not None and smap.holes.any():
-        growth = Growth(small, exemplars, replace(canvas, start=smap))
-        fill(growth, PASS, (1, 3))
-        smap = growth.map(blend)
-    if laying.slack is None or not guide.weight:
-        return smap
-    return _without_strays(laying, exemplars, canvas, smap, fill)
 
+    map: SourceMap
 
-def smaller(laying: PatchSettings) -> PatchSettings | None:
-    """Return how patches are laid along boundaries; None where they are as large as all others."""
-    side, least = laying.boundary, min(laying.patch)
-    if not side or side >= least:
-        return None
-    patch = tuple(max(1, round(p * side / least)) for p in laying.patch)
-    overlap = tuple(min(max(min(o, 1), o * side // least), p - 1) for o, p in zip(laying.overlap, patch, strict=True))
-    return replace(laying, patch=(patch[0], patch[1]), overlap=(overlap[0], overlap[1]), boundary=0, rim=max(overlap))
+    def __init__(self, laying: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> None:
+        self.laying, self.exemplars, self.canvas, self.blend = laying, exemplars, canvas, blend
 
+    def __iter__(self) -> Iterator[Growth]:
+        guide, laying, exemplars = self.canvas.guide, self.laying, self.exemplars
+        if guide is None or not guide.is_labels:
+            yield from self._filled(Growth(laying, exemplars, self.canvas))
+            return
+        small = laying.smaller
+        yield from self._filled(Growth(laying, exemplars, self.canvas, small is not None, turn=Turn(0, 0, 3)))
+        if small is not None and self.map.holes.any():
+            begun = replace(self.canvas, start=self.map)
+            yield from self._filled(Growth(small, exemplars, begun, turn=Turn(PASS, 1, 3)))
+        if laying.boundaries.slack is not None and guide.weight:
+            yield from self._without_strays(guide, laying.boundaries.slack)
 
-def boundary_poses(patch: tuple[int, int], asked: str | tuple[int, ...] | None) -> str | tuple[int, ...]:
-    """Return the poses of patches on boundaries: those asked for, or all that a patch of this shape can have."""
-    if asked is not None:
-        return asked
-    return "both" if patch[0] == patch[1] else "180"
+    def _filled(self, growth: Growth) -> Iterator[Growth]:
+        yield growth
+        self.map = growth.map(self.blend)
 
+    def _without_strays(self, guide: Guide, slack: int) -> Iterator[Growth]:
+        """Replace what strayed too far over a boundary, region by region, up to the very boundary of the target.
 
-def slack_of(patch: tuple[int, int], boundary: int, asked: int | None) -> int:
-    """Return how far strays may lie on the wrong side: as asked, or half a patch of the boundary, at least 2 px."""
-    return max(2, (boundary or min(patch)) // SLACK) if asked is None else asked
-
-
-def _without_strays(
-    laying: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, fill: Fill
-) -> SourceMap:
-    """Replace what strayed too far over a boundary, region by region, up to the very boundary of the target.
-
-    Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
-    regions hold is as if outside the canvas; pixels that a start map locks are not touched.
-    """
-    assert canvas.guide is not None
-    target = guidance.numbered(canvas.guide.target, canvas.guide.names)
-    found = shown_labels(smap, canvas.guide)
-    stray = strays(found, target, laying.slack or 0, neighbours(canvas.guide))
-    free = np.ones(target.shape, bool) if canvas.start is None else canvas.start.holes
-    stray &= free
-    for k in np.unique(target[stray]).tolist():
-        here = target == k
-        start = _only(smap, here & (found == k))
-        plane = replace(canvas.guide.target, pixels=np.full_like(canvas.guide.target.pixels, canvas.guide.names[k]))
-        inner = replace(canvas, start=start, guide=replace(canvas.guide, target=plane))
-        growth = Growth(replace(laying, boundary_isometries="none"), exemplars, inner, wanted=stray & here)
-        fill(growth, 2 * PASS + k, (2, 3))
-        smap = _merged(smap, growth.map(smap.blend), free & here & (stray | (found == k)))
-    return smap
+        Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
+        regions hold is as if outside the canvas; pixels that a start map locks are not touched.
+        """
+        target = guidance.numbered(guide.target, guide.names)
+        found = shown_labels(self.map, guide)
+        stray = strays(found, target, slack, neighbours(guide))
+        free = np.ones(target.shape, bool) if self.canvas.start is None else self.canvas.start.holes
+        stray &= free
+        laying = replace(self.laying, boundaries=self.laying.boundaries._replace(isometries="none"))
+        for k in np.unique(target[stray]).tolist():
+            here = target == k
+            start = _only(self.map, here & (found == k))
+            plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
+            inner = replace(self.canvas, start=start, guide=replace(guide, target=plane))
+            growth = Growth(laying, self.exemplars, inner, wanted=stray & here, turn=Turn(2 * PASS + k, 2, 3))
+            yield growth
+            taken = free & here & (stray | (found == k))
+            self.map = _merged(self.map, growth.map(self.map.blend), taken)
 
 
 def shown_labels(smap: SourceMap, guide: Guide) -> Array:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from ..canvas import Canvas
 from ..geometry import hang, spread
@@ -13,6 +14,37 @@ from ..search.posed import PosedExemplars, isometry_ids
 from ..search.windows import WindowGrid
 from .fill_order import fill_order
 from .repetition import RepetitionRule
+
+SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
+
+
+class Repeats(NamedTuple):
+    """What a repeat costs: by which rule, its price, and the least distance of two, px (0: any)."""
+
+    rule: RepetitionRule = RepetitionRule.PRICES
+    usage: float = 0.0
+    distance: int = 0
+
+
+class Boundaries(NamedTuple):
+    """How patches lie along the boundaries of a guide's labels.
+
+    ``patch``: their side, px; 0: as large as the others. ``isometries``: poses that may be used there besides.
+    ``slack``: how far one label's pixels may lie in another's region, px, before they are replaced; None: any distance.
+    """
+
+    patch: int = 0
+    isometries: str | tuple[int, ...] = "none"
+    slack: int | None = None
+
+    @classmethod
+    def of(
+        cls, patch: tuple[int, int], side: int | None, isometries: str | tuple[int, ...] | None, slack: int | None
+    ) -> Boundaries:
+        """Decide for patches of (rows, columns) what is None: half a patch, all poses of its shape, half of that."""
+        side = min(patch) // 2 if side is None else side
+        poses = isometries if isometries is not None else "both" if patch[0] == patch[1] else "180"
+        return cls(side, poses, max(2, (side or min(patch)) // SLACK) if slack is None else slack)
 
 
 @dataclass(frozen=True)
@@ -31,16 +63,12 @@ class PatchSettings:
         Of the pyramid search: what is averaged, and how many positions are followed.
     listed : int
         Candidates kept of every search.
-    repeats, usage, distance
-        The rule of repetition control, its price of a repeat, and the least distance of two.
+    repeats : Repeats
+        What a repeat costs.
     rim : int
         How deep start pixels may be replaced, px.
-    boundary : int
-        Side of the patches along the boundaries of a guide's labels, px; 0: as large as the others.
-    boundary_isometries
-        The poses that may be used there besides.
-    slack : int, optional
-        How far one label's pixels may lie in another's region, px, before they are replaced; None: any distance.
+    boundaries : Boundaries
+        How patches lie along the boundaries of a guide's labels.
     finder : callable, optional
         Makes the search of a method that has one of its own, from variants and the size of the windows.
     """
@@ -54,13 +82,9 @@ class PatchSettings:
     search: str = "fast"
     pyramid: tuple[str, int] = ("mean", 1)
     listed: int = 16
-    repeats: RepetitionRule = RepetitionRule.PRICES
-    usage: float = 0.0
-    distance: int = 0
+    repeats: Repeats = field(default=Repeats())
     rim: int = 0
-    boundary: int = 0
-    boundary_isometries: str | tuple[int, ...] = "none"
-    slack: int | None = None
+    boundaries: Boundaries = field(default=Boundaries())
     finder: Callable[[PosedExemplars, tuple[int, int]], Search] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
@@ -68,7 +92,19 @@ class PatchSettings:
         own = isometry_ids(self.isometries)
         if guide is None or not guide.is_labels:
             return own
-        return tuple(sorted({*own, *isometry_ids(self.boundary_isometries)}))
+        return tuple(sorted({*own, *isometry_ids(self.boundaries.isometries)}))
+
+    @property
+    def smaller(self) -> PatchSettings | None:
+        """How patches are laid along boundaries of labels; None where they are as large as all others."""
+        side, least = self.boundaries.patch, min(self.patch)
+        if not side or side >= least:
+            return None
+        rows, columns = (max(1, round(p * side / least)) for p in self.patch)
+        shared = zip(self.overlap, (rows, columns), strict=True)
+        high, wide = (min(max(min(o, 1), o * side // least), p - 1) for o, p in shared)
+        bounds = self.boundaries._replace(patch=0)
+        return replace(self, patch=(rows, columns), overlap=(high, wide), boundaries=bounds, rim=max(high, wide))
 
     def layout(self, canvas: Canvas) -> WindowGrid:
         """The windows on a canvas: a grid, or around what it starts with; under a guide always a grid."""

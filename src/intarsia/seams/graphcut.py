@@ -247,6 +247,10 @@ class GraphcutGrowth:
             self.locked[index] = kept
         return Cut(int(change), window, patch, take)
 
+    def join(self, at: tuple[int, int], pick: Pick, found: Candidates) -> None:
+        """Cut a patch into the window at `at` alone, and write it into the map."""
+        self.paste(self.cut((*at, *self.growth.layout.patch), pick, 0))
+
     def index(self, box: Box) -> tuple[Array, ...]:
         """Index of the pixels of a box, which may reach over borders that wrap."""
         return np.ix_(*((at + np.arange(n)) % length
