@@ -12,8 +12,8 @@ import pytest
 
 import intarsia as ia
 from intarsia.field import Field
+from intarsia.methods.base import recipe_settings
 from intarsia.params import AUTO, check, check_sizes, param, parameters, parse
-from intarsia.synthesis import recipe_settings
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ import intarsia as ia
 from intarsia import params
 from intarsia.errors import IntarsiaError
 from intarsia.image import Plane
-from intarsia.methods.base import METHODS, Ability, make, method_class
-from intarsia.synthesis import recipe_settings
+from intarsia.methods.base import METHODS, Ability, make, method_class, recipe_settings
 
 A = Ability
 

@@ -12,19 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import params
 from .arguments import called, chosen, expect, pair
 from .canvas import Canvas
 from .choosing.auto import AUTO_METHOD, Auto, Choice
 from .draws import check_seed
 from .errors import InputError, MethodError, ParameterError
 from .exemplar import Exemplar
-from .field import Field
 from .geometry import Box, Wrap, spread
 from .guide import Guide
 from .image import Plane
 from .levelling import Finish
-from .methods.base import Method, check_abilities, check_method, make, traits
+from .methods.base import Method, check_abilities, check_method, make, recipe_settings, traits
 from .rendering.magnification import as_meant
 from .rendering.render import render
 from .run import Run, run_of
@@ -319,21 +317,3 @@ def recipe_exemplars(exemplars: tuple[Exemplar, ...]) -> list[dict[str, Any]]:
             entry["name"] = e.name
         sources.append(entry)
     return sources
-
-
-def recipe_settings(
-    method: Method, exemplars: tuple[Exemplar, ...] = (), where: Canvas | Box | None = None
-) -> dict[str, Any]:
-    """The parameters as recipes hold them: JSON, extents x before y, tuples as lists.
-
-    Functions are given by name, and for a picture (`where`) also by a hash of all that they say for it.
-    """
-    out: dict[str, Any] = {}
-    for p in params.parameters(method):
-        value = getattr(method, p.name)
-        if isinstance(value, tuple):
-            value = list(reversed(value)) if p.kind == "extent" else list(value)
-        out[p.name] = value.as_recipe if isinstance(value, Field) else value
-    for name, digest in ({} if where is None else traits(method).asked(exemplars, where)).items():
-        out[name] |= {"sha256": digest}
-    return out

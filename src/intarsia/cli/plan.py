@@ -14,10 +14,10 @@ from ..exemplar import Exemplar
 from ..files import check_depth, check_writable, format_of, recipe_path
 from ..geometry import Wrap
 from ..guide import Guide
-from ..methods.base import Method, measures_distances, traits
+from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike
 from ..sourcemap import Blend, SourceMap
-from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned, recipe_settings
+from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
 from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
 from ..tasks.starts import Margins, extension

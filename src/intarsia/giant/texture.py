@@ -21,11 +21,11 @@ from ..errors import ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Plane
-from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
+from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class, recipe_settings
 from ..rendering.render import check_alike, render
 from ..run import Run, run_of
 from ..sourcemap import Blend, SourceMap
-from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned, recipe_exemplars, recipe_settings
+from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned, recipe_exemplars
 from ..version import VERSION
 from .cells import SIDE, Grid, box_of, check_memory, check_near, sides_of
 

@@ -14,13 +14,14 @@ from ..geometry import Wrap
 from ..lazy import lazy
 
 if TYPE_CHECKING:
-    from .. import sourcemap
+    from .. import field, sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..geometry import Box
     from ..run import Run
     from ..sourcemap import Blend, SourceMap
 else:
+    field = lazy("intarsia.field")
     sourcemap = lazy("intarsia.sourcemap")
 
 FARTHEST = 1 << 40
@@ -85,6 +86,24 @@ class Traits(NamedTuple):
 def traits(method: Method) -> Traits:
     """Return what a method says of itself besides, filled up with what holds where it says nothing."""
     return Traits(**{name: getattr(method, name) for name in Traits._fields if hasattr(method, name)})
+
+
+def recipe_settings(
+    method: Method, exemplars: tuple[Exemplar, ...] = (), where: Canvas | Box | None = None
+) -> dict[str, Any]:
+    """The parameters as recipes hold them: JSON, extents x before y, tuples as lists.
+
+    Functions are given by name, and for a picture (`where`) also by a hash of all that they say for it.
+    """
+    out: dict[str, Any] = {}
+    for p in params.parameters(method):
+        value = getattr(method, p.name)
+        if isinstance(value, tuple):
+            value = list(reversed(value)) if p.kind == "extent" else list(value)
+        out[p.name] = value.as_recipe if isinstance(value, field.Field) else value
+    for name, digest in ({} if where is None else traits(method).asked(exemplars, where)).items():
+        out[name] |= {"sha256": digest}
+    return out
 
 
 def keeps_lattice(method: Method) -> bool:

@@ -26,9 +26,10 @@ from ..canvas import Canvas
 from ..errors import InputError, IntarsiaError, ParameterError, said
 from ..field import function_name
 from ..lazy import lazy
+from ..methods.base import recipe_settings
 from ..methods.parallel_controllable import ParallelControllable
 from ..run import Run, run_of
-from ..synthesis import Synthesis, check_start, recipe_settings
+from ..synthesis import Synthesis, check_start
 
 if TYPE_CHECKING:
     from ..corrections import advected, descent, stack
