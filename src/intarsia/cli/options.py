@@ -90,6 +90,12 @@ INPUT_OPTIONS = (
     ),
 )  # fmt: skip
 
+EXEMPLARS = opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR...")
+IMAGES = opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE...")
+KNOWN = opt(
+    "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
+)
+
 MAGNIFY = opt(
     "magnify", "--magnify", type=click.IntRange(1, 64), default=1, metavar="N",
     help="Grow at 1/N of the size, then draw with all pixels of the exemplar: for large exemplars and outputs. Sizes "

@@ -10,7 +10,7 @@ import click
 from ...errors import ParameterError
 from ...tasks.overlays import KINDS
 from ..exits import say, tell
-from ..options import FILE, gathered, input_options, opt
+from ..options import EXEMPLARS, FILE, gathered, input_options, opt
 from ..report import Report
 from ..request import Inputs, Targets
 from ..values import FileName, ParamType
@@ -80,7 +80,7 @@ PICTURES = (
     epilog="FILE may hold {stem}: with several exemplars every one has pictures of its own.",
 )
 @gathered(*PICTURES, into="pictures", make=Pictures)
-@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
+@input_options(EXEMPLARS)
 @gathered(
     opt("as_json", "--json", is_flag=True, help="Print what was found as a JSON object on stdout."),
     opt("quiet", "--quiet", "-q", is_flag=True, help="Print nothing; only write the pictures."),

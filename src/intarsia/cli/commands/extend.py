@@ -7,20 +7,9 @@ from dataclasses import replace
 import click
 
 from ...errors import ParameterError
-from ..options import (
-    DONORS,
-    FILE,
-    common,
-    gathered,
-    input_options,
-    named_target_options,
-    opt,
-    report_options,
-    work_options,
-)
-from ..report import Report
-from ..request import Begin, Inputs, Targets, Wish, Work
-from .grow import OWN, PARAMETERS, carry_out, wish_of
+from ..options import DONORS, IMAGES, gathered, input_options, opt
+from ..request import Begin, Wish
+from .grow import OWN, PARAMETERS, growing, wish_of
 
 USUAL = 100  # as starts.USUAL; asking it here would import numpy for a help text
 MOST = 1 << 20
@@ -42,28 +31,13 @@ def _begin(**sides: int | None) -> Begin:
     return Begin((left, right, top, bottom))
 
 
-@click.command(
-    name="extend",
+@growing(
+    "extend", "extended", input_options(IMAGES, DONORS, without=("several", "flatten")),
+    gathered(*SIDES, into="begin", make=_begin),
+    gathered(*(o for o in OWN if o.field not in ("size", "level")), *PARAMETERS, into="wish", make=wish_of),
     epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
-)
-@gathered(*SIDES, into="begin", make=_begin)
-@gathered(*(o for o in OWN if o.field not in ("size", "level")), *PARAMETERS, into="wish", make=wish_of)
-@named_target_options("extended")
-@input_options(
-    opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, without=("several", "flatten")
-)
-@work_options
-@common
-@report_options
-def command(
-    inputs: Inputs,
-    targets: Targets,
-    wish: Wish,
-    begin: Begin,
-    work: Work,
-    report: Report,
-    threads: int | None,
-) -> None:
+)  # fmt: skip
+def command(wish: Wish, begin: Begin) -> Wish:
     """Continue IMAGE beyond its borders, 100 px to the right if no side is named.
 
     \b
@@ -71,4 +45,4 @@ def command(
     intarsia extend wall.png -o around.png --left 64 --right 64 --top 64 --bottom 64
     intarsia extend meadow.png -o mixed.png --bottom 200 --from gravel.png
     """
-    carry_out(inputs, targets, replace(wish, begin=begin), work, report, threads)
+    return replace(wish, begin=begin)

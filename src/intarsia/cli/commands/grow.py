@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import click
@@ -13,8 +14,9 @@ from ...levelling import Finish, Levelling
 from ...methods.base import METHODS
 from ..choosing import EXPLAIN, TRIALS, Union, chosen_of
 from ..options import (
-    FILE,
+    EXEMPLARS,
     MAGNIFY,
+    Command,
     common,
     gathered,
     input_options,
@@ -92,18 +94,39 @@ def wish_of(
     )  # fmt: skip
 
 
-@click.command(
-    name="grow",
+Options = Callable[[Command], Command]
+"""A decorator that adds options to a command."""
+
+
+def growing(
+    name: str, done: str, pictures: Options, *asked: Options, epilog: str
+) -> Callable[[Callable[..., Wish]], click.Command]:
+    """Return a decorator that makes a command of what returns a wish: what is wished for is planned, then done.
+
+    `done` says how results are called that no name is given for, such as grown.
+    """
+
+    def decorate(wished: Callable[..., Wish]) -> click.Command:
+        def command(
+            inputs: Inputs, targets: Targets, work: Work, report: Report, threads: int | None, **given: Any
+        ) -> None:
+            carry_out(inputs, targets, wished(**given), work, report, threads)
+
+        command.__doc__ = wished.__doc__
+        whole: Command = command
+        for add in (report_options, common, work_options, pictures, named_target_options(done), *reversed(asked)):
+            whole = add(whole)
+        return click.command(name=name, epilog=epilog)(whole)
+
+    return decorate
+
+
+@growing(
+    "grow", "grown", input_options(EXEMPLARS, MAGNIFY), gathered(*OWN, *PARAMETERS, into="wish", make=wish_of),
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
     "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
-)
-@gathered(*OWN, *PARAMETERS, into="wish", make=wish_of)
-@named_target_options("grown")
-@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."), MAGNIFY)
-@work_options
-@common
-@report_options
-def command(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report, threads: int | None) -> None:
+)  # fmt: skip
+def command(wish: Wish) -> Wish:
     """Grow a larger texture from an EXEMPLAR: a picture, a set of planes, or several.
 
     \b
@@ -112,7 +135,7 @@ def command(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Re
         writes out.png, out_normal.png and out_height.exr
     intarsia grow *.jpg -o "big/{stem}_{seed}.png" --seeds 1..3 --sheet sheet.png
     """
-    carry_out(inputs, targets, wish, work, report, threads)
+    return wish
 
 
 def carry_out(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report, threads: int | None) -> None:

@@ -9,21 +9,11 @@ import click
 
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
-from ..options import (
-    DONORS,
-    FILE,
-    common,
-    gathered,
-    input_options,
-    named_target_options,
-    opt,
-    report_options,
-    work_options,
-)
-from ..report import Report
-from ..request import Begin, Inputs, Targets, Wish, Work
+from ...params import parameters
+from ..options import DONORS, FILE, IMAGES, gathered, input_options, opt
+from ..request import Begin, Wish
 from ..values import EnlargedSize
-from .grow import OWN, PARAMETERS, carry_out, wish_of
+from .grow import OWN, PARAMETERS, growing, wish_of
 
 MOST_GROWN, MOST_EDGE = 1024, 64  # px
 
@@ -55,16 +45,11 @@ def _begin(**given: Any) -> Begin:
 
 def _wish(**given: Any) -> Wish:
     """What was asked for; of all patches the best is taken if nothing else is said."""
-    named = given["method"] != AUTO_METHOD
-    if named and given["tolerance"] is None and any(p == "tolerance" for p in _names(given["method"])):
+    slug = given["method"]
+    exact = slug != AUTO_METHOD and any(p.name == "tolerance" for p in parameters(method_class(slug)))
+    if exact and given["tolerance"] is None:
         given["tolerance"] = "0"
     return wish_of(feather=None, mixing=None, **given)
-
-
-def _names(slug: str) -> list[str]:
-    from ...params import parameters
-
-    return [p.name for p in parameters(method_class(slug))]
 
 
 def _method() -> list[Any]:
@@ -82,29 +67,13 @@ def _method() -> list[Any]:
     return options
 
 
-@click.command(
-    name="heal",
+@growing(
+    "heal", "healed",
+    input_options(IMAGES, DONORS, USABLE, without=("several", "masks", "crop", "scale", "flatten")),
+    gathered(*HOLES, into="begin", make=_begin), gathered(*_method(), *PARAMETERS, into="wish", make=_wish),
     epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
-)
-@gathered(*HOLES, into="begin", make=_begin)
-@gathered(*_method(), *PARAMETERS, into="wish", make=_wish)
-@named_target_options("healed")
-@input_options(
-    opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE..."), DONORS, USABLE,
-    without=("several", "masks", "crop", "scale", "flatten"),
 )  # fmt: skip
-@work_options
-@common
-@report_options
-def command(
-    inputs: Inputs,
-    targets: Targets,
-    wish: Wish,
-    begin: Begin,
-    work: Work,
-    report: Report,
-    threads: int | None,
-) -> None:
+def command(wish: Wish, begin: Begin) -> Wish:
     """Fill the holes of IMAGE with what suits there; all other pixels stay, byte for byte.
 
     \b
@@ -112,4 +81,4 @@ def command(
     intarsia heal scan.png --mask scratches.png --grow 2 -o whole.png
     intarsia heal cutout.png --mask alpha -o filled.png
     """
-    carry_out(inputs, targets, replace(wish, begin=begin), work, report, threads)
+    return replace(wish, begin=begin)

@@ -8,23 +8,11 @@ import click
 
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
-from ..options import (
-    FILE,
-    common,
-    gathered,
-    input_options,
-    method_option,
-    method_parameters,
-    named_target_options,
-    opt,
-    report_options,
-    work_options,
-)
-from ..report import Report
-from ..request import Inputs, Labels, Targets, Wish, Work
+from ..options import EXEMPLARS, FILE, gathered, input_options, method_option, method_parameters, opt
+from ..request import Labels, Wish
 from ..values import Number
 from .grow import OWN as GROWN
-from .grow import SAMPLES, carry_out, wish_of
+from .grow import SAMPLES, growing, wish_of
 
 GUIDED = tuple(slug for slug in METHODS if Ability.GUIDE in method_class(slug).supports)
 
@@ -65,22 +53,16 @@ def _wish(labels: tuple[str, ...], target: str, weight: float, reach: int, **giv
     return wish_of(labels=Labels(labels, target, weight, reach), union=UNION, **given)
 
 
-@click.command(
-    name="paint",
+@growing(
+    "paint", "painted", input_options(EXEMPLARS), gathered(*OWN, *PARAMETERS, into="wish", make=_wish),
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{seed}}, {{method}}, "
     "{w} and {h}; with --seeds every seed makes an output.",
-)
-@gathered(*OWN, *PARAMETERS, into="wish", make=_wish)
-@named_target_options("painted")
-@input_options(opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."))
-@work_options
-@common
-@report_options
-def command(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report, threads: int | None) -> None:
+)  # fmt: skip
+def command(wish: Wish) -> Wish:
     """Paint with textures: each region of TARGET is grown from the parts of the EXEMPLAR that carry its label.
 
     \b
     intarsia paint coast.png --labels coast_labels.png --target island.png -o island_grown.png
     intarsia paint --several sand.png moss.png -l sand_l.png -l moss_l.png -t map.png -o out.png
     """
-    carry_out(inputs, targets, wish, work, report, threads)
+    return wish

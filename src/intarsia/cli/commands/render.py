@@ -9,7 +9,7 @@ import click
 
 from ...errors import InputError, ParameterError
 from ..exits import CANCEL
-from ..options import FILE, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
+from ..options import FILE, KNOWN, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
 from ..report import Report
 from ..request import Inputs, Targets
 from ..values import Rectangle
@@ -59,12 +59,7 @@ VIEW_OPTIONS = (
 @click.argument("saved", type=FILE, metavar="MAP.npz")
 @target_options
 @gathered(*VIEW_OPTIONS, into="view", make=View)
-@input_options(
-    opt(
-        "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
-    ),
-    MAGNIFY,
-)
+@input_options(KNOWN, MAGNIFY)
 @common
 @report_options
 def command(saved: str, inputs: Inputs, targets: Targets, view: View, report: Report, threads: int | None) -> None:

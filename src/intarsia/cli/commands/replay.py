@@ -16,6 +16,7 @@ from ..options import (
     DEPTHS,
     DONORS,
     FILE,
+    KNOWN,
     common,
     gathered,
     grown_target_options,
@@ -31,9 +32,7 @@ from .grow import MOST_PASSES, check_stdout
 from .heal import MOST_EDGE, MOST_GROWN, USABLE
 
 PICTURES = (
-    opt(
-        "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
-    ),
+    KNOWN,
     opt(
         "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
         help="The mask that was given: the hole that was healed, elsewhere the exemplar pixels that could be used.",

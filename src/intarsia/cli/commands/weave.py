@@ -11,6 +11,7 @@ from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError
 from ...methods.base import METHODS, Ability, method_class
 from ..options import (
+    EXEMPLARS,
     FILE,
     MAGNIFY,
     SEED,
@@ -91,20 +92,11 @@ def loom_of(out: str | None, seed: int | None, **given: Any) -> Loom:
 )
 @gathered(*OWN, *PARAMETERS, into="wish", make=partial(wish_of, union=UNION))
 @gathered(SEED, *LOOM, into="loom", make=loom_of)
-@input_options(
-    opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR..."), MAGNIFY, without=("several",)
-)
+@input_options(EXEMPLARS, MAGNIFY, without=("several",))
 @click.option("--dry-run", is_flag=True, help="Check everything, tell size, memory and time, write nothing.")
 @common
 @report_options
-def command(
-    inputs: Inputs,
-    wish: Wish,
-    loom: Loom,
-    report: Report,
-    threads: int | None,
-    dry_run: bool,
-) -> None:
+def command(inputs: Inputs, wish: Wish, loom: Loom, report: Report, threads: int | None, dry_run: bool) -> None:
     """Weave a texture of any size into a file, piece by piece, on this machine or a dask cluster.
 
     \b
