@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from types import NoneType
 
 from .arguments import called, chosen, expect, whole_within
+from .bounds import MAX_PIXELS
 from .errors import InputError, ParameterError
 from .geometry import Wrap
 from .guide import Guide
 from .sourcemap import SourceMap
-
-MAX_PIXELS = 1 << 31
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from .bounds import FEATHER
 from .params import check, param, parameters
 
 
@@ -22,7 +23,9 @@ class Levelling:
 
     name: ClassVar[str] = "levelling"
 
-    radius: int = param(32, "int", "how far to either side of a seam light is evened out", low=1, high=1024, unit="px")
+    radius: int = param(
+        32, "int", "how far to either side of a seam light is evened out", low=1, high=FEATHER, unit="px"
+    )
     strength: float = param(1.0, "float", "which share of a step is taken away", low=0, high=1)
 
     def __post_init__(self) -> None:

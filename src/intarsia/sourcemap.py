@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arguments import called, chosen, expect, expect_path, whole_within
+from .bounds import FEATHER
 from .disk.npz import check_sides, unpacked
 from .errors import InputError, ParameterError, ResourceError
 from .frames import check_frames, frozen, matrices, positions
@@ -44,7 +45,7 @@ class Blend:
     finish: tuple[Finish, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "feather", whole_within("feather", self.feather, 0, 1024))
+        object.__setattr__(self, "feather", whole_within("feather", self.feather, 0, FEATHER))
         object.__setattr__(self, "mixing", chosen(Mixing, "mixing", self.mixing))
         if not isinstance(self.finish, (tuple, list)) or not all(isinstance(f, Finish) for f in self.finish):
             refused = f"finish={called(self.finish)} is not allowed"

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from ..bounds import TIMES
 from ..disk.limits import allowing
 from ..errors import ParameterError
 from ..params import Parameter, parameters
@@ -97,7 +98,7 @@ KNOWN = opt(
 )
 
 MAGNIFY = opt(
-    "magnify", "--magnify", type=click.IntRange(1, 64), default=1, metavar="N",
+    "magnify", "--magnify", type=click.IntRange(1, TIMES), default=1, metavar="N",
     help="Grow at 1/N of the size, then draw with all pixels of the exemplar: for large exemplars and outputs. Sizes "
     "stay those of the pictures; all else, such as --patch and --feather (then 1 if not given), counts px of 1/N.",
 )  # fmt: skip

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..bounds import MAX_PIXELS
 from ..draws import SEED_LIMIT
 from ..errors import InputError
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 else:  # older versions of click do not take the bracket
     ParamType = click.ParamType
 
-MAX_PIXELS = 1 << 31
 MAX_SEEDS = 10_000
 
 

@@ -188,7 +188,7 @@ def _from_windows(
 
 
 def _fit(a: Floats, b: Floats, sure: Floats, ridge: Floats, scale: float) -> list[int]:
-    """Least squares a x = b in 1 / TURN, x near 0 by `ridge`; what leaves `scale` over counts half of what is `sure`."""
+    """Least squares a x = b in 1 / TURN, x near 0 by `ridge`; what leaves `scale` over counts half as sure."""
     w = sure
     for _ in range(FITS):
         left = np.einsum("ki,kj,k->ij", a, a, w) + np.diag(ridge) * w.sum()

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..bounds import PAINTED, PHOTOS, SAMPLES
 from ..errors import InputError
 from ..image import Plane
 from .decode import decode
@@ -35,12 +36,11 @@ from .relief import (
 from .source import look
 
 PREFIX = "sample:"
-_PHOTOS = ("brick", "grass", "gravel")
 
 
 def sample_names() -> list[str]:
     """List the built-in exemplars, as in ``sample:tiles``."""
-    return sorted([*_PHOTOS, *_PAINTED])
+    return [*SAMPLES]
 
 
 def sample(name: str) -> Plane:
@@ -51,7 +51,7 @@ def sample(name: str) -> Plane:
     word = name.removeprefix(PREFIX)
     if word in _PAINTED:
         return _PAINTED[word]()
-    if word not in _PHOTOS:
+    if word not in PHOTOS:
         raise InputError(f"there is no sample {word[:40]!r}; choose one of {', '.join(sample_names())}.")
     # Its files are read by their place: scikit-image itself is slow to import, and might try to download.
     found = importlib.util.find_spec("skimage")
@@ -274,4 +274,4 @@ def _painted(lit: F) -> Plane:
     return Plane(np.floor(np.clip(lit, 0.0, 255.0) + 0.5).astype(np.uint8), meta={"name": "sample"})
 
 
-_PAINTED: dict[str, Callable[[], Plane]] = {"tiles": tiles, "pebbles": pebbles, "stones": stones, "planks": planks}
+_PAINTED: dict[str, Callable[[], Plane]] = dict(zip(PAINTED, (tiles, pebbles, stones, planks), strict=True))

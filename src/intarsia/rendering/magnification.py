@@ -18,13 +18,12 @@ from math import lcm
 import numpy as np
 
 from ..arguments import expect, whole_within
+from ..bounds import TIMES
 from ..errors import InputError, ParameterError
 from ..exemplar import REDUCED, Exemplar
 from ..image import Array
 from ..sourcemap import Blend
 from .mixers import averaged
-
-MOST = 64  # times
 
 
 def magnified(exemplar: Exemplar, times: int) -> Exemplar:
@@ -49,7 +48,7 @@ def magnified(exemplar: Exemplar, times: int) -> Exemplar:
         for other numbers, where the reduced exemplar would be empty, or would no longer continue in itself.
     """
     expect(exemplar, Exemplar, "the exemplar to magnify", "one of read(path) or Exemplar.of(array)", InputError)
-    times = whole_within("magnify", times, 1, MOST, "times")
+    times = whole_within("magnify", times, 1, TIMES, "times")
     if times == 1:
         return exemplar
     if REDUCED in exemplar.planes:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..analysis.features import Features, features
 from ..analysis.rim import rim_of
 from ..arguments import chosen, expect, whole_within
+from ..bounds import MARGIN
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
@@ -30,7 +31,7 @@ from ..seams.cost import seam_total
 from ..search.sizes import element_patch, supplied
 from ..sourcemap import Blend
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
-from .starts import USUAL, Margins, extension, grown_hole, scene_to_heal, with_hole
+from .starts import Margins, extension, grown_hole, scene_to_heal, with_hole
 
 if TYPE_CHECKING:
     from scipy import ndimage
@@ -70,7 +71,7 @@ def extend(
     """
     expect(margins, (Margins, NoneType), "margins", "Margins, such as Margins(right=100)")
     first, donors = as_exemplars([picture])[0], _donors(sources)
-    scene = extension(first, margins or Margins(right=USUAL), donors, chosen(Wrap, "wrap", wrap))
+    scene = extension(first, margins or Margins(right=MARGIN), donors, chosen(Wrap, "wrap", wrap))
     return filled(scene, method, seed, blend, run)
 
 

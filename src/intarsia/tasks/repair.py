@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..arguments import expect, whole_within
+from ..bounds import MOST_PASSES, PASSES
 from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 else:
     repairs = lazy("intarsia.seams.repair")
 
-PASSES, MOST_PASSES = 4, 1000
 LEAST_PATCH = 8
 
 

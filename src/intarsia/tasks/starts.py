@@ -31,8 +31,6 @@ else:  # only holes need it
     ndimage = lazy("scipy.ndimage")
 
 Mask = NDArray[np.bool_]
-USUAL = 100
-"""Px by which a picture is extended to the right if no side is named (Multrus 2003, A.1)."""
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import click
 
+from ...bounds import MARGIN
 from ...errors import ParameterError
 from ..options import DONORS, IMAGES, gathered, input_options, opt
 from ..request import Begin, Wish
 from .grow import OWN, PARAMETERS, growing, wish_of
 
-USUAL = 100  # as starts.USUAL; asking it here would import numpy for a help text
 MOST = 1 << 20
 
 
@@ -24,7 +24,7 @@ SIDES = tuple(
 def _begin(**sides: int | None) -> Begin:
     """The margins; with none named, as the source of the idea has it: to the right."""
     if all(px is None for px in sides.values()):
-        return Begin((0, USUAL, 0, 0))
+        return Begin((0, MARGIN, 0, 0))
     left, right, top, bottom = (sides[name] or 0 for name in PLACES)
     if not left + right + top + bottom:
         raise ParameterError("no side is extended; give at least one of --left, --right, --top and --bottom, in px.")

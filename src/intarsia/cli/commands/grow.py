@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from ...bounds import FEATHER, MOST_PASSES, SAMPLES
 from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError, ResourceError
 from ...levelling import Finish, Levelling
@@ -32,10 +33,6 @@ from ..report import Report
 from ..request import Inputs, Targets, Wish, Work
 from ..values import Size
 
-MOST_PASSES = 1000  # as tasks.repair.MOST_PASSES; asking it here would import numpy for a help text
-SAMPLES = ("brick", "grass", "gravel", "pebbles", "planks", "stones", "tiles")
-"""As files.sample_names() lists them; asking it here would import numpy for a help text."""
-
 OWN = (
     opt(
         "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
@@ -53,7 +50,7 @@ OWN = (
         help="Along which axes the output must continue in itself (tile).",
     ),
     opt(
-        "feather", "--feather", type=click.IntRange(0, 1024), metavar="PX",
+        "feather", "--feather", type=click.IntRange(0, FEATHER), metavar="PX",
         help="Soften the seams over so many px; 0 copies exactly. By default as the method means it.",
     ),
     opt(
@@ -61,7 +58,7 @@ OWN = (
         help="How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
     ),
     opt(
-        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
+        "level", "--level", type=click.IntRange(0, FEATHER), metavar="PX",
         help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
     ),
     opt(

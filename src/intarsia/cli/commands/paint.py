@@ -6,13 +6,14 @@ from typing import Any
 
 import click
 
+from ...bounds import SAMPLES
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
 from ..options import EXEMPLARS, FILE, gathered, input_options, method_option, method_parameters, opt
 from ..request import Labels, Wish
 from ..values import Number
 from .grow import OWN as GROWN
-from .grow import SAMPLES, growing, wish_of
+from .grow import growing, wish_of
 
 GUIDED = tuple(slug for slug in METHODS if Ability.GUIDE in method_class(slug).supports)
 

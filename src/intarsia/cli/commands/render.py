@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...bounds import FEATHER, MAX_PIXELS
 from ...errors import InputError, ParameterError
 from ..exits import CANCEL
 from ..options import FILE, KNOWN, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
@@ -36,7 +37,7 @@ class View:
 
 VIEW_OPTIONS = (
     opt(
-        "feather", "--feather", type=click.IntRange(0, 1024), metavar="PX",
+        "feather", "--feather", type=click.IntRange(0, FEATHER), metavar="PX",
         help="Soften the seams over so many px; by default as it was grown.",
     ),
     opt(
@@ -44,7 +45,7 @@ VIEW_OPTIONS = (
         help="How pieces mix within the feather; by default as it was grown.",
     ),
     opt(
-        "level", "--level", type=click.IntRange(0, 1024), metavar="PX",
+        "level", "--level", type=click.IntRange(0, FEATHER), metavar="PX",
         help="Even out steps of light and colour so far to either side of seams, 0: leave them; by default as it was "
         "grown.",
     ),
@@ -105,7 +106,7 @@ def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]
                 f"--window {x},{y},{width},{height}: {axis} {start} to {start + length} do not lie in 0 to {whole} "
                 f"of the map ({smap.width * times}x{smap.height * times} px); choose a part of it."
             )
-    if width * height > 1 << 31:
+    if width * height > MAX_PIXELS:
         raise ParameterError(f"--window {x},{y},{width},{height} is too large; give at most 2**31 px in all.")
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ...bounds import MOST_PASSES, TIMES
 from ...errors import InputError, ParameterError
 from ...methods.base import make, method_class
 from ...params import parameters
@@ -28,7 +29,7 @@ from ..pictures import with_pictures
 from ..report import Report
 from ..request import Begin, Inputs, Labels, Targets, Wish
 from ..values import Colour, NamedFile, Rectangle, Scale
-from .grow import MOST_PASSES, check_stdout
+from .grow import check_stdout
 from .heal import MOST_EDGE, MOST_GROWN, USABLE
 
 PICTURES = (
@@ -207,7 +208,7 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) 
             crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
             flatten=given.flatten or bool(said.get("flatten", False)),
             scale=given.scale if given.scale != 1 else Scale()(str(said.get("scale", "1/1"))),
-            magnify=_whole(said.get("magnify", 1), 1, 64),
+            magnify=_whole(said.get("magnify", 1), 1, TIMES),
         )
     except (click.UsageError, TypeError, ValueError, AttributeError):
         raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None
