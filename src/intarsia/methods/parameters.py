@@ -5,100 +5,56 @@ A parameter of that name means the same everywhere. Imports nothing heavy: listi
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
 from ..errors import ParameterError
 from ..params import AUTO, extent, param
 from .base import MethodBase
 
-
-def patch_side() -> Any:
-    """Side of the square that is copied."""
-    return param(
-        AUTO, "extent", "side of the copied square, overlaps included; automatic: the size of the texture's elements",
-        low=1, high=1 << 16, unit="px",
-    )  # fmt: skip
-
-
-def channel_weights() -> Any:
-    """How much each channel counts."""
-    return param(
-        AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
-        low=0, high=1e6,
-    )  # fmt: skip
-
-
-def poses() -> Any:
-    """Which mirrored and turned patches may be used."""
-    return param(
-        "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
-    )
-
-
-def usage_price() -> Any:
-    """What using a patch again costs."""
-    return param(0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
-
-
-def repeat_distance() -> Any:
-    """How near the same exemplar pixel may return."""
-    return param(
-        0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
-    )
-
-
-def search_ways() -> Any:
-    """How patches are looked for."""
-    return param(
-        "fast", "choice", "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
-        choices=("fast", "exact", "pyramid"),
-    )  # fmt: skip
-
-
-def pyramid_filter() -> Any:
-    """What a pyramid averages."""
-    return param(
-        "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
-        choices=("mean", "gaussian", "none"),
-    )  # fmt: skip
-
-
-def pyramid_kept() -> Any:
-    """How many places a pyramid follows."""
-    return param(
-        8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search", low=1, high=64
-    )
-
-
-def cut_cost() -> Any:
-    """What a cut costs."""
-    return param(
-        "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
-        choices=("difference", "gradient"),
-    )  # fmt: skip
-
-
-def boundary_patch() -> Any:
-    """Side of the patches along boundaries of labels."""
-    return param(
-        AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
-        low=0, high=1 << 16, unit="px",
-    )  # fmt: skip
-
-
-def boundary_poses() -> Any:
-    """Poses of patches along boundaries of labels."""
-    return param(
-        AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
-    )
-
-
-def boundary_slack() -> Any:
-    """How far labels may stray over their boundary."""
-    return param(
-        AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
-        low=0, high=1 << 16, unit="px",
-    )  # fmt: skip
+patch_side = partial(
+    param, AUTO, "extent",
+    "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+    low=1, high=1 << 16, unit="px",
+)  # fmt: skip
+channel_weights = partial(
+    param, AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
+    low=0, high=1e6,
+)  # fmt: skip
+poses = partial(
+    param, "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+)
+usage_price = partial(param, 0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+repeat_distance = partial(
+    param, 0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
+)
+search_ways = partial(
+    param, "fast", "choice",
+    "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
+    choices=("fast", "exact", "pyramid"),
+)  # fmt: skip
+pyramid_filter = partial(
+    param, "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
+    choices=("mean", "gaussian", "none"),
+)  # fmt: skip
+pyramid_kept = partial(
+    param, 8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search",
+    low=1, high=64,
+)  # fmt: skip
+cut_cost = partial(
+    param, "difference", "choice", "cost of a cut: colour difference, or that divided by the gradient",
+    choices=("difference", "gradient"),
+)  # fmt: skip
+boundary_patch = partial(
+    param, AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
+    low=0, high=1 << 16, unit="px",
+)  # fmt: skip
+boundary_poses = partial(
+    param, AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
+)
+boundary_slack = partial(
+    param, AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
+    low=0, high=1 << 16, unit="px",
+)  # fmt: skip
 
 
 class CutSquares(MethodBase):
