@@ -57,9 +57,9 @@ class Spread(ia.PatchSampling):
     """Patch sampling whose windows are spread to end at the border, in place of hanging over it."""
 
     @property
-    def laying(self) -> Any:
+    def patch_settings(self) -> Any:
         """As the method lays, but inside the canvas."""
-        return replace(super().laying, hangs=False)
+        return replace(super().patch_settings, hangs=False)
 
 
 @dataclass(frozen=True)

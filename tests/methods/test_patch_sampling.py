@@ -32,7 +32,7 @@ def grown(exemplar, size, **parameters) -> Growth:
     """A growth as it is after the method has filled it."""
     method = ia.PatchSampling(**parameters)
     e, canvas = Exemplar.of(exemplar), Canvas(*size)
-    growth = Growth(method.resolved([e], canvas).laying, [e], canvas)
+    growth = Growth(method.resolved([e], canvas).patch_settings, [e], canvas)
     growth.fill(
         0, 2003, ia.Run(1),
         choose=lambda w, f, bits: method.choose(growth, w, f, bits, []),
@@ -79,7 +79,7 @@ def test_the_counter_of_repetitions_is_the_source_s() -> None:
     e = Exemplar.of(bytes_of(24, 26))
     for seed in range(3):
         out = grow(e, (30, 28), seed, patch=4, overlap=3, candidates=1, repetition="counter", search="exact").map
-        layout = ia.PatchSampling(patch=4, overlap=3).laying.layout(Canvas(30, 28))
+        layout = ia.PatchSampling(patch=4, overlap=3).patch_settings.layout(Canvas(30, 28))
         order = waves(layout, np.ones((len(layout.rows), len(layout.columns)), bool))
         truth = NaivePatchSampling([e], (30, 28), 4, 3, 1, seed, counter=True).run(order)
         np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
@@ -92,7 +92,7 @@ def test_the_counter_of_repetitions_is_the_source_s() -> None:
 def test_the_number_of_valid_blocks(height: int, width: int) -> None:
     """Section 3.1: patch w_b, seam w_e on all sides, (W - w_b - 2 w_e + 1)(H - w_b - 2 w_e + 1) blocks."""
     e = Exemplar.of(bytes_of(height, width))
-    growth = Growth(ia.PatchSampling(patch=25, overlap=5).laying, [e], Canvas(50, 50))
+    growth = Growth(ia.PatchSampling(patch=25, overlap=5).patch_settings, [e], Canvas(50, 50))
     assert growth.layout.patch == (35, 35)
     assert growth.variants.valid[0].sum() == (width - 34) * (height - 34)
 
@@ -125,7 +125,7 @@ def test_what_a_window_knows_is_its_upper_and_left_seam() -> None:
     seen: dict[tuple[int, int], int] = {}
     method = ia.PatchSampling(patch=6, overlap=3, **PLAIN)
     e = Exemplar.of(bytes_of(30, 30))
-    growth = Growth(method.laying, [e], Canvas(36, 36))
+    growth = Growth(method.patch_settings, [e], Canvas(36, 36))
     growth.fill(
         0, 2003, ia.Run(1),
         choose=lambda w, f, bits: (seen.__setitem__(w, int(f.known.sum())), method.choose(growth, w, f, bits, []))[1],
@@ -168,7 +168,7 @@ def test_a_distance_map_is_exact_and_changes_no_pixel() -> None:
     usable[10, 11] = False
     e = Exemplar.of(bytes_of(24, 22), usable=usable)
     method = ia.PatchSampling(patch=4, overlap=3, isometries="180", **PLAIN)
-    growth = Growth(method.laying, [e], Canvas(25, 25))
+    growth = Growth(method.patch_settings, [e], Canvas(25, 25))
     windows = {}
     probe = Probe(12, 20)
     growth.fill(
@@ -228,7 +228,7 @@ def test_on_one_window_the_epsilon_bound_is_its_formula(epsilon: float) -> None:
     picture = bytes_of(40, 40)
     picture[0, 0], picture[0, 1] = 0, 255  # the whole range
     method = ia.PatchSampling(patch=6, overlap=3, bound="epsilon", epsilon=epsilon, **PLAIN)
-    growth = Growth(method.laying, [Exemplar.of(picture)], Canvas(60, 60))
+    growth = Growth(method.patch_settings, [Exemplar.of(picture)], Canvas(60, 60))
     seen = []
 
     def choose(window, found, bits):
@@ -436,12 +436,12 @@ def test_searches_look_at_as_many_places_as_the_laws_count(side: int) -> None:
     measures all blocks of the coarsest level, then a square of twice the block's side, and 1 px of slack around it.
     """
     e, block = Exemplar.of(bytes_of(side, side)), 35
-    growth = Growth(ia.PatchSampling(patch=25, overlap=5).laying, [e], Canvas(70, 70))
+    growth = Growth(ia.PatchSampling(patch=25, overlap=5).patch_settings, [e], Canvas(70, 70))
     known = np.zeros((block, block), bool)
     known[:5] = known[:, :5] = True
     places = growth.variants.valid[0].sum()
     assert places * (known.sum() + 5 * 5) / block**2 == pytest.approx(cost(side, 25, 5))
-    search = Growth(ia.PatchSampling(patch=25, overlap=5, search="pyramid").laying, [e], Canvas(70, 70)).finder
+    search = Growth(ia.PatchSampling(patch=25, overlap=5, search="pyramid").patch_settings, [e], Canvas(70, 70)).finder
     total = 0.0
     for number, level in enumerate(search.levels):
         b, w = 25 >> number, 5 >> number

@@ -52,9 +52,9 @@ class TestPainting:
         method = replace(method, boundary_patch=boundary_patch)
         out = ia.synthesize(painted(marks), None, method, seed=3, guide=Guide(labels(marks), labels(target)))
         found = got(out.map, marks)
-        laying = method.laying
+        settings = method.patch_settings
         canvas = Canvas(90, 90, guide=Guide(labels(marks), labels(target)))
-        growth = Growth(laying, [painted(marks)], canvas)
+        growth = Growth(settings, [painted(marks)], canvas)
         only_pure = np.ones((90, 90), bool)
         h, w = growth.layout.patch
         for r, y in enumerate(growth.layout.rows):
@@ -74,7 +74,8 @@ class TestPainting:
         )  # fmt: skip
         assert ia.PatchSampling().boundary_candidates == 1
         marks, target = regions(70, 70), disc(70)
-        growth = Growth(method.laying, [painted(marks)], Canvas(70, 70, guide=Guide(labels(marks), labels(target))))
+        canvas = Canvas(70, 70, guide=Guide(labels(marks), labels(target)))
+        growth = Growth(method.patch_settings, [painted(marks)], canvas)
         seen = {True: 0, False: 0}
 
         def choose(window: Any, found: Any, bits: int) -> Any:

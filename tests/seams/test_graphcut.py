@@ -325,7 +325,7 @@ def test_the_books_are_kept() -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
     e = Exemplar.of(texture(40, 40, 1, 7))
     method = ia.Graphcut(patch=12, overlap=4, seam="gradient").resolved([e], Canvas(50, 44))
-    growth = patches_growth.Growth(method.laying(0), [e], Canvas(50, 44))
+    growth = patches_growth.Growth(method.patch_settings(0), [e], Canvas(50, 44))
     stitching = graphcut.GraphcutGrowth(growth, method.stitch)
     stitching.fill(1, 2, ia.Run(1))
     assert stitching.total == naive_total(e, growth.map(ia.Blend(0)), True)

@@ -129,10 +129,10 @@ class Scene:
         self.target[8:, 3:] = 1
         exemplar = painted(self.marks)
         guide = Guide(labels(self.marks), labels(self.target), weight)
-        laying = PatchSettings(
+        settings = PatchSettings(
             (12, 12), (4, 4), isometries=isometries, search=search, pyramid=("mean", 8)
         )
-        self.growth = Growth(laying, [exemplar], Canvas(12, 12, guide=guide))
+        self.growth = Growth(settings, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = round(1023**2 * (0.30 + 0.59 + 0.11) / 0.59)  # the range in every channel, as channels count
         self.weight = weight
         for array, top in ((self.growth.patchwork.yx[:, :, 0], 40), (self.growth.patchwork.yx[:, :, 1], 45)):

@@ -46,17 +46,17 @@ def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Ex
     if base.is_float:
         raise ParameterError(f"--avoid: {exemplar.name} has float pixels; mark what to avoid in a --mask instead.")
     wide = 257 if base.pixels.dtype == np.uint16 else 1
-    shown = "#" + bytes(colour).hex()
+    written = "#" + bytes(colour).hex()
     colours = base.samples[:, :, :-1] if base.alpha else base.samples
     if colours.shape[2] not in (1, 3):
         raise ParameterError(f"--avoid: {exemplar.name} has {colours.shape[2]} channels; it needs 1 or 3.")
     found = (colours == np.array(colour, np.int64) * wide).all(axis=2)
     if not found.any():
-        warn(f"{exemplar.name} has no pixel of the colour {shown}; nothing is avoided.")
+        warn(f"{exemplar.name} has no pixel of the colour {written}; nothing is avoided.")
         return exemplar
     usable = ~found if exemplar.usable is None else exemplar.usable & ~found
     if not usable.any():
-        raise InputError(f"{exemplar.name} has no pixel left to use without the colour {shown}; choose another.")
+        raise InputError(f"{exemplar.name} has no pixel left to use without the colour {written}; choose another.")
     return Exemplar(exemplar.planes, usable, exemplar.toroidal, exemplar.name)
 
 

@@ -45,7 +45,7 @@ class Batch:
     targets: Targets
     report: Report
     orders: list[Order] = field(default_factory=list)
-    places: set[str] = field(default_factory=set)
+    named: set[str] = field(default_factory=set)
     sheet: str | None = None
     thumbnails: list[Plane] = field(default_factory=list)
 
@@ -65,13 +65,13 @@ class Batch:
         batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
-            check_all((path for order in found for path in order.paths), targets.force, batch.places)
+            check_all((path for order in found for path in order.paths), targets.force, batch.named)
             batch.orders += found
         return batch
 
     def add_sheet(self, path: str) -> None:
         """Ask for a contact sheet as well."""
-        check_all([path], self.targets.force, self.places)
+        check_all([path], self.targets.force, self.named)
         self.sheet = path
 
     def tell_plan(self) -> None:
@@ -109,8 +109,8 @@ class Batch:
         began = time.perf_counter()
         scene = scene_of(self.shelf, order.lot, self.wish, order.guide)
         clock = {"read": time.perf_counter() - began}
-        place = self.targets.distance_map
-        probe = None if place is None else Probe(place[0][1] // order.times, place[0][0] // order.times)
+        asked = self.targets.distance_map
+        probe = None if asked is None else Probe(asked[0][1] // order.times, asked[0][0] // order.times)
         grown_at = 0.6 if self.wish.repair else 0.9
         run = Run(threads, meter.stage("grow", 0.0, grown_at), CANCEL, probe=probe)
         grown, seams = self._grow(order, scene, run), dict[str, Any]()
@@ -124,7 +124,8 @@ class Batch:
             for number, (name, path) in enumerate(order.pictures.items()):
                 begin = 0.9 + share * number
                 run = Run(threads, meter.stage("render", begin, begin + share), CANCEL)
-                self._write(grown.render(name, run=run), path, grown.recipe_text, staging)
+                plane = grown.render(name, run=run)
+                write(staging.place(path), plane, depth=self.targets.depth, recipe=grown.recipe_text)
                 if number == 0 and self.sheet is not None:
                     self.thumbnails.append(thumbnail(grown.render(name)))
             if order.save_map is not None:
@@ -193,10 +194,6 @@ class Batch:
         said = {"passes": self.wish.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
         return grown, {"repair": said}
-
-    def _write(self, plane: Plane, path: str, recipe: str, staging: Staging) -> None:
-        place = path if path == "-" else staging.place(path)
-        write(place, plane, depth=self.targets.depth, recipe=recipe)
 
     def _write_sheet(self, path: str) -> None:
         with Staging(self.targets.force) as staging:

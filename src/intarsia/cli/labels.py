@@ -46,7 +46,7 @@ def guide_of(labels: Labels, shelf: Shelf, lot: int, exemplars: Sequence[Exempla
     names = _names(pictures)
     numbered = [_numbered(picture, names, shelf) for picture in pictures]
     _check_target(pictures, numbered, names)
-    names_given = {"labels": tuple(map(_shown, names.tolist()))}
+    names_given = {"labels": tuple(map(_hex, names.tolist()))}
     made = [Plane(n, Kind.LABEL, meta=names_given) for n in numbered]
     inputs = replace(shelf.inputs, avoid=None, toroidal=False)
     beside = [
@@ -116,8 +116,8 @@ def _check_target(pictures: list[_Picture], numbered: list[Array], names: Array)
     there = set().union(*(np.unique(n).tolist() for n in numbered[:-1]))
     missing = sorted(set(np.unique(numbered[-1]).tolist()) - there)
     if missing:
-        names_given = ", ".join(_shown(int(names[k])) for k in missing[:8])
-        known = ", ".join(_shown(int(names[k])) for k in sorted(there)[:8])
+        names_given = ", ".join(_hex(int(names[k])) for k in missing[:8])
+        known = ", ".join(_hex(int(names[k])) for k in sorted(there)[:8])
         raise InputError(
             f"{pictures[-1].path} asks for {names_given}, which is in no label picture; "
             f"paint with {known}, or label it."
@@ -128,7 +128,7 @@ def _channels(colours: Array) -> Array:
     return np.stack([colours >> 32, (colours >> 16) & 65535, colours & 65535], axis=1)
 
 
-def _shown(colour: int) -> str:
+def _hex(colour: int) -> str:
     parts = [colour >> 32, (colour >> 16) & 65535, colour & 65535]
     if all(p % 257 == 0 for p in parts):
         return "#" + bytes(p // 257 for p in parts).hex()

@@ -222,7 +222,7 @@ METAVARS = {
 
 def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:
     """Declare the option of a method's parameter, as text that the method's own rules read later."""
-    default = "" if p.default is None else f" Default: {_shown(p)}."
+    default = "" if p.default is None else f" Default: {_default(p)}."
     only = "" if every else f" ({', '.join(owners)})"
     metavar = "|".join((*p.choices, *([METAVARS[p.kind]] if p.kind in METAVARS else [])))
     metavar = metavar or p.kind.upper()
@@ -230,7 +230,7 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:
     return opt(p.name, "--" + p.name.replace("_", "-"), metavar=metavar, help=text)
 
 
-def _shown(p: Parameter) -> str:
+def _default(p: Parameter) -> str:
     value = p.default
     if isinstance(value, tuple):
         return ("x" if p.kind == "extent" else ",").join(map(str, reversed(value) if p.kind == "extent" else value))

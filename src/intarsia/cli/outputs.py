@@ -115,7 +115,9 @@ class Staging:
                 whole.forget(staged)
 
     def place(self, path: str) -> str:
-        """Return where to write the file that will be `path`."""
+        """Return where to write the file that will be `path`; the standard output (-) is written at once."""
+        if path == "-":
+            return path
         target = os.path.realpath(path)
         folder = os.path.dirname(target)
         if folder not in self._folders:

@@ -81,14 +81,14 @@ class Weaving:
         grown_height, grown_width = height // inputs.magnify, width // inputs.magnify
         origin, stores = [n // inputs.magnify for n in (loom.origin[1], loom.origin[0])], dict[str, Store]()
         for name, path in names.items():
-            shown = texture.plane(name)
-            (grow, shrink), (h, w) = shown.scale, (grown_height, grown_width)
+            drawn = texture.plane(name)
+            (grow, shrink), (h, w) = drawn.scale, (grown_height, grown_width)
             if h % shrink or w % shrink or origin[0] % shrink or origin[1] % shrink:
                 raise ParameterError(
                     f"{width}x{height} px do not suit the plane {name}, {shrink}x smaller; give multiples of {shrink}."
                 )
             sides, first = (h * grow // shrink, w * grow // shrink), tuple(n * grow // shrink for n in origin)
-            store = store_of(ENDINGS[ending], shown, path, sides, first, loom.chunk, loom.force)
+            store = store_of(ENDINGS[ending], drawn, path, sides, first, loom.chunk, loom.force)
             store.look()
             stores[name] = store
         auto = {} if choice is None else as_json(choice, wish.explain)

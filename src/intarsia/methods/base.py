@@ -113,7 +113,7 @@ def keeps_lattice(method: Method) -> bool:
 
 def measures_distances(method: Method | type[Method]) -> bool:
     """Say whether a method, or a class of them, looks for patches by their distances."""
-    return hasattr(method, "laying")
+    return hasattr(method, "patch_settings")
 
 
 class MethodBase:

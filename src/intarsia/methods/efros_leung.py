@@ -103,8 +103,8 @@ class _Outward:
     def __init__(self, method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int) -> None:
         self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
         feats = features.features(exemplars)
-        shown = () if canvas.start is None else canvas.start.poses
-        variants = posed.variants(exemplars, feats, posed.isometry_ids(method.isometries), (1, 1), shown)
+        begun = () if canvas.start is None else canvas.start.poses
+        variants = posed.variants(exemplars, feats, posed.isometry_ids(method.isometries), (1, 1), begun)
         window = extent(method.window or 1)
         self.window = np.array(window, np.int64)
         self.taps = np.array(_taps(window), np.int64)
@@ -119,8 +119,8 @@ class _Outward:
 
     def _sow(self) -> None:
         """Lay 3 x 3 px of the exemplar into the middle of the canvas."""
-        places = neighbourhoods.choices(self.ground, 1)
-        v, position = places[below(len(places), draw(self.seed, STAGE, 2))]
+        found = neighbourhoods.choices(self.ground, 1)
+        v, position = found[below(len(found), draw(self.seed, STAGE, 2))]
         _, height, width, stride = self.ground.table[v, :4]
         middle = self.canvas.height // 2, self.canvas.width // 2
         for dy in (-1, 0, 1):

@@ -107,7 +107,7 @@ class Graphcut(parameters.CutSquares):
         overreach = min(rows, columns) // 6 if self.overreach is AUTO else self.overreach
         resolved = replace(self, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
         if self.refinements is AUTO:
-            resolved = replace(resolved, refinements=math.prod(resolved.laying(0).layout(canvas).shape))
+            resolved = replace(resolved, refinements=math.prod(resolved.patch_settings(0).layout(canvas).shape))
         return resolved
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
@@ -115,7 +115,7 @@ class Graphcut(parameters.CutSquares):
         method = self.resolved(exemplars, canvas)
         if canvas.guide is not None:
             return method.guided(exemplars, canvas, seed, run)
-        growth = patches_growth.Growth(method.laying(0), exemplars, canvas)
+        growth = patches_growth.Growth(method.patch_settings(0), exemplars, canvas)
         sewn = graphcut.GraphcutGrowth(growth, method.stitch)
         sewn.fill(seed, STAGE, run, method.refinements or 0)
         sewn.refine(seed, STAGE, run, method.refinements or 0)
@@ -123,7 +123,7 @@ class Graphcut(parameters.CutSquares):
 
     def guided(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow under a guide: patches are chosen window by window as it says, and cut in with old seams remembered."""
-        stages = labelled.Stages(self.laying(self.usage), exemplars, canvas, self.blend)
+        stages = labelled.Stages(self.patch_settings(self.usage), exemplars, canvas, self.blend)
         in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
         for growth in stages:
             sewn = graphcut.GraphcutGrowth(growth, self.stitch)
@@ -137,7 +137,7 @@ class Graphcut(parameters.CutSquares):
             self.placement, self.randomness, self.tries, self.usage, self.seam == "gradient", self.overreach or 0
         )
 
-    def laying(self, usage: float) -> settings.PatchSettings:
+    def patch_settings(self, usage: float) -> settings.PatchSettings:
         """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         return settings.PatchSettings(

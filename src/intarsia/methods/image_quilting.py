@@ -98,13 +98,13 @@ class ImageQuilting(parameters.CutSquares):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
         method = self.resolved(exemplars, canvas)
-        stages = labelled.Stages(method.laying, exemplars, canvas, self.blend)
+        stages = labelled.Stages(method.patch_settings, exemplars, canvas, self.blend)
         for growth in stages:
             growth.fill(seed, STAGE, run, choose=self.tolerance, join=growth.cutting(self.seam == "gradient"))
         return stages.map
 
     @property
-    def laying(self) -> settings.PatchSettings:
+    def patch_settings(self) -> settings.PatchSettings:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         return settings.PatchSettings(

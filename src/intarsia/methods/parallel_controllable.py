@@ -246,10 +246,10 @@ class ParallelControllable:
 
     def _descent(self, exemplar: Exemplar, where: Canvas | Box, seed: int) -> corrections_descent.Descent:
         rules = corrections_descent.Corrections.of(self._decided(exemplar))
-        sites = stack.exemplar_stack(exemplar, stack.Look.of(self, rules.border))
+        levels = stack.exemplar_stack(exemplar, stack.Look.of(self, rules.border))
         if isinstance(where, Box) or where.guide is None:
-            return corrections_descent.Descent(sites, rules, seed, STAGE)
-        return corrections_descent.Descent(sites, rules, seed, STAGE, corrections_guide.StackGuide(where, sites))
+            return corrections_descent.Descent(levels, rules, seed, STAGE)
+        return corrections_descent.Descent(levels, rules, seed, STAGE, corrections_guide.StackGuide(where, levels))
 
 
 def _spans(where: Canvas | Box) -> tuple[span.Span, span.Span]:

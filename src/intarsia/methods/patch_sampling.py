@@ -146,7 +146,7 @@ class PatchSampling(MethodBase):
         """Grow the map window by window, in raster order as far as windows touch."""
         method = self.resolved(exemplars, canvas)
         misses: list[int] = []
-        stages = labelled.Stages(method.laying, exemplars, canvas, method.blend)
+        stages = labelled.Stages(method.patch_settings, exemplars, canvas, method.blend)
         for growth in stages:
             choose = partial(method.choose, growth, misses=misses)
             growth.fill(seed, STAGE, run, choose=choose, join=partial(method.join_in, growth))
@@ -163,7 +163,7 @@ class PatchSampling(MethodBase):
         return max(LEAST_LISTED, 3 * most) * (2 if self.search == "exact" else 1)
 
     @property
-    def laying(self) -> settings.PatchSettings:
+    def patch_settings(self) -> settings.PatchSettings:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         rule = patches_repetition.RepetitionRule(self.repetition if self.repetition != "none" else "prices")
@@ -206,4 +206,4 @@ class PatchSampling(MethodBase):
         if self.join == "cut" or (bounds and self.boundary_join == "cut"):
             growth.patchwork.cut_in(at, pick, found, growth.layout, False)
         else:
-            growth.patchwork.lay_over(at, pick, found.known, growth.layout, growth.laying.overlap)
+            growth.patchwork.lay_over(at, pick, found.known, growth.layout, growth.settings.overlap)

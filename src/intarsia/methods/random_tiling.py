@@ -77,9 +77,9 @@ class RandomTiling(MethodBase):
         layout = windows.WindowGrid(
             tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
         )
-        shown = () if canvas.start is None else canvas.start.poses
+        begun = () if canvas.start is None else canvas.start.poses
         poses = posed.isometry_ids(self.isometries)
-        variants = posed.variants(exemplars, features.features(exemplars), poses, (height, width), shown)
+        variants = posed.variants(exemplars, features.features(exemplars), poses, (height, width), begun)
         work = growing_map.GrowingMap.begin(variants, canvas, canvas.rim or 0)
         for r, y in enumerate(rows):
             run.tick(r, len(rows), lambda: work.map(exemplars, canvas, self.blend))

@@ -88,13 +88,13 @@ class SegmentBased(parameters.CutSquares):
         method = self.resolved(exemplars, canvas)
         found = segments.segments(exemplars[0])
         zone = extent(method.overlap or 0)
-        laying = settings.PatchSettings(
+        its = settings.PatchSettings(
             patch=method.footprint, overlap=zone,
             finder=lambda variants, patch: histograms.SegmentSearch(
                 variants, patch, found.group_map, zone, method.hits, method.points, seed, STAGE + POINTS
             ),
         )  # fmt: skip
-        growth = patches_growth.Growth(laying, exemplars, canvas)
+        growth = patches_growth.Growth(its, exemplars, canvas)
         limit = method.threshold * features.contrast(growth.features, exemplars)
         growth.fill(
             seed, STAGE, run, choose=lambda window, found, bits: choose(found, limit, bits), join=growth.cutting()

@@ -65,19 +65,19 @@ class Growth:
     """
 
     def __init__(
-        self, laying: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
+        self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
         wanted: NDArray[np.bool_] | None = None, turn: Turn = ONLY,
     ) -> None:  # fmt: skip
-        self.laying, self.exemplars, self.canvas, self.turn = laying, exemplars, canvas, turn
-        self.layout = laying.layout(canvas)
-        around = (laying.context, max(min(laying.patch) // SURROUNDINGS, 1)) if laying.context else (0.0, 0)
-        self.features = features(exemplars, laying.weights, around)
+        self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
+        self.layout = settings.layout(canvas)
+        around = (settings.context, max(min(settings.patch) // SURROUNDINGS, 1)) if settings.context else (0.0, 0)
+        self.features = features(exemplars, settings.weights, around)
         begun = () if canvas.start is None else canvas.start.poses
-        self.variants = variants(exemplars, self.features, laying.poses(canvas.guide), self.layout.patch, begun)
-        rim = laying.rim if canvas.rim is None else canvas.rim
-        listed = laying.listed if self.layout.places is None or rim else max(laying.listed, AROUND_HOLES)
+        self.variants = variants(exemplars, self.features, settings.poses(canvas.guide), self.layout.patch, begun)
+        rim = settings.rim if canvas.rim is None else canvas.rim
+        listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
         self.finder = self._finder(listed)
-        rule, usage, distance = laying.repeats
+        rule, usage, distance = settings.repeats
         priced = usage and rule is RepetitionRule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(self.finder, self.layout, usage, distance, prices, rule)
@@ -93,12 +93,12 @@ class Growth:
             self.repetition.note_start(self.patchwork.variant, self.patchwork.yx)
 
     def _finder(self, listed: int) -> Search:
-        laying, patch = self.laying, self.layout.patch
-        if laying.finder is not None:
-            return laying.finder(self.variants, patch)
-        if laying.search == "pyramid":
-            return pyramid.PyramidSearch(self.variants, patch, laying.overlap, *laying.pyramid, listed)
-        return PatchSearch(self.variants, patch, min(laying.overlap), laying.search == "exact", listed)
+        settings, patch = self.settings, self.layout.patch
+        if settings.finder is not None:
+            return settings.finder(self.variants, patch)
+        if settings.search == "pyramid":
+            return pyramid.PyramidSearch(self.variants, patch, settings.overlap, *settings.pyramid, listed)
+        return PatchSearch(self.variants, patch, min(settings.overlap), settings.search == "exact", listed)
 
     def _guided(self) -> guided.GuidedSearch | guided.GuidedPyramid | None:
         """The search under the canvas's guide, where it has one."""
@@ -106,9 +106,9 @@ class Growth:
         if guide is None:
             return None
         what = guidance.WindowGuide(
-            guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.laying.isometries)
+            guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.settings.isometries)
         )
-        unit = guided.seam_unit(self.exemplars[0], self.laying.weights)
+        unit = guided.seam_unit(self.exemplars[0], self.settings.weights)
         if isinstance(self.finder, pyramid.PyramidSearch):
             return guided.GuidedPyramid(self.finder, what, unit)
         assert isinstance(self.finder, PatchSearch), "methods with a search of their own have no guide"
@@ -171,7 +171,7 @@ class Growth:
             dy = dy % self.canvas.height if self.canvas.wrap.y else dy
             dx = dx % self.canvas.width if self.canvas.wrap.x else dx
             if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
-                scale = distance_map.full_scale(self.exemplars[0], self.laying.weights)
+                scale = distance_map.full_scale(self.exemplars[0], self.settings.weights)
                 probe.maps = distance_map.distance_maps(candidates, self.variants, scale)
                 if candidates.free:
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
@@ -193,7 +193,7 @@ class Growth:
             where = (self.patchwork.variant, self.patchwork.yx, at[begin:stop], self.layout.wraps)
             if self.guided is not None:
                 found[begin:stop] = self.guided.find(wave[begin:stop], *where[:3], prices)
-            elif self.laying.repeats.distance and isinstance(self.finder, PatchSearch):
+            elif self.settings.repeats.distance and isinstance(self.finder, PatchSearch):
                 found[begin:stop] = self.finder.search(
                     *self.finder.windows(*where), prices,
                     lambda k, rows: self.repetition.left(*wave[begin + k], rows, self._check),
@@ -236,7 +236,7 @@ class Growth:
         pick: Pick | None
         valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
         bare = self.guided is not None and not len(found.rows) and not found.known.any()
-        if (found.free or bare) and not self.laying.repeats.distance:  # nothing is known here yet: any patch will do
+        if (found.free or bare) and not self.settings.repeats.distance:  # nothing is known here yet: any patch will do
             pick = random_patch(valid, bits)
         else:
             pick = choose(window, found, bits) if len(found.rows) else None
@@ -244,7 +244,7 @@ class Growth:
             pick = pick or choose(window, self.repetition.allowed(*window, loose, valid, self._check), bits)
         if pick is None:
             raise MethodError(
-                f"min_repeat_distance={self.laying.repeats.distance} px leaves no patch for some place; "
+                f"min_repeat_distance={self.settings.repeats.distance} px leaves no patch for some place; "
                 "choose a smaller distance, a smaller patch, or a larger exemplar."
             )
         self.repetition.add(*window, pick)

@@ -37,21 +37,21 @@ class Stages:
 
     map: SourceMap
 
-    def __init__(self, laying: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> None:
-        self.laying, self.exemplars, self.canvas, self.blend = laying, exemplars, canvas, blend
+    def __init__(self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> None:
+        self.settings, self.exemplars, self.canvas, self.blend = settings, exemplars, canvas, blend
 
     def __iter__(self) -> Iterator[Growth]:
-        guide, laying, exemplars = self.canvas.guide, self.laying, self.exemplars
+        guide, settings, exemplars = self.canvas.guide, self.settings, self.exemplars
         if guide is None or not guide.is_labels:
-            yield from self._filled(Growth(laying, exemplars, self.canvas))
+            yield from self._filled(Growth(settings, exemplars, self.canvas))
             return
-        small = laying.smaller
-        yield from self._filled(Growth(laying, exemplars, self.canvas, small is not None, turn=Turn(0, 0, 3)))
+        small = settings.smaller
+        yield from self._filled(Growth(settings, exemplars, self.canvas, small is not None, turn=Turn(0, 0, 3)))
         if small is not None and self.map.holes.any():
             begun = replace(self.canvas, start=self.map)
             yield from self._filled(Growth(small, exemplars, begun, turn=Turn(PASS, 1, 3)))
-        if laying.boundaries.slack is not None and guide.weight:
-            yield from self._without_strays(guide, laying.boundaries.slack)
+        if settings.boundaries.slack is not None and guide.weight:
+            yield from self._without_strays(guide, settings.boundaries.slack)
 
     def _filled(self, growth: Growth) -> Iterator[Growth]:
         yield growth
@@ -68,13 +68,13 @@ class Stages:
         stray = strays(found, target, slack, neighbours(guide))
         free = np.ones(target.shape, bool) if self.canvas.start is None else self.canvas.start.holes
         stray &= free
-        laying = replace(self.laying, boundaries=self.laying.boundaries._replace(isometries="none"))
+        settings = replace(self.settings, boundaries=self.settings.boundaries._replace(isometries="none"))
         for k in np.unique(target[stray]).tolist():
             here = target == k
             start = _only(self.map, here & (found == k))
             plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
             inner = replace(self.canvas, start=start, guide=replace(guide, target=plane))
-            growth = Growth(laying, self.exemplars, inner, wanted=stray & here, turn=Turn(2 * PASS + k, 2, 3))
+            growth = Growth(settings, self.exemplars, inner, wanted=stray & here, turn=Turn(2 * PASS + k, 2, 3))
             yield growth
             taken = free & here & (stray | (found == k))
             self.map = _merged(self.map, growth.map(self.map.blend), taken)

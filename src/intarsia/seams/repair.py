@@ -95,9 +95,9 @@ class Repairing:
 
     def __init__(self, repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap) -> None:
         overlap = (repair.patch[0] // 4, repair.patch[1] // 4)  # around the middle that is to be covered
-        laying = PatchSettings(repair.patch, overlap, weights=repair.weights, isometries=repair.isometries, rim=1)
+        settings = PatchSettings(repair.patch, overlap, weights=repair.weights, isometries=repair.isometries, rim=1)
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
-        self.growth = Growth(laying, exemplars, whole)
+        self.growth = Growth(settings, exemplars, whole)
         self.growth.patchwork.locked[:] = kept(canvas.start, smap)
         self.bars = Constraints(self.growth, canvas.guide, repair.distance)
         self.margin = min(repair.patch) // REACH

@@ -109,8 +109,8 @@ def heal(
     around = chosen(Wrap, "wrap", wrap)
     first, donors = _pictured(picture, hole, grow, around), _donors(sources)
     scene = healed_scene(first, hole, donors, around, grow)
-    wanted = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
-    return fill_holes(planned_for_holes(scene, wanted), seed, run)
+    asked = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
+    return fill_holes(planned_for_holes(scene, asked), seed, run)
 
 
 def _donors(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:

@@ -18,7 +18,6 @@ from .grow import check_stdout
 
 if TYPE_CHECKING:
     from ...tasks.inspection import Findings
-    from ..outputs import Staging
 
 SHOWN = 3  # candidates that are printed where the confidence is small
 SMALL = 0.1
@@ -171,16 +170,10 @@ def _write(found: Findings, plan: Plan, answer: dict[str, Any], force: bool) -> 
         files.check_depth(path, plane)
     with Staging(force) as staging:
         for path, _, plane in drawn:
-            _put(staging, path, plane)
+            files.write(staging.place(path), plane)
         staging.commit()
     if drawn:
         answer["files"] = [{"path": path, "holds": holds} for path, holds, _ in drawn]
-
-
-def _put(staging: Staging, path: str, plane: Any) -> None:
-    from ... import files
-
-    files.write(path if path == "-" else staging.place(path), plane)
 
 
 def _page(path: str, answer: dict[str, Any]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -21,18 +21,13 @@ if TYPE_CHECKING:
     from ...sourcemap import SourceMap
 
 
-class View:
+class View(NamedTuple):
     """Which part of a map to draw, and how soft."""
 
-    def __init__(
-        self,
-        feather: int | None,
-        mixing: str | None,
-        level: int | None,
-        window: tuple[int, int, int, int] | None,
-    ) -> None:
-        self.feather, self.mixing, self.window = feather, mixing, window
-        self.finish = finish_of(level)
+    feather: int | None
+    mixing: str | None
+    level: int | None
+    window: tuple[int, int, int, int] | None
 
 
 VIEW_OPTIONS = (
@@ -116,7 +111,6 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     from ...geometry import Box
     from ...rendering.render import render
     from ...run import Run
-    from ...sourcemap import Blend, Mixing
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import Staging, check_all, filled, plane_files
 
@@ -136,16 +130,12 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
         plane = exemplars[0].planes[name]
         drawn = [side * plane.width // (exemplars[0].width * n) for side in (width, height)]
         files.check_depth(path, plane, targets.depth, (drawn[0], drawn[1]))
-    blend = Blend(
-        smap.blend.feather if view.feather is None else view.feather,
-        smap.blend.mixing if view.mixing is None else Mixing(view.mixing),
-        smap.blend.finish if view.finish is None else view.finish,
-    )
+    blend = smap.blend.but(feather=view.feather, mixing=view.mixing, finish=finish_of(view.level))
     with report.watching(len(pictures)) as meter, Staging(targets.force) as staging:
         for name, path in pictures.items():
             run = Run(threads, meter.stage("render", 0.0, 1.0), CANCEL)
             plane = render(exemplars, smap, name, blend, part, run)
-            files.write(path if path == "-" else staging.place(path), plane, depth=targets.depth)
+            files.write(staging.place(path), plane, depth=targets.depth)
             meter.next_part()
         staging.commit()
     seconds = time.perf_counter() - began

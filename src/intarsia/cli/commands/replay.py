@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -31,6 +31,11 @@ from ..request import Begin, Inputs, Labels, Targets, Wish
 from ..values import Colour, NamedFile, Rectangle, Scale
 from .grow import check_stdout
 from .heal import MOST_EDGE, MOST_GROWN, USABLE
+
+if TYPE_CHECKING:
+    from ...exemplar import Exemplar
+    from ...guide import Guide
+    from ...synthesis import Scene
 
 PICTURES = (
     KNOWN,
@@ -93,7 +98,6 @@ def command(
     check_stdout(targets, report)
     from ... import files
     from ..batch import Batch
-    from ..recipe_check import check_scene
 
     recipe = files.read_recipe(picture)
     if recipe is None:
@@ -127,6 +131,7 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     """Read method, size, wrap, blend, seed, and what the canvas began with."""
     from ...canvas import Canvas
     from ...draws import check_seed
+    from ...geometry import Wrap
     from ...sourcemap import Blend
 
     try:
@@ -134,8 +139,6 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
         given = {k: _value(kinds.get(k, ""), v) for k, v in recipe["parameters"].items()}
         width, height = (_whole(n) for n in recipe["size"])
         blend = recipe["blend"]
-        if blend["mixing"] not in ("mean", "variance", "source") or recipe["wrap"] not in ("none", "x", "y", "both"):
-            raise ValueError
         if not isinstance(recipe["exemplars"], list) or not recipe["exemplars"]:
             raise ValueError
         for entry in recipe["exemplars"]:
@@ -147,7 +150,7 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
         if size is not None:
             Canvas(height, width)
         wish = Wish(
-            method, size, recipe["wrap"], joined.feather, blend["mixing"], begin, finish=joined.finish,
+            method, size, Wrap(recipe["wrap"]).value, joined.feather, blend["mixing"], begin, finish=joined.finish,
             repair=_whole(recipe.get("repair", 0), 0, MOST_PASSES),
         )  # fmt: skip
         return wish, check_seed(_whole(recipe["seed"]))
@@ -212,6 +215,52 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) 
         )
     except (click.UsageError, TypeError, ValueError, AttributeError):
         raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None
+
+
+def check_scene(recipe: dict[str, Any], scene: Scene, wish: Wish) -> None:
+    """Refuse whatever is not what the recipe was made with, naming the file.
+
+    The hole goes before the pictures: pixels in it count as unusable, so that a wrong hole changes them, too.
+    """
+    expected, found = recipe["exemplars"], scene.exemplars
+    if len(expected) != len(found):
+        raise InputError(f"the recipe has {len(expected)} exemplars, {len(found)} are given; give the same files.")
+    _check_begun(recipe, scene, wish)
+    for entry, exemplar in zip(expected, found, strict=True):
+        if entry["sha256"] != exemplar.digest:
+            raise _another(entry, exemplar)
+    if wish.labels is not None and scene.canvas.guide is not None:
+        _check_guide(recipe["guide"], scene.canvas.guide, wish.labels)
+
+
+def _check_begun(recipe: dict[str, Any], scene: Scene, wish: Wish) -> None:
+    start, begin = scene.canvas.start, wish.begin
+    if start is None or start.digest == recipe.get("start"):
+        return
+    first, size = scene.exemplars[0], recipe["size"]
+    if wish.start is not None:
+        raise InputError(f"{wish.start[0]} is another map than the recipe was made with; give the same file.")
+    if begin is None or not begin.holes or [first.width, first.height] != size or begin.holes[0] == "alpha":
+        raise _another(recipe["exemplars"][0], first)
+    raise InputError(f"{begin.holes[0]} marks another hole than the recipe was made with; give the same --mask.")
+
+
+def _check_guide(recorded: dict[str, Any], guide: Guide, given: Labels) -> None:
+    if recorded.get("sha256") == guide.digest:
+        return
+    known = [*recorded.get("labels", []), recorded.get("target")]
+    options = [*("--labels" for _ in given.sources), "--target"]
+    for path, option, digest, was in zip((*given.sources, given.target), options, guide.digests, known, strict=False):
+        if digest != was:
+            raise InputError(f"{path} holds other labels than the recipe was made with; give the same {option}.")
+    raise InputError(f"{given.target} and the labels are not what the recipe was made with; give the same files.")
+
+
+def _another(entry: dict[str, Any], exemplar: Exemplar) -> InputError:
+    return InputError(
+        f"{exemplar.name} is another exemplar (sha256 {exemplar.digest[:12]}) than that of the recipe "
+        f"({str(entry['sha256'])[:12]}); give the same file, with the same --map and --mask."
+    )
 
 
 def _begin(recipe: dict[str, Any]) -> Begin | None:
