@@ -19,13 +19,13 @@ from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
 from ..rendering.colour import from_linear, to_linear
+from .features import LUMINANCE
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
 TERMS = 5  # of a polynomial of order 2, but for its mean
 LEAST_SHARE = 0.3  # of the differences between parts that must be a slope,
 LEAST_FACTOR = 1.4  # and how many times brighter it must be on one side than on the other: half a stop
 EXTREMES = (2, 98)  # percent
-LUMINANCE = (0.30, 0.59, 0.11)
 DARK = 1e-3  # of the largest luminance: darker px count as this dark
 MOST_ORDER = 4
 COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..disk.depth import from_srgb
 from ..image import Array, Kind, Plane, Transfer
 from ..sourcemap import Mixing
 
@@ -148,8 +149,7 @@ def _ceiling(numerator: NDArray[np.int64], denominator: int) -> NDArray[np.int32
 
 
 def _float_to_linear(v: Array) -> NDArray[np.float64]:
-    size = np.abs(v.astype(np.float64))
-    return np.copysign(np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4), v)
+    return np.copysign(from_srgb(np.abs(v)), v)
 
 
 def _float_from_linear(v: NDArray[np.float64]) -> NDArray[np.float64]:

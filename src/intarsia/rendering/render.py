@@ -192,7 +192,7 @@ class _Job:
 
     def _copies(self, yx: NDArray[np.int32], which: NDArray[np.uint8]) -> tuple[Array, bool]:
         """The codes of exemplar pixels, and whether all of these are there."""
-        codes = np.zeros((*which.shape, self.samples.shape[1]), self.samples.dtype)
+        codes = np.empty((*which.shape, self.samples.shape[1]), self.samples.dtype)
         bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
         return codes, copy_cell(yx, which, self.ground.table, self.samples.view(bits), codes.view(bits))
 
