@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -105,23 +107,14 @@ class Wall:
             for m in chunks:
                 run.tick(done, total)
                 # Chains know one another, so they are made in turn; what is cut from them is not shared.
-                laid = [self._pieces(i, m) for i in courses]
-                done += 1
-                strips: list[Any] = [None] * len(courses)
-                cuts: list[Any] = [None] * len(courses)
-
-                def lay(k: int, m: int = m, laid: Any = laid, strips: Any = strips) -> None:
-                    strips[k] = self._strip(courses[k], m, laid[k], y0)
-
-                def cut(k: int, m: int = m, strips: Any = strips, cuts: Any = cuts) -> None:
-                    cuts[k] = self._cut(strips[k - 1], strips[k])
-
-                for task, items in ((lay, range(len(courses))), (cut, range(1, len(courses)))):
-                    run.tick(done, total)
-                    each(task, items)
-                    done += len(items)
-                for k in range(1, len(courses) - 1):
-                    self._pour(strips[k], strips[k + 1], cuts[k], cuts[k + 1], out, self._from(m) - x0)
+                laid = [(i, self._pieces(i, m)) for i in courses]
+                run.tick(done + 1, total)
+                strips = each(partial(self._strip, m, y0), laid)
+                run.tick(done + 1 + len(strips), total)
+                cuts = each(self._cut, pairwise(strips))
+                for (strip, following), (top, end) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
+                    self._pour(strip, following, top, end, out, self._from(m) - x0)
+                done += 2 * len(courses)
         run.tick(total, total)
         return self._usable(out), None
 
@@ -159,9 +152,9 @@ class Wall:
         spare = RUN_UP + 2 * OPEN_REACH
         return self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare)
 
-    def _strip(self, i: int, m: int, pieces: list[Piece], y0: int) -> Strip:
+    def _strip(self, m: int, y0: int, course: tuple[int, list[Piece]]) -> Strip:
         """Lay a course: its pixels (R, w, 2), what does not belong there (R, w), the row of its first one (w,)."""
-        first = self._from(m) - RUN_UP
+        (i, pieces), first = course, self._from(m) - RUN_UP
         wide = self._from(m + 1) + RUN_UP + 1 - first
         reach = self._reach
         top = self.rows.rows(i, first, wide, y0)
@@ -199,8 +192,9 @@ class Wall:
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
-    def _cut(self, upper: Strip, lower: Strip) -> NDArray[np.int64]:
+    def _cut(self, both_strips: tuple[Strip, Strip]) -> NDArray[np.int64]:
         """Cut two courses together: for every column of the chunk, how many rows of the band the upper one keeps."""
+        upper, lower = both_strips
         cost, gap = kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
         wide, both = len(cost), 2 * RUN_UP + 1
         pins = [paths.least_cut(cost[part], gap[part])[RUN_UP] for part in (slice(both), slice(wide - both, wide))]

@@ -114,13 +114,8 @@ class Repairing:
         """Cover windows that lie apart; returns how many patches were laid."""
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
         found = self._found(boxes, run)
-        cuts: list[Cut | None] = [None] * len(boxes)
-
-        def best(k: int) -> None:
-            cuts[k] = self._best(boxes[k], found[k])
-
         with run.pool() as each:
-            each(best, range(len(boxes)))
+            cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
         laid: list[Cut] = []
         for cell, cut in zip(wave, cuts, strict=True):
             if cut is None:
@@ -138,22 +133,17 @@ class Repairing:
         prices, at = sewn.search_prices(), np.array([box[:2] for box in boxes], np.int64)
         middles = [sewn.middle(box) for box in boxes]
         old = [sewn.variant[middle] for middle in middles]
-        found: list[Any] = [None] * len(boxes)
         size = min(search.batch(), -(-len(boxes) // run.workers))
-
-        def part(begin: int) -> None:
-            chunk = at[begin : begin + size]
-            found[begin : begin + size] = search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices)
-
+        chunks = [at[begin : begin + size] for begin in range(0, len(boxes), size)]
         try:
             for middle in middles:
                 sewn.variant[middle] = HOLE
             with run.pool() as each:
-                each(part, range(0, len(boxes), size))
+                found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
         finally:
             for middle, variant in zip(middles, old, strict=True):
                 sewn.variant[middle] = variant
-        return found
+        return [candidates for part in found for candidates in part]
 
     def _best(self, box: Box, found: Candidates) -> Cut | None:
         """The first of the best candidates that makes the seams cheaper."""
