@@ -21,7 +21,7 @@ from intarsia.tasks.overlays import KINDS
 from intarsia.tasks.segment_drawing import segment_overlay
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
-from intarsia.tiles.best_tile import unlikeness
+from intarsia.tiles.tiling import unlikeness
 
 
 def weave(height: int = 120, width: int = 132, rows: float = 20, columns: float = 24, grain: int = 40) -> Any:

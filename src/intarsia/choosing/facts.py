@@ -30,7 +30,7 @@ from ..lattice.lattice import Lattice, Lattices
 from ..lattice.vectors import UNIT, lattices_of
 from ..search.sizes import elements
 from ..segments.segments import segments
-from ..tiles.best_tile import unlikeness
+from ..tiles.tiling import unlikeness
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
 MIDDLE = 320  # and segments on its middle;

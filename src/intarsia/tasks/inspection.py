@@ -32,9 +32,8 @@ from ..run import Run
 from ..segments.segments import Segments, segments
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
-from ..tiles.best_tile import BAND
 from ..tiles.tile_layout import periods_along, read_offsets
-from ..tiles.tiling import Tiling
+from ..tiles.tiling import BAND, Tiling
 from . import overlays
 
 CELLS = 8  # periods that a tile holds at most to be a rectangle
