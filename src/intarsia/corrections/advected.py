@@ -141,7 +141,8 @@ class TornPlaces:
                 at = rows + REACH, columns + REACH
 
                 def band(low: int, at: Any = at, found: Array = found) -> None:
-                    correct(padded, at[0], at[1], low, min(low + BAND, len(found)), site, rule, found)
+                    high = min(low + BAND, len(found))
+                    correct(padded, at[0], at[1], low, high, site, rule, None, place.stride, found)
 
                 each(band, range(0, len(rows), BAND))
                 better = np.empty((*found.shape, 2), np.int32)

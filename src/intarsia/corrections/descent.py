@@ -20,7 +20,7 @@ from .correction_kernels import FINE, ONE, Axis, Room, Site, correct, descend, p
 from .guide import StackGuide
 from .jitter import EVERYWHERE, Shares, spread_over
 from .orientation import Orientation, origins
-from .orientation_kernels import AROUND, UNIT, correct_framed, handed_down, remainders
+from .orientation_kernels import AROUND, UNIT, handed_down, remainders
 from .pins import Pin, pinned
 from .scatter_kernels import SEEN, TURNS, scatter
 from .span import Span, at_rest, place_in, place_of, places_of
@@ -245,7 +245,6 @@ class Descent:
         work: Array = np.empty(coords.shape[:2], np.int32)
         positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
-        lie = None if frame is None else (frame, place.stride)
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
                 here, edge = divmod(number % self.rules.subpasses, side), REACH * (number + 1)
@@ -253,7 +252,7 @@ class Descent:
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                _subpass(work, (rows, cols), site, rule, lie, each)
+                _subpass(work, (rows, cols), site, rule, frame, place.stride, each)
         margin = self._margin(level)
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
         pixels(work, margin, place.border, place.stride, out)
@@ -261,17 +260,13 @@ class Descent:
 
 
 def _subpass(
-    work: Array, where: tuple[Array, Array], site: Site, rule: Array, lie: tuple[Array, int] | None, each: Any
+    work: Array, where: tuple[Array, Array], site: Site, rule: Array, frame: Array | None, long: int, each: Any
 ) -> None:
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
 
     def band(low: int) -> None:
-        high = min(low + BAND, len(rows))
-        if lie is None:
-            correct(work, rows, cols, low, high, site, rule, found)
-        else:
-            correct_framed(work, rows, cols, low, high, site, rule, *lie, found)
+        correct(work, rows, cols, low, min(low + BAND, len(rows)), site, rule, frame, long, found)
 
     each(band, range(0, len(rows), BAND))
     put(work, rows, cols, found)

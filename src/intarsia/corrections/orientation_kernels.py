@@ -1,4 +1,4 @@
-"""The correction operation where the texture lies turned and scaled (Lefebvre and Hoppe 2006, section 5).
+"""Where the texture lies turned and scaled: where neighbours lie (Lefebvre and Hoppe 2006, section 5).
 
 A frame (H, W, 4) int32 holds for every output pixel the matrix J, in 1 / 4096, by which a step (dy, dx) of the output
 is a step J d of the exemplar: J_yy, J_yx, J_xy, J_xx. Its determinant is positive.
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from .correction_kernels import FACTOR, ONE, REACH, SPACING
 
 UNIT = 12  # bits after the point of a frame
+UPRIGHT = 1 << UNIT
 AROUND = 3  # px that tell what whole coordinates leave out
 CLOSE, ONE_PX = 6144, 4096  # a pixel and a half
 HEIGHT, WIDTH, TOROIDAL = range(3)
@@ -68,88 +68,6 @@ def around(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach: Any,
             oy, ox = (n - 12) // (2 * reach + 1) - reach, (n - 12) % (2 * reach + 1) - reach
         moves[n, 0] = oy * wide + ox
         moves[n, 1] = (h * dy - stepped(yy, yx, h * oy, h * ox)) * long + h * dx - stepped(xy, xx, h * oy, h * ox)
-
-
-@kernel
-def correct_framed(
-    coords: Any, rows: Any, cols: Any, low: int, high: int, site: Any, rule: Any, frame: Any, long: int, out: Any
-) -> None:
-    """Find better positions for the pixels (rows[low:high], cols) of a map (H, W), as :func:`correct` does.
-
-    A neighbour at p + o foretells S[p + o] - h J(p) o; the appearance around p is that of its four diagonal points in
-    the exemplar, each foretold by the three neighbours that lie there in the output. ``long``: of the exemplar's rows.
-    """
-    # In one piece, and its end that of `correct` once more: calls that take arrays would count references.
-    stride, factor, reach, h = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], site.steps[SPACING]
-    work, packed, table, inner, may, jumps = (
-        coords.reshape(coords.size), site.packed, site.table, site.inner, site.open, site.jumps
-    )  # fmt: skip
-    shown, asked, guides = site.shown, site.asked, np.int64(len(site.shown) // len(inner))
-    more, n, last = jumps.shape[1], np.int64(32), 12 + (2 * reach + 1) ** 2
-    words = np.zeros(8, np.uint64)
-    here = words.view(np.int16)
-    found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
-    old_y, old_x, old_z = np.int64(0), np.int64(0), np.int64(0)
-    for i in range(low, high):
-        for j in range(len(cols)):
-            at = rows[i] * stride + cols[j]
-            yy, yx = np.int64(frame[rows[i], cols[j], 0]), np.int64(frame[rows[i], cols[j], 1])
-            xy, xx = np.int64(frame[rows[i], cols[j], 2]), np.int64(frame[rows[i], cols[j], 3])
-            if yy != old_y or yx != old_x or xx != old_z:
-                around(yy, yx, xy, xx, h, (stride, long), reach, moves)
-                old_y, old_x, old_z = yy, yx, xx
-            for q in range(4):
-                r0 = np.uint64(work[np.uint64(at + moves[3 * q, 0])] + moves[3 * q, 1])
-                r1 = np.uint64(work[np.uint64(at + moves[3 * q + 1, 0])] + moves[3 * q + 1, 1])
-                r2 = np.uint64(work[np.uint64(at + moves[3 * q + 2, 0])] + moves[3 * q + 2, 1])
-                words[2 * q] = packed[r0, 0] + packed[r1, 0] + packed[r2, 0]
-                words[2 * q + 1] = packed[r0, 1] + packed[r1, 1] + packed[r2, 1]
-            own = np.int64(work[np.uint64(at)])
-            found[0], near = own, 1
-            for c in range(12, last):
-                v = np.int64(work[np.uint64(at + moves[c, 0])]) + moves[c, 1]
-                if v != own:
-                    u = np.int64(inner[np.uint64(v)])
-                    fresh = u >= 0
-                    for m in range(near):
-                        fresh = fresh and found[m] != u
-                    if fresh:
-                        found[near] = u
-                        near += 1
-            best, kept, count, price, begin = np.int64(1) << 62, own, near, np.int64(ONE), 0
-            for kind in range(2):
-                if kind:
-                    if factor < 0 or best == 0:
-                        break
-                    begin, price = near, factor
-                    for c in range(near):
-                        alone = True  # what differs by the rounding of a pixel leads to the same places
-                        for m in range(c):
-                            e = found[c] - found[m] + long + 1
-                            beside = 0 <= e < 3 or long <= e < long + 3 or 2 * long <= e < 2 * long + 3
-                            alone = alone and not beside
-                        for k in range(more if alone else 0):
-                            u = np.int64(jumps[np.uint64(found[c]), k])
-                            fresh = u >= 0
-                            for m in range(count):
-                                fresh = fresh and found[m] != u
-                            if fresh:
-                                found[count] = u
-                                count += 1
-                for c in range(begin, count):
-                    u = found[c]
-                    if may[np.uint64(u)]:
-                        total, row = np.int32(0), np.uint64(u * n)
-                        for k in range(n):
-                            d = np.int16(here[k] - table[row + np.uint64(k)])
-                            total = np.int32(total + np.int32(d) * np.int32(d))
-                        cost = np.int64(total) * price
-                        for k in range(guides):
-                            e = np.int64(shown[u * guides + k]) - np.int64(asked[at * guides + k])
-                            cost += ONE * e * e
-                        if cost < best:
-                            best, kept = cost, u
-            out[i, j] = kept
 
 
 @kernel
