@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .correlation_map import CorrelationMap, Pictures
+from .shift_kernels import top_of
 
 Floats = NDArray[np.float64]
 Int64 = NDArray[np.int64]
@@ -66,15 +67,10 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
     Ranked by height times dominance, the distance to the next peak that is as high or higher: a peak of the
     lattice dominates a cell, what lies between its peaks does not.
     """
-    smooth, share = found.smooth, found.share
-    height, width = smooth.shape
-    inner = smooth[1:-1, 1:-1]
-    top = (share[1:-1, 1:-1] >= 200) & (inner > 0)
-    for k, (i, j) in enumerate((i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)):
-        other = smooth[i : i + height - 2, j : j + width - 2]
-        top &= inner >= other if k < 4 else inner > other
-    at = np.argwhere(top) + 1 - (height // 2, width // 2)
-    value = smooth[at[:, 0] + height // 2, at[:, 1] + width // 2].astype(np.int64)
+    smooth = found.smooth
+    i, j = _maxima(smooth, found.share >= 200).T
+    value = smooth[i, j].astype(np.int64)
+    at = np.stack([i, j], axis=1) - (smooth.shape[0] // 2, smooth.shape[1] // 2)
     square = (at * at).sum(axis=1)
     order = np.lexsort((at[:, 1], at[:, 0], square, -value))[:LOOKED_AT]
     at, value, square = at[order], value[order], square[order]
@@ -89,15 +85,21 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
     return _refined(smooth, at[order])
 
 
-def _refined(values: NDArray[Any], at: NDArray[Any]) -> Floats:
-    """Move peaks to the tops of the parabolas along both axes."""
-    i, j = at[:, 0] + values.shape[0] // 2, at[:, 1] + values.shape[1] // 2
-    here = 2 * values[i, j].astype(np.float64)
+def _maxima(values: NDArray[Any], among: NDArray[np.bool_]) -> Int64:
+    """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
+    from scipy.ndimage import maximum_filter
+
+    ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
+    top = (maximum_filter(ranked, 3) == ranked) & (values > 0) & among  # in doubles: exact below 2**53
+    return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
+
+
+def _refined(values: NDArray[Any], at: Int64) -> Floats:
+    """Move peaks (n, 2), px from the middle, to the tops of the parabolas along both axes."""
     result = at.astype(np.float64)
-    for axis, (di, dj) in enumerate(((1, 0), (0, 1))):
-        before, after = (values[i - s * di, j - s * dj].astype(np.float64) for s in (1, -1))
-        bend = here - before - after
-        result[:, axis] += np.where(bend > 0, 0.5 * (after - before) / np.where(bend > 0, bend, 1.0), 0.0)
+    for n, (i, j) in enumerate((at + np.array(values.shape) // 2).tolist()):
+        result[n, 0] += top_of(*values[i - 1 : i + 2, j].astype(np.float64).tolist())
+        result[n, 1] += top_of(*values[i, j - 1 : j + 2].astype(np.float64).tolist())
     return result
 
 
@@ -123,16 +125,11 @@ def spectral_peaks(picture: Floats) -> Floats:
         return np.zeros((0, 2))
     level = np.rint(np.sqrt(power / scale) * 1e6).astype(np.int64)
     low = size[0] // 2
-    inner = level[1:-1, 1:-1]
-    fy = (np.arange(1, size[0] - 1) - low)[:, None] / size[0]
-    fx = (np.arange(1, level.shape[1] - 1) - 2)[None, :] / size[1]
+    fy = (np.arange(size[0]) - low)[:, None] / size[0]
+    fx = (np.arange(level.shape[1]) - 2)[None, :] / size[1]
     f = np.hypot(fy, fx)
-    top = (f >= LONGEST_WAVE / min(height, width)) & (f <= 1 / SHORTEST) & ((fx > 0) | ((fx == 0) & (fy > 0)))
-    top &= inner > 0
-    for k, (i, j) in enumerate((i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)):
-        other = level[i : i + level.shape[0] - 2, j : j + level.shape[1] - 2]
-        top &= inner >= other if k < 4 else inner > other
-    at = np.argwhere(top) + 1
+    whole = (f >= LONGEST_WAVE / min(height, width)) & (f <= 1 / SHORTEST) & ((fx > 0) | ((fx == 0) & (fy > 0)))
+    at = _maxima(level, whole)
     order = np.lexsort((at[:, 1], at[:, 0], -level[at[:, 0], at[:, 1]]))[:WAVES]
     middle = np.array([level.shape[0] // 2, level.shape[1] // 2])
     peaks = _refined(level, at[order] - middle) + middle

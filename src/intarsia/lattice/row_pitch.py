@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .candidates import SHORTEST, UNIT
 from .correlation_map import CorrelationMap
 from .scoring_kernels import course_profile, pitch_contrasts
+from .shift_kernels import top_of
 
 Floats = NDArray[np.float64]
 Int64 = NDArray[np.int64]
@@ -124,8 +125,7 @@ def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
         i = low + int(np.argmax(window))
         before, here, after = (float(m) for m in mean[i - 1 : i + 2])
         if here >= max(before, after) and here > 0 and mass[i + 1] > 0:
-            bend = 2 * here - before - after
-            peak = (i + (0.5 * (after - before) / bend if bend > 0 else 0.0)) / 2
+            peak = (i + top_of(before, here, after)) / 2
             weight = here * float(mass[i])
             top += weight * k * peak
             bottom += weight * k * k

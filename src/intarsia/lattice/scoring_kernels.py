@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
+from .shift_kernels import top_of
 
 NOTHING = -(1 << 40)  # the mean of no point at all
 
@@ -186,14 +187,8 @@ def peak_near(
             if smooth[i, j] > best:
                 return False
     here = float(best)
-    dy = smooth[bi + 1, bj] - 2.0 * here + smooth[bi - 1, bj]
-    dx = smooth[bi, bj + 1] - 2.0 * here + smooth[bi, bj - 1]
-    found[0] = bi - (height >> 1)
-    found[1] = bj - (width >> 1)
-    if dy < 0:
-        found[0] -= 0.5 * (float(smooth[bi + 1, bj]) - float(smooth[bi - 1, bj])) / dy
-    if dx < 0:
-        found[1] -= 0.5 * (float(smooth[bi, bj + 1]) - float(smooth[bi, bj - 1])) / dx
+    found[0] = bi - (height >> 1) + top_of(float(smooth[bi - 1, bj]), here, float(smooth[bi + 1, bj]))
+    found[1] = bj - (width >> 1) + top_of(float(smooth[bi, bj - 1]), here, float(smooth[bi, bj + 1]))
     found[2] = here
     return True
 

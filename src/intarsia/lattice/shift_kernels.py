@@ -1,4 +1,4 @@
-"""By which shift a picture differs least from itself, in whole numbers, at full resolution."""
+"""By which shift a picture differs least from itself, at full resolution; and where tops lie between pixels."""
 
 from __future__ import annotations
 
@@ -6,6 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
+
+
+@kernel
+def top_of(before: float, here: float, after: float) -> float:
+    """Return where the parabola through three neighbours has its top, px from the middle one; 0 where it has none."""
+    bend = 2.0 * here - before - after
+    return 0.5 * (after - before) / bend if bend > 0 else 0.0
 
 
 @kernel
@@ -62,11 +69,6 @@ def best_shift(
     if bi == 0 or bj == 0 or bi == side - 1 or bj == side - 1:
         return False
     here = cost[bi, bj]
-    found[0], found[1] = float(near[0] + bi - radius), float(near[1] + bj - radius)
-    bend = cost[bi - 1, bj] - 2 * here + cost[bi + 1, bj]
-    if bend > 0:
-        found[0] += 0.5 * (cost[bi - 1, bj] - cost[bi + 1, bj]) / bend
-    bend = cost[bi, bj - 1] - 2 * here + cost[bi, bj + 1]
-    if bend > 0:
-        found[1] += 0.5 * (cost[bi, bj - 1] - cost[bi, bj + 1]) / bend
+    found[0] = near[0] + bi - radius + top_of(-cost[bi - 1, bj], -here, -cost[bi + 1, bj])
+    found[1] = near[1] + bj - radius + top_of(-cost[bi, bj - 1], -here, -cost[bi, bj + 1])
     return True
