@@ -1,7 +1,8 @@
 """What a lattice is called: sure, faint or refused, and why.
 
 Textures without a lattice agree with themselves somewhere by chance. How well chance can do depends on how
-many points must agree, and on whether the peaks lie on the points or merely somewhere near.
+many points must agree, and on whether the peaks lie on the points or merely somewhere near. And three equal coins on a
+cloth agree with each other exactly as well as the cells of a lattice do; but a lattice repeats in nearly every part.
 
 Source: no paper; thresholds set on photographs with and without a lattice, and checked on other crops of them.
 """
@@ -19,7 +20,6 @@ from .candidates import UNIT
 from .correlation_map import MILLION, Pictures
 from .fit import ENOUGH, Fit, Scored, regularity
 from .row_pitch import RowPitch
-from .support import support
 
 Verdict = Literal["sure", "faint", "refused"]
 SURE: Verdict = "sure"
@@ -30,6 +30,9 @@ LEAST = 0.05  # confidence K of a lattice of two vectors
 LEAST_COURSES = 0.145  # contrast of courses,
 LEAST_TWO_COURSES = 0.18  # where only two are seen
 FEW = {2: 0.5, 3: 0.2}  # less than four lattice points must have this contrast, and agree everywhere:
+PARTS = 5  # along each side of the overlap, of which those count that repeat
+LEAST_PART = 6  # px: smaller parts say nothing
+ALIKE = 0.2  # correlation of a part that repeats
 EVERYWHERE = 0.6  # the share of parts that repeat
 MANY_PARTS = 0.4  # the share asked of all other lattices,
 MANY_ROWS = 0.45  # and of courses
@@ -49,10 +52,10 @@ class Lattice:
         In 1/256 px. Two, the shorter first, or one where only a pitch exists: it is then perpendicular to the
         direction in which nothing repeats, and as long as the rows are apart.
     confidence : float
-        Two vectors: K = contrast (1 - 1 / sqrt(points)). One: the contrast. By the plain rule: its goodness.
+        Two vectors: K = contrast (1 - 1 / sqrt(points)). One: the contrast.
     contrast : float
         Mean correlation at the lattice points minus the best anywhere else in the cell; of courses, minus
-        that between the rows. By the plain rule: the mean correlation.
+        that between the rows.
     points : int
         Lattice points, or rows, that say so; opposite ones count once.
     residual : float
@@ -172,3 +175,37 @@ def one_vector(found: RowPitch, prepared: Pictures) -> Lattice:
         verdict, why = SURE, f"Accepted: the contrast {contrast:.3f} of the rows reaches {least}."
     says = f"{found.lines} rows agree {contrast:.3f} better than what lies between them."
     return Lattice((pitch,), contrast, contrast, found.lines, found.residual, (says, why), verdict)
+
+
+def support(prepared: Pictures, vector: tuple[int, int]) -> float:
+    """Return the share of parts of the overlap that repeat when moved by a vector (1/256 px)."""
+    dy, dx = ((v + 128) // 256 for v in vector)
+    height, width = prepared.colours.shape[:2]
+    rows, columns = height - abs(dy), width - abs(dx)
+    parts = min(PARTS, rows // LEAST_PART, columns // LEAST_PART)
+    if parts < 1:
+        return 0.0
+    one = np.s_[max(dy, 0) : max(dy, 0) + rows, max(dx, 0) : max(dx, 0) + columns]
+    other = np.s_[max(-dy, 0) : max(-dy, 0) + rows, max(-dx, 0) : max(-dx, 0) + columns]
+    alike, seen = 0, 0
+    for y in range(parts):
+        for x in range(parts):
+            box = np.s_[y * rows // parts : (y + 1) * rows // parts, x * columns // parts : (x + 1) * columns // parts]
+            known = None if prepared.usable is None else prepared.usable[one][box] & prepared.usable[other][box]
+            if known is not None and 2 * known.sum() < known.size:
+                continue
+            seen += 1
+            alike += any(
+                _correlation(picture[one][box], picture[other][box], known) >= ALIKE
+                for picture in (prepared.colours, prepared.edges)
+            )
+    return alike / seen if seen else 0.0
+
+
+def _correlation(f: NDArray[np.float64], g: NDArray[np.float64], known: NDArray[np.bool_] | None) -> float:
+    """Correlation of equal px; channels count by their contrast."""
+    if known is not None:
+        f, g = f[known][:, None], g[known][:, None]
+    f, g = f - f.mean(axis=(0, 1)), g - g.mean(axis=(0, 1))
+    below = float(np.sqrt((f * f).sum(axis=(0, 1)) * (g * g).sum(axis=(0, 1))).sum())
+    return float((f * g).sum()) / below if below > 0 else 0.0

@@ -16,16 +16,15 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ..analysis.axes import principal_axes
+from ..analysis.variance import principal_axes
 from ..errors import ParameterError
 from ..kernels import returns, windows
 from . import fourier_kernels, near
 from . import reduce_kernels as reduce
 from .candidates import Candidates, Prices, Reduced
-from .masked_energy import Masks
 from .posed import PosedExemplars
 from .reduce_kernels import Listed
-from .transforms import Correlator
+from .transforms import Correlator, Masks
 
 SHORT_LIST = 16
 AXES = 2

@@ -29,13 +29,14 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from . import fourier_kernels, near_kernels
+from . import fourier_kernels, near_kernels, reduce_kernels
 
 ROUNDING = 3e-7
 """By which share of the two norms a correlation in single precision may be wrong, at most: so much for windows far
 smaller than the picture, and in proportion up to twice as much for those as long as it. Measured over plates, stripes
 and checks of all sizes: 2.5e-7 and 4.6e-7 (docs/design/002)."""
 
+MASKS = 64  # whose sums of squares are kept
 FITS = 0.45  # errors below a half leave the nearest whole number what it is; the rest is for adding 1/2 in floats
 
 Array = NDArray[Any]
@@ -137,6 +138,46 @@ class Correlator:
         padded = padded[: len(rows)]
         fourier_kernels.turn(rows, _turns(shape[0], parts, rows.shape[2]).astype(rows.dtype, copy=False), padded)
         return np.asarray(scipy.fft.fft(padded, axis=3, overwrite_x=True))
+
+
+class Masks:
+    """Sums of squares under masks, kept: few masks occur again and again.
+
+    Parameters
+    ----------
+    padded : list of (rows, columns)
+        For every variant the shape that its spectra belong to.
+    spectra : list of arrays
+        Spectra of the variants' squares.
+    shapes : list of (rows, columns)
+        How many positions of each variant are looked at.
+    """
+
+    def __init__(self, padded: list[tuple[int, int]], spectra: list[Array], shapes: list[tuple[int, ...]]) -> None:
+        self.padded, self.spectra, self.shapes, self._lock = padded, spectra, shapes, Lock()
+        self._forget()
+
+    def slots(self, masks: Array) -> tuple[Array, list[Array]]:
+        """Number of each mask (n, rows, columns), and the sums of squares under the numbered masks."""
+        with self._lock:
+            if len(self._known) + len(masks) > MASKS:
+                self._forget()
+            keys = reduce_kernels.mask_keys(masks).tolist()
+            return np.array([self._slot(*pair) for pair in zip(keys, masks, strict=True)], np.int64), self._squares
+
+    def _slot(self, key: int, mask: Array) -> int:
+        slot = self._known.get(key)
+        if slot is None:
+            slot = self._known[key] = len(self._known)
+            for v, (shape, (rows, columns)) in enumerate(zip(self.padded, self.shapes, strict=True)):
+                product = self.spectra[v] * np.conj(scipy.fft.rfft2(mask.astype(np.float64), shape))
+                self._squares[v][slot] = np.rint(scipy.fft.irfft2(product, shape)[:rows, :columns])
+        return slot
+
+    def _forget(self) -> None:
+        # Fresh arrays: another thread may still be reading the old ones.
+        self._known: dict[int, int] = {}
+        self._squares = [np.empty((MASKS, *shape), np.int32) for shape in self.shapes]
 
 
 @cache
