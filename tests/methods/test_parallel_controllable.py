@@ -12,9 +12,8 @@ import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked, whole_products
 from intarsia.corrections.descent import DRAWN, Corrections, Descent
-from intarsia.corrections.similar import similar_places
 from intarsia.corrections.span import Span
-from intarsia.corrections.stack import Look, depths, exemplar_stack, is_cloudy, left_out
+from intarsia.corrections.stack import Look, depths, exemplar_stack, is_cloudy, left_out, similar_places
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
 from intarsia.guide import Guide

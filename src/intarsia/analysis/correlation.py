@@ -2,8 +2,8 @@
 
 Moved over itself, a picture of bricks agrees again and again: the peaks of that agreement are its lattice.
 
-Source: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13; with a hole, or by
-squared differences, section 4.2.2. Departures: the printed eq. 3.8 takes the sums of g at the wrong place
+Source: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13; with a hole,
+section 4.2.2. Departures: the printed eq. 3.8 takes the sums of g at the wrong place
 unless both pictures are equal in size. Here every sum is that of the rectangle that overlaps, whose ends are
 kept inside the picture, for f and g alike, so that neither the misprint nor sums beyond the last row can occur.
 """
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .sums import running_sums
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -49,7 +50,8 @@ def gncc(
         where the channels differ in number, a picture is empty, or a mask does not fit.
     """
     f, g = _checked(f, usable_f), _checked(g, usable_g)
-    _same_channels(f, g)
+    if f.shape[2] != g.shape[2]:
+        raise InputError(f"the pictures have {f.shape[2]} and {g.shape[2]} channels; give equally many.")
     lags = [np.arange(1 - b, a) for a, b in zip(f.shape[:2], g.shape[:2], strict=True)]
     if usable_f is None and usable_g is None:
         return _from_rectangles(_centred(f, None), _centred(g, None), lags[0], lags[1])
@@ -82,32 +84,11 @@ def autocorrelation(
     if usable is None:
         f = _centred(f, None)
         half = _from_rectangles(f, f, down, right)
-        sides = [n - np.abs(lag) for n, lag in zip(f.shape[:2], (down, right), strict=True)]
-        pairs = np.multiply.outer(*sides).astype(np.float64)
+        pairs = overlaps(f.shape[:2], down, right)
     else:
         half, pairs = _from_masks(f, f, _weights(f, usable), _weights(f, usable), down, right)
     half[0, :columns] = half[0, :columns:-1]  # opposite offsets agree to the last bit
     return _mirrored(half), _mirrored(pairs)
-
-
-def squared_differences(
-    f: NDArray[Any], g: NDArray[Any], usable_f: Mask | None = None, usable_g: Mask | None = None
-) -> Floats:
-    """Add up the squared differences of two pictures at every offset, over the pixels that then overlap.
-
-    Takes and returns what :func:`gncc` does; sums of whole numbers are right to about 1 in 10**9. Lopez
-    Recas 2011, eq. 4.4 and 4.5. The means are taken away first: large sums would eat up small differences.
-    """
-    f, g = _checked(f, usable_f), _checked(g, usable_g)
-    _same_channels(f, g)
-    mf, mg = _weights(f, usable_f), _weights(g, usable_g)
-    middle = f[mf > 0].mean(axis=0) if mf.any() else 0.0
-    f, g = (f - middle) * mf[..., None], (g - middle) * mg[..., None]
-    lags = [np.arange(1 - b, a) for a, b in zip(f.shape[:2], g.shape[:2], strict=True)]
-    total = _products((f * f).sum(axis=2), mg, *lags) + _products(mf, (g * g).sum(axis=2), *lags)
-    for c in range(f.shape[2]):
-        total -= 2 * _products(f[..., c], g[..., c], *lags)
-    return np.maximum(total, 0.0)
 
 
 def _checked(picture: NDArray[Any], usable: Mask | None) -> Floats:
@@ -117,11 +98,6 @@ def _checked(picture: NDArray[Any], usable: Mask | None) -> Floats:
         raise InputError(f"the mask has shape {usable.shape}, the picture {picture.shape[:2]}; make them equal.")
     floats: Floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
     return floats
-
-
-def _same_channels(f: Floats, g: Floats) -> None:
-    if f.shape[2] != g.shape[2]:
-        raise InputError(f"the pictures have {f.shape[2]} and {g.shape[2]} channels; give equally many.")
 
 
 def _weights(picture: Floats, usable: Mask | None) -> Floats:
@@ -141,9 +117,22 @@ def _mirrored(half: Floats) -> Floats:
     return np.concatenate([half[:0:-1, ::-1], half])
 
 
-def _products(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
+def products(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
     """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
+    if f is g:
+        return _inverse(np.abs(_forward(f, f, g, down, right)) ** 2, f, g, down, right)
     return _inverse(_forward(f, f, g, down, right) * np.conj(_forward(g, f, g, down, right)), f, g, down, right)
+
+
+def overlaps(shape: tuple[int, ...], down: NDArray[Any], right: NDArray[Any]) -> Floats:
+    """Count the pixels (H, W) that lie on one another for every lag (down, right)."""
+    return np.asarray(np.multiply.outer(shape[0] - np.abs(down), shape[1] - np.abs(right)), np.float64)
+
+
+def gaussian(shape: tuple[int, ...], sigma: float) -> Floats:
+    """Return by what the cosine transform of a picture (H, W) is multiplied to blur it, its borders mirrored."""
+    decay = [np.pi * np.arange(n) / n for n in shape]
+    return np.asarray(np.exp(-0.5 * sigma * sigma * (decay[0][:, None] ** 2 + decay[1] ** 2)))
 
 
 def _padded(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> list[int]:
@@ -200,14 +189,14 @@ def _from_masks(
 ) -> tuple[Floats, Floats]:
     """Eq. 3.13 where some pixels do not count: all sums by transforms, as the overlap is no rectangle."""
     f, g = _centred(f, mf), _centred(g, mg)
-    n = np.rint(_products(mf, mg, down, right))
+    n = np.rint(products(mf, mg, down, right))
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
     for c in range(f.shape[2]):
         own_f, own_g = f[..., c], g[..., c]
-        sum_f, sum_g = _products(own_f, mg, down, right), _products(mf, own_g, down, right)
-        spread_f = _clamped(n * _products(own_f * own_f, mg, down, right) - sum_f * sum_f)
-        spread_g = _clamped(n * _products(mf, own_g * own_g, down, right) - sum_g * sum_g)
-        above += n * _products(own_f, own_g, down, right) - sum_f * sum_g
+        sum_f, sum_g = products(own_f, mg, down, right), products(mf, own_g, down, right)
+        spread_f = _clamped(n * products(own_f * own_f, mg, down, right) - sum_f * sum_f)
+        spread_g = _clamped(n * products(mf, own_g * own_g, down, right) - sum_g * sum_g)
+        above += n * products(own_f, own_g, down, right) - sum_f * sum_g
         below += np.sqrt(spread_f * spread_g)
         largest = max(largest, float((own_f * own_f).sum()), float((own_g * own_g).sum()))
     return _ratio(above, below, FLAT * n * largest), n
@@ -220,8 +209,7 @@ def _span(lag: NDArray[Any], mine: int, other: int) -> Spans:
 
 def _inside(values: Floats, rows: Spans, columns: Spans) -> Floats:
     """Sum the values inside every rectangle of `rows` and `columns`, by running sums."""
-    total = np.zeros((values.shape[0] + 1, values.shape[1] + 1))
-    np.cumsum(np.cumsum(values, axis=0), axis=1, out=total[1:, 1:])
+    total = running_sums(values, np.float64)
     bands = total[rows[1]] - total[rows[0]]
     result: Floats = bands[:, columns[1]] - bands[:, columns[0]]
     return result

@@ -15,15 +15,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .correlation import gaussian, overlaps, products
+from .reduction import factor_for, reduced
+from .variance import principal_axes
+
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 DIRECTIONS = 12
-WORK_SIDE = 512  # a larger exemplar is looked at reduced
 LEAST_SIDE = 8  # a smaller one has no lags to look at
 LIMIT = 0.4  # of the short side: from larger elements no patch could vary its choice
 LOW = 0.1  # a dip of the correlation counts below this
-FINE = 16  # colours are kept in 1/16 of a feature unit
 CONTRAST = 4096  # steps per standard deviation of the component that is measured
 GRAIN = 100_000  # correlation steps per 1: rounding errors of FFTs are far below one step
 
@@ -77,8 +79,9 @@ def element_size(features: NDArray[np.int16], usable: Mask | None = None) -> Ele
     short = min(features.shape[:2])
     if short < LEAST_SIDE:
         return _guess(short)
-    factor = max(1, min(-(-max(features.shape[:2]) // WORK_SIDE), short // (4 * LEAST_SIDE)))
-    colours, weight = _reduce(features, usable, factor)
+    factor = factor_for(features.shape, least=4 * LEAST_SIDE)
+    colours, half = reduced(features, usable, factor)
+    weight = None if half is None else half.astype(np.float64)
     component = _first_component(colours, weight)
     if component is None:
         return _guess(short)
@@ -116,32 +119,6 @@ def _usable_box(features: NDArray[np.int16], usable: Mask | None) -> tuple[NDArr
     return features[box], usable[box]
 
 
-def _reduce(
-    features: NDArray[np.int16], usable: Mask | None, factor: int
-) -> tuple[NDArray[Any], Floats | None]:
-    """Average blocks of factor x factor px, in 1/FINE; a block counts where half of it is usable.
-
-    Sums are integers, so that the result is the same on every machine. Rows and columns beyond the last whole
-    block are left out.
-    """
-    if factor == 1:
-        return features.astype(np.int64) * FINE, None if usable is None else usable.astype(np.float64)
-    height, width = (n // factor for n in features.shape[:2])
-    total = np.zeros((height, width, features.shape[2]), np.int64)
-    count = np.zeros((height, width), np.int64)
-    for y in range(factor):
-        for x in range(factor):
-            block = np.s_[y : height * factor : factor, x : width * factor : factor]
-            if usable is None:
-                total += features[block]
-            else:
-                total += features[block] * usable[block][..., None]
-                count += usable[block]
-    if usable is None:
-        return FINE * total // (factor * factor), None
-    return FINE * total // np.maximum(count, 1)[..., None], (2 * count >= factor * factor).astype(np.float64)
-
-
 def _first_component(colours: NDArray[Any], weight: Floats | None) -> Floats | None:
     """Project colours on the direction in which they differ most, as whole numbers; None where all are equal.
 
@@ -149,7 +126,7 @@ def _first_component(colours: NDArray[Any], weight: Floats | None) -> Floats | N
     field the leaves differ in green, plants and soil in all channels.
     """
     chosen = colours.reshape(-1, colours.shape[2]) if weight is None else colours[weight > 0]
-    n, channels = chosen.shape
+    n = len(chosen)
     if not n:
         return None
     # Features of 11 bit, so colours of 15: sums of their products are exact, whatever the order of the BLAS.
@@ -161,10 +138,7 @@ def _first_component(colours: NDArray[Any], weight: Floats | None) -> Floats | N
         return None
     deviation = np.maximum(deviation, 0.1 * deviation.max())  # a channel of mere noise is not lifted
     correlation = covariance / np.outer(deviation, deviation)
-    # Equal eigenvalues would leave the choice to the LAPACK version.
-    correlation[np.diag_indices(channels)] += 1e-5 * np.trace(correlation) / channels * np.arange(channels)
-    vector = np.linalg.eigh(correlation)[1][:, -1]
-    vector *= 1.0 if vector[np.argmax(np.abs(np.rint(vector * 1e6)))] > 0 else -1.0
+    vector = principal_axes(correlation, 1)[1][0]
     component: Floats = np.rint((colours.astype(np.float64) - mean) @ (vector / deviation) * CONTRAST)
     return component
 
@@ -177,22 +151,15 @@ def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     """
     from scipy.fft import dctn, idctn
 
-    narrow, broad = (_gaussian(picture.shape, sigma) for sigma in (1.0, wide))
+    narrow, broad = (gaussian(picture.shape, sigma) for sigma in (1.0, wide))
     if weight is None:
         passed: Floats = idctn(dctn(picture) * (narrow - broad))
         return passed
     value, mass = dctn(picture * weight), dctn(weight)
     result = np.zeros_like(picture)
-    for sign, gaussian in ((1, narrow), (-1, broad)):
-        result += sign * idctn(value * gaussian) / np.maximum(idctn(mass * gaussian), 1e-9)
+    for sign, passing in ((1, narrow), (-1, broad)):
+        result += sign * idctn(value * passing) / np.maximum(idctn(mass * passing), 1e-9)
     return result * weight
-
-
-def _gaussian(shape: tuple[int, ...], sigma: float) -> Floats:
-    """By what the cosine transform of a picture is multiplied to blur it."""
-    decay = [np.pi * np.arange(n) / n for n in shape]
-    square: Floats = decay[0][:, None] ** 2 + decay[1] ** 2
-    return np.asarray(np.exp(-0.5 * sigma * sigma * square))
 
 
 def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floats | None:
@@ -201,22 +168,17 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
     Unbiased: every lag is divided by the number of pixel pairs that it compares. Lags that compare next to
     none are 1, which never is a dip. None where there is nothing to correlate.
     """
-    from scipy.fft import dctn, idctn, irfft2, next_fast_len, rfft2
+    from scipy.fft import dctn, idctn
 
-    shape = [next_fast_len(n + reach + 1, real=True) for n in picture.shape]
-    around = np.ix_(*(np.arange(-reach, reach + 1) % n for n in shape))
-    product: Floats = irfft2(np.abs(rfft2(picture, shape)) ** 2, shape)[around]
-    if weight is None:
-        mine = [n - np.abs(np.arange(-reach, reach + 1)) for n in picture.shape]
-        pairs = np.multiply.outer(*mine).astype(np.float64)
-    else:
-        pairs = np.rint(irfft2(np.abs(rfft2(weight, shape)) ** 2, shape)[around])
+    lags = np.arange(-reach, reach + 1)
+    product = products(picture, picture, lags, lags)
+    pairs = overlaps(picture.shape, lags, lags) if weight is None else np.rint(products(weight, weight, lags, lags))
     here = product[reach, reach] / pairs[reach, reach]
     if here < 1e-6:
         return None
     few = pairs < max(4.0, pairs[reach, reach] / 32)
     correlation = np.where(few, 1.0, product / np.maximum(pairs, 1.0) / here)
-    smooth: Floats = idctn(dctn(correlation) * _gaussian(correlation.shape, 1.5))
+    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, 1.5))
     return smooth
 
 

@@ -20,6 +20,9 @@ from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
 from ..rendering.colour import code_values
 from .ranges import counted, ends
+from .reduction import block_sums
+from .sums import moving_sums
+from .variance import spreads
 
 RANGE = 1023
 LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
@@ -130,10 +133,7 @@ def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
     mode: Literal["wrap", "symmetric"] = "wrap" if exemplar.toroidal else "symmetric"
     for axis in (0, 1) * 3:
         r = min(radius, out.shape[axis])
-        pad = [(r + 1, r) if a == axis else (0, 0) for a in range(3)]
-        sums = np.cumsum(np.pad(out, pad, mode=mode), axis=axis)
-        n = out.shape[axis]
-        out = (np.take(sums, range(2 * r + 1, 2 * r + 1 + n), axis) - np.take(sums, range(n), axis)) // (2 * r + 1)
+        out = moving_sums(out, axis, r, mode) // (2 * r + 1)
     return np.asarray(out, np.int32)
 
 
@@ -204,8 +204,7 @@ def _values(codes: Int32, plane: Plane, labels: Int32 | None = None) -> Int32:
 def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     s = values.shape[0] // exemplar.height
     if s > 1:
-        blocks = values.reshape(exemplar.height, s, exemplar.width, s, -1).astype(np.int64)
-        return np.asarray(blocks.sum(axis=(1, 3)) // (s * s), np.int32)
+        return np.asarray(block_sums(values, s) // (s * s), np.int32)
     s = exemplar.height // values.shape[0]
     return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
 
@@ -268,6 +267,5 @@ def _variance(values: list[Int32], exemplars: Sequence[Exemplar]) -> float:
     used = [
         v.reshape(-1, v.shape[2]) if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)
     ]
-    flat = np.concatenate(used).astype(np.int64)
-    n = len(flat)
-    return float(sum(n * int((c * c).sum()) - int(c.sum()) ** 2 for c in flat.T)) / (n * n)
+    flat = np.concatenate(used)
+    return float(sum(spreads(flat))) / len(flat) ** 2

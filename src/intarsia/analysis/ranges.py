@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..image import Plane
 from ..rendering.colour import WHITE, Unit, code_values, has_own_unit, inner_range, shares
+from .reduction import blocks
 
 MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
 
@@ -67,4 +68,4 @@ def _at_size(mask: Mask | None, plane: Plane) -> Mask:
         s = plane.height // mask.shape[0]
         return mask.repeat(s, axis=0).repeat(s, axis=1)
     s = mask.shape[0] // plane.height
-    return np.asarray(mask.reshape(plane.height, s, plane.width, s).any(axis=(1, 3)))
+    return np.asarray(blocks(mask, s).any(axis=(1, 3)))

@@ -12,12 +12,12 @@ sets", SIGMOD 2000.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ParameterError
+from .reduction import FINE, WORK_SIDE, block_sums
+from .sums import running_sums
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -29,8 +29,6 @@ CELLS = 4  # a patch is described by 4 x 4 mean colours
 SAMPLES = 1000  # patches compared where no step is given
 MAX_SAMPLES = 4096  # n * n distances must fit into memory
 FEW = 16  # fewer patches have no meaningful median
-WORK_SIDE = 512  # a larger exemplar is looked at reduced, while that keeps at least one px per cell
-FINE = 16  # mean colours are kept in 1/16 of a feature unit
 VISIBLE = 1  # mean colours that differ less, in feature units, look equal: a thousandth of the range
 
 
@@ -90,18 +88,6 @@ def _step(room: tuple[int, int], factor: int) -> int:
     return step
 
 
-def _reduce(features: NDArray[np.int16], factor: int) -> NDArray[Any]:
-    """Add up blocks of factor x factor px; px beyond the last whole block are left out."""
-    if factor == 1:
-        return features
-    height, width = (n // factor * factor for n in features.shape[:2])
-    total = np.zeros((height // factor, width // factor, features.shape[2]), np.int64)
-    for y in range(factor):
-        for x in range(factor):
-            total += features[y:height:factor, x:width:factor]
-    return total
-
-
 def _looks(
     features: NDArray[np.int16], patch: int, step: int, shape: tuple[int, int], factor: int
 ) -> Integers:
@@ -109,28 +95,14 @@ def _looks(
 
     `patch` and `step` count blocks of factor x factor px.
     """
-    picture = _reduce(features, factor)
     cells = min(CELLS, patch)
     edges = np.arange(cells + 1) * patch // cells
     rows, columns = (np.arange(n)[:, None] * step + edges for n in shape)
-    # Sums by cumulated rows, then columns: every px is read once, however the cells overlap.
-    down = _cumulated(picture, 0)
-    bands = (down[rows[:, 1:]] - down[rows[:, :-1]]).reshape(-1, *picture.shape[1:])
-    right = _cumulated(bands, 1)
-    sums = right[:, columns[:, 1:]] - right[:, columns[:, :-1]]
+    corners = running_sums(block_sums(features, factor))[rows[:, :, None, None], columns]
+    sums = np.diff(np.diff(corners, axis=1), axis=3).transpose(0, 2, 1, 3, 4)
     area = np.diff(edges)
-    sums = sums.reshape(shape[0], cells, shape[1], cells, -1).transpose(0, 2, 1, 3, 4)
     means: Integers = FINE * sums // (factor * factor * np.multiply.outer(area, area)[:, :, None])
     return means.reshape(shape[0] * shape[1], -1)
-
-
-def _cumulated(values: NDArray[Any], axis: int) -> Integers:
-    """Cumulate along an axis, beginning with 0."""
-    shape = list(values.shape)
-    shape[axis] += 1
-    result = np.zeros(shape, np.int64)
-    np.cumsum(values, axis=axis, out=result[1:] if axis == 0 else result[:, 1:])
-    return result
 
 
 def _distances(looks: Integers) -> Floats:

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .reduction import block_sums
+
 Mask = NDArray[np.bool_]
 Array = NDArray[np.int64]
 
@@ -69,11 +71,8 @@ def _described(picture: NDArray[np.int16], usable: Mask | None, side: int, rows:
     edges[:, 1:] += np.abs(p[:, 1:] - p[:, :-1]).sum(axis=2)
     layers = np.dstack([p, edges])
     free = np.ones(p.shape[:2], np.int64) if usable is None else usable.astype(np.int64)
-    box = np.s_[: rows * side, : columns * side]
-    shape = rows, side, columns, side
-    count = free[box].reshape(shape).sum(axis=(1, 3))
-    total = (layers * free[..., None])[box].reshape(*shape, -1).sum(axis=(1, 3))
-    mean = 16 * total // np.maximum(count, 1)[..., None]
+    count = np.maximum(block_sums(free, side), 1)[..., None]
+    mean = 16 * block_sums(layers * free[..., None], side) // count
     mean -= mean.reshape(-1, mean.shape[2]).sum(axis=0) // (rows * columns)
     square = (mean.reshape(rows * columns, -1) ** 2).sum(axis=0)
     spread = np.sqrt(np.maximum(square / (rows * columns), 1.0))

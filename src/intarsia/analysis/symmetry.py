@@ -21,6 +21,8 @@ from ..draws import below, draw
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from .features import Features, features, posed
+from .reduction import block_sums, blocks
+from .usable import valid_windows
 
 STAGE = 93
 SIDE = 5  # of the patches compared, cells
@@ -62,8 +64,8 @@ def distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
     out = np.zeros((1 + len(SCALES), 8), np.int64)
     for number, scale in enumerate(SCALES):
         picture, usable = _reduced(feats.pictures[0], exemplar.usable, scale)
-        for blocks in BLOCKS:
-            patches = [_patches(picture, at) for at in _halves(usable, blocks)]
+        for squares in BLOCKS:
+            patches = [_patches(picture, at) for at in _halves(usable, squares)]
             if patches[0].shape[2] < LEAST_SAMPLES:
                 continue
             if number == 0:
@@ -74,11 +76,9 @@ def distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
 
 def _reduced(picture: Array, usable: Array | None, scale: int) -> tuple[Array, Array]:
     """Sums over cells of scale x scale px, and which cells may be used."""
-    h, w, c = picture.shape[0] // scale, picture.shape[1] // scale, picture.shape[2]
-    cells = picture[: h * scale, : w * scale].astype(np.int64).reshape(h, scale, w, scale, c).sum(axis=(1, 3))
-    if usable is None:
-        return cells, np.ones((h, w), bool)
-    return cells, np.asarray(usable[: h * scale, : w * scale].reshape(h, scale, w, scale).all(axis=(1, 3)))
+    cells = block_sums(picture, scale)
+    whole = np.ones(cells.shape[:2], bool) if usable is None else blocks(usable, scale).all(axis=(1, 3))
+    return cells, np.asarray(whole)
 
 
 def _halves(usable: Array, blocks: int) -> tuple[Array, Array]:
@@ -90,8 +90,7 @@ def _halves(usable: Array, blocks: int) -> tuple[Array, Array]:
     rows, columns = h - SIDE + 1, w - SIDE + 1
     if rows < 1 or columns < 1:
         return np.empty((0, 2), int), np.empty((0, 2), int)
-    bad = np.pad(np.cumsum(np.cumsum(~usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
-    free = bad[SIDE:, SIDE:] - bad[:-SIDE, SIDE:] - bad[SIDE:, :-SIDE] + bad[:-SIDE, :-SIDE] == 0
+    free = valid_windows(usable.shape, usable, False, (SIDE, SIDE))
     y, x = np.arange(rows), np.arange(columns)
     first = [blocks * y // h, blocks * x // w]
     whole = (first[0] == blocks * (y + SIDE - 1) // h)[:, None] & (first[1] == blocks * (x + SIDE - 1) // w)[None, :]

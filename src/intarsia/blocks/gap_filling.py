@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
+from ..analysis.usable import valid_windows
 from ..canvas import Canvas
 from ..draws import draw_many
 from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
 from ..lattice.vectors import UNIT, Vector, cell_of
 from ..run import Run
-from ..search.posed import valid_windows
 from . import gap_filling_kernels as kernels
 from .grid import BlockSettings
 from .shortlist import ShortList

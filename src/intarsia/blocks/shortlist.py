@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
 
+from ..analysis.sums import running_sums
+
 Array = NDArray[Any]
 ERROR = 1e-5  # of two lengths' product: far above what rounding in single precision does to a sum of products
 MOST = 0.9  # share of a picture's variance in its main colours
@@ -78,7 +80,7 @@ class ShortList:
 
     def _energy(self, squares: Array) -> Array:
         """Add up squares (H, W) in the border of every place: (h, w)."""
-        running = np.pad(squares.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+        running = running_sums(squares, np.float64)
         rows, columns = running.shape[0] - self.tall, running.shape[1] - self.wide
         hole = np.ones((self.tall, self.wide), bool)
         hole[self.ring[:, 0], self.ring[:, 1]] = False
@@ -96,6 +98,6 @@ class ShortList:
 def _main_colours(centred: Array) -> Array:
     """The fewest directions of colour (C, k), each of length 1, that hold most of how a picture (H, W, C) varies."""
     flat = centred.reshape(-1, centred.shape[2])
-    spread, directions = np.linalg.eigh(flat.T @ flat)  # the strongest last
+    spread, directions = np.linalg.eigh(flat.T @ flat)  # the strongest last; which way they point does not matter here
     held = spread[::-1].cumsum() >= MOST * spread.sum()
     return np.asarray(directions[:, ::-1][:, : int(held.argmax()) + 1])

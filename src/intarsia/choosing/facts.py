@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, features
 from ..analysis.light import Slope, slope_of
+from ..analysis.reduction import block_sums, blocks
 from ..analysis.regions import Regions, regions_of
 from ..analysis.structure import Border, Structure, border_of, structure_of
 from ..analysis.symmetry import allowed_isometries
@@ -183,17 +184,11 @@ class Facts:
         planes = {}
         for name, plane in e.planes.items():
             if (plane.height, plane.width) == (e.height, e.width):
-                rows, columns = e.height // n, e.width // n
-                blocks = plane.samples[: rows * n, : columns * n].reshape(rows, n, columns, n, -1)
                 if plane.kind is Kind.LABEL or plane.is_float:
-                    planes[name] = plane.like(blocks[:, 0, :, 0])
+                    planes[name] = plane.like(blocks(plane.samples, n)[:, 0, :, 0])
                 else:
-                    total = blocks.sum(axis=(1, 3), dtype=np.int64) // (n * n)
-                    planes[name] = plane.like(total.astype(plane.pixels.dtype))
-        usable = e.usable
-        if usable is not None:
-            usable = usable[: e.height // n * n, : e.width // n * n]
-            usable = np.asarray(usable.reshape(e.height // n, n, e.width // n, n).all(axis=(1, 3)))
+                    planes[name] = plane.like((block_sums(plane.samples, n) // (n * n)).astype(plane.pixels.dtype))
+        usable = None if e.usable is None else np.asarray(blocks(e.usable, n).all(axis=(1, 3)))
         return Exemplar(planes, usable, e.toroidal, e.name)
 
     @cached_property

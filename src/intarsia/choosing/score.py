@@ -25,6 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
+from ..analysis.reduction import block_sums, blocks
+from ..analysis.usable import valid_windows
 from ..exemplar import Exemplar
 from ..seams.cost import seam_total
 from ..sourcemap import SourceMap
@@ -107,14 +109,13 @@ def _windows(picture: Array, factor: int, usable: Array | None) -> Array:
     rows, columns = (n // factor for n in picture.shape[:2])
     if min(rows, columns) < WINDOW:
         return np.zeros((0, 1))
-    box = np.s_[: rows * factor, : columns * factor]
-    small = picture[box].astype(np.int64).reshape(rows, factor, columns, factor, -1).sum(axis=(1, 3)) // factor**2
+    small = block_sums(picture, factor) // factor**2
     high, wide = rows - WINDOW + 1, columns - WINDOW + 1
     step = max(1, math.isqrt(high * wide // MOST) + (high * wide > MOST))
     y, x = (a.ravel() for a in np.mgrid[0:high:step, 0:wide:step])
     if usable is not None:
-        free = np.asarray(usable[box].reshape(rows, factor, columns, factor).all(axis=(1, 3)))
-        whole = np.asarray(np.lib.stride_tricks.sliding_window_view(free, (WINDOW, WINDOW)).all(axis=(2, 3)))[y, x]
+        free = np.asarray(blocks(usable, factor).all(axis=(1, 3)))
+        whole = valid_windows(free.shape, free, False, (WINDOW, WINDOW))[y, x]
         y, x = y[whole], x[whole]
     held = np.lib.stride_tricks.sliding_window_view(small, (WINDOW, WINDOW), axis=(0, 1))[y, x]
     flat = held.reshape(len(y), small.shape[2], -1).astype(np.float64)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from ..analysis.reduction import blocks
 from ..draws import below, draw_many
 from ..exemplar import Exemplar
 from ..run import Run
@@ -108,7 +109,7 @@ class TornPlaces:
             return yx, torn
         # A torus that h does not divide has no even steps; there the border is like any other.
         closed = (self.closed[0] and height % h == 0, self.closed[1] and width % h == 0)
-        whole = np.asarray(torn[: rows * h, : columns * h].reshape(rows, h, columns, h).any(axis=(1, 3)))
+        whole = np.asarray(blocks(torn, h).any(axis=(1, 3)))
         every = np.ascontiguousarray(yx[h // 2 : rows * h : h, h // 2 : columns * h : h])
         found = self._corrected(every, whole, level, closed, run)
         changed = (found != every).any(axis=2)

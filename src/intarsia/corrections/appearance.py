@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
-from ..analysis.axes import principal_axes
+from ..analysis.usable import nearest
+from ..analysis.variance import principal_axes
 from ..exemplar import Exemplar
 from . import appearance_kernels as kernels
 from .correction_kernels import MIDDLE
@@ -30,10 +30,8 @@ Array = NDArray[Any]
 
 def filled(picture: Array, exemplar: Exemplar) -> Array:
     """Show at every unusable pixel the nearest usable one, so that what is masked out leaves no trace around it."""
-    if exemplar.usable is None:
-        return picture
-    nearest = distance_transform_edt(~exemplar.usable, return_distances=False, return_indices=True)
-    return np.asarray(picture[nearest[0], nearest[1]])
+    home = None if exemplar.usable is None else nearest(exemplar.usable)
+    return picture if home is None else np.asarray(picture[home[0], home[1]])
 
 
 def bordered(picture: Array, border: int, toroidal: bool) -> Array:

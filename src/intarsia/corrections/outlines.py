@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
 from ..analysis.features import RANGE
+from ..analysis.variance import spreads
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..field import Field
@@ -57,7 +58,7 @@ class Outlines:
             inside = marked(self.drawn, exemplar)
             far = distances(~inside, torus) - distances(inside, torus)
         centred = far - int(far.sum()) // far.size
-        own, much = _variance(centred[:, :, None]), _variance(picture.astype(np.int64))
+        own, much = (sum(spreads(p.reshape(far.size, -1))) / float(far.size**2) for p in (centred, picture))
         share = round(65536 * math.sqrt(self.weight * much / max(own, 1.0)))
         return np.asarray(np.clip((centred * share + 32768) >> 16, -RANGE, RANGE)[:, :, None], np.int16)
 
@@ -118,10 +119,3 @@ def _slopes(picture: Array, toroidal: bool) -> tuple[Array, Array]:
     mode: Literal["wrap", "edge"] = "wrap" if toroidal else "edge"
     around = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode=mode)
     return around[2:, 1:-1] - around[:-2, 1:-1], around[1:-1, 2:] - around[1:-1, :-2]
-
-
-def _variance(picture: Array) -> float:
-    """Sum of the channels' variances; whole sums, so the same on every machine."""
-    flat, n = picture.reshape(-1, picture.shape[2]), picture.shape[0] * picture.shape[1]
-    total: int = sum(n * int((c * c).sum()) - int(c.sum()) ** 2 for c in flat.T)
-    return total / float(n * n)

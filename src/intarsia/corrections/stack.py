@@ -1,4 +1,9 @@
-"""An exemplar on all levels, for corrections: what is compared, which pixels may be candidates, and the jump sets."""
+"""An exemplar on all levels, for corrections: what is compared, which pixels may be candidates, and the jump sets.
+
+Jump sets say where else in the exemplar it looks the same (Lefebvre and Hoppe 2005: candidates by k-coherence; named so
+by the memorandum of 2008, docs/sources-004.md). On coarse levels they are found for every (h / 2)-th pixel only; the
+pixels between take those of a neighbour.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +13,24 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt, distance_transform_edt
+from scipy.ndimage import distance_transform_cdt
 
 from ..analysis.features import features
+from ..analysis.usable import nearest
+from ..analysis.variance import principal_axes, spreads
 from ..exemplar import Exemplar
+from ..kernels import kd_tree
 from ..search.sizes import elements
 from . import appearance_kernels as kernels
-from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked
+from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked, whole_products
 from .correction_kernels import MIDDLE, Site
 from .outlines import Outlines
-from .similar import similar_places
 
 CLOUDS = 16  # px
+SAMPLE = 8192  # neighbourhoods that the axes of the tree are measured on
+APART = 0.05  # of the exemplar's longer side: nearer ones are no jumps
+LEAVES = 8  # of the tree, looked into for one pixel
+ASKED = 16  # pixels that the tree names for each jump, to be ranked exactly
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
 Array = NDArray[Any]
@@ -159,13 +170,8 @@ def _cloudy(exemplar: Exemplar) -> bool:
         return False
     picture = filled(features([exemplar], None).pictures[0], exemplar)
     stack = stack_of(picture, CLOUDS.bit_length(), exemplar.toroidal)
-    fine, coarse = (_variance(stack[n].astype(np.int64).reshape(-1, picture.shape[2])) for n in (0, -1))
+    fine, coarse = (sum(spreads(stack[n].reshape(-1, picture.shape[2]))) for n in (0, -1))
     return 10 * coarse >= 3 * fine > 0
-
-
-def _variance(vectors: Array) -> int:
-    """Sum of the channels' variances, times N**2, in whole numbers."""
-    return sum(len(vectors) * int((c * c).sum()) - int(c.sum()) ** 2 for c in vectors.T)
 
 
 def left_out(h: int, far: Array, cloudy: bool) -> int:
@@ -192,8 +198,46 @@ def depths(exemplar: Exemplar) -> Array:
 
 
 def _home(exemplar: Exemplar) -> NDArray[np.int32]:
-    """For each pixel itself, or the nearest usable one."""
-    if exemplar.usable is None:
-        return np.zeros(0, np.int32)
-    y, x = distance_transform_edt(~exemplar.usable, return_distances=False, return_indices=True)
-    return np.asarray(y * exemplar.width + x, np.int32).ravel()
+    """For each pixel the nearest usable one, itself or another; empty where all are usable."""
+    home = None if exemplar.usable is None else nearest(exemplar.usable)
+    return np.zeros(0, np.int32) if home is None else np.asarray(home[0] * exemplar.width + home[1], np.int32).ravel()
+
+
+def similar_places(
+    table: Array, size: tuple[int, int, bool], border: int, h: int, closed: Array, count: int
+) -> Array:
+    """Return the `count` most similar pixels of every (h / 2)-th one: (rows, columns, count, 2) int32 (y, x), or -1.
+
+    ``table`` (positions, n): neighbourhoods, those of `border` px on all sides included; ``size``: height, width,
+    toroidal; ``closed`` (H, W): where no pixel may be jumped to. They lie at least 5 % of the exemplar, or h, from the
+    pixel itself and from one another.
+    """
+    height, width, toroidal = size
+    step = max(1, h // 2)
+    ys, xs = np.arange(0, height, step), np.arange(0, width, step)
+    out = np.full((len(ys) * len(xs), count, 2), -1, np.int32)
+    places = np.stack(np.meshgrid(ys, xs, indexing="ij"), axis=2).reshape(-1, 2).astype(np.int64)
+    free = ~closed[places[:, 0], places[:, 1]]
+    if count and free.any():
+        stride = width + 2 * border
+        vectors = table[(places[:, 0] + border) * stride + places[:, 1] + border]
+        points = _points(vectors)
+        order = np.arange(int(free.sum()))
+        own, nodes = points[free], 4 * (len(order) // kd_tree.LEAF + 1)
+        axis, cut = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
+        kd_tree.build(own, order, axis, cut)
+        none = np.zeros((1, 1), np.int64)
+        tree = kd_tree.Tree(own, order, axis, cut, none[0], none)
+        apart = max(2, round(APART * max(height, width)), h)
+        limits = np.array([height, width, toroidal, apart, LEAVES], np.int64)
+        queries = np.concatenate([places, points], axis=1)
+        kernels.jump_sets(tree, queries, vectors, np.flatnonzero(free), limits, ASKED * count, out)
+    return out.reshape(len(ys), len(xs), count, 2)
+
+
+def _points(vectors: Array) -> Array:
+    """Project neighbourhoods (N, n) on their main axes: (N, D) int32."""
+    some = vectors[:: max(1, len(vectors) // SAMPLE)].astype(np.float64)
+    axes = principal_axes(whole_products(some) / len(some), min(AXES, some.shape[1]))[1]
+    whole = np.rint(axes * 4096)  # the products are whole numbers below 2**53: exact
+    return np.asarray(np.floor(vectors.astype(np.float64) @ whole.T / 4096), np.int32)

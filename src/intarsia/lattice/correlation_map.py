@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.correlation import autocorrelation
+from ..analysis.correlation import autocorrelation, gaussian
+from ..analysis.variance import spreads
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -88,9 +89,7 @@ def pictures(features: NDArray[np.int64], usable: Mask | None) -> Pictures:
 def _evened(features: NDArray[np.int64], usable: Mask | None) -> Floats:
     """Let channels count alike, whatever weights the features gave to colours; faint ones at most fourfold."""
     chosen = features.reshape(-1, features.shape[2]) if usable is None else features[usable]
-    n = max(len(chosen), 1)
-    variance = [max(n * int((c * c).sum()) - int(c.sum()) ** 2, 0) / (n * n) for c in chosen.T]
-    deviation = np.sqrt(np.array(variance))
+    deviation = np.sqrt(np.array([s / max(len(chosen), 1) ** 2 for s in spreads(chosen)]))
     top = deviation.max()
     if top <= 0:
         return features.astype(np.float64)
@@ -126,12 +125,12 @@ def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
     """
     from scipy.fft import dctn, idctn
 
-    decay = [np.pi * np.arange(n) / n for n in picture.shape[:2]]
-    gaussian = np.exp(-0.5 * sigma * sigma * (decay[0][:, None] ** 2 + decay[1] ** 2))[..., None]
+    passed = gaussian(picture.shape[:2], sigma)[..., None]
+
+    def slow(values: Floats) -> Floats:
+        return np.asarray(idctn(dctn(values, axes=(0, 1)) * passed, axes=(0, 1)))
+
     if weight is None:
-        slow: Floats = idctn(dctn(picture, axes=(0, 1)) * gaussian, axes=(0, 1))
-        return picture - slow
-    mass = idctn(dctn(weight[..., None], axes=(0, 1)) * gaussian, axes=(0, 1))
-    light = idctn(dctn(picture * weight[..., None], axes=(0, 1)) * gaussian, axes=(0, 1))
-    result: Floats = (picture - light / np.maximum(mass, 1e-9)) * weight[..., None]
-    return result
+        return picture - slow(picture)
+    light, mass = slow(picture * weight[..., None]), slow(weight[..., None])
+    return np.asarray((picture - light / np.maximum(mass, 1e-9)) * weight[..., None])

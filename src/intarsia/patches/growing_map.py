@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.sums import window_sums
 from ..canvas import Canvas
 from ..draws import below
 from ..exemplar import Exemplar
@@ -57,15 +58,8 @@ class GrowingMap:
         """Return which windows hold a pixel that is not known yet, or that is `wanted`."""
         if layout.places is not None or (wanted is None and not (self.variant != HOLE).any()):
             return np.ones(layout.shape, bool)
-        h, w = layout.patch
         holes = self.variant == HOLE if wanted is None else wanted
-        for axis, (size, wrap) in enumerate(zip(layout.patch, layout.wraps, strict=True)):
-            pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
-            holes = np.pad(holes, pad, mode="wrap") if wrap else np.pad(holes, pad)
-        total = np.pad(np.cumsum(np.cumsum(holes, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
-        y, x = np.array(layout.rows) + h, np.array(layout.columns) + w
-        inside = total[np.ix_(y + h, x + w)] - total[np.ix_(y, x + w)] - total[np.ix_(y + h, x)] + total[np.ix_(y, x)]
-        return np.asarray(inside > 0)
+        return layout.of_windows(window_sums(layout.widened(holes, 0), layout.patch)) > 0
 
     def cut_in(
         self, at: Window, pick: tuple[int, int, int], found: Candidates, layout: WindowGrid, gradient: bool

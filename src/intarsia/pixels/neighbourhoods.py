@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.usable import valid_windows
 from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
 from ..kernels.neighbourhoods import LEFT_OUT, Ground
@@ -112,20 +113,16 @@ def default_window(exemplars: Sequence[Exemplar], least: int, most: int, reach: 
 
 
 def _room(exemplar: Exemplar, reach: Reach) -> bool:
+    size = reach[0] + reach[2] + 1, reach[1] + reach[3] + 1
     usable = np.ones((exemplar.height, exemplar.width), bool) if exemplar.usable is None else exemplar.usable
-    if exemplar.toroidal:
-        usable = np.pad(usable, ((0, reach[0] + reach[2]), (0, reach[1] + reach[3])), mode="wrap")
-    return bool(_allowed(usable, reach).any())
+    shape = tuple(n + exemplar.toroidal * (side - 1) for n, side in zip(usable.shape, size, strict=True))
+    return bool(valid_windows(shape, usable, exemplar.toroidal, size).any())
 
 
 def _allowed(usable: NDArray[np.bool_], reach: Reach) -> NDArray[np.bool_]:
     """Where everything within reach lies inside the picture and is usable."""
     top, left, bottom, right = reach
     out = np.zeros_like(usable)
-    rows, columns = usable.shape[0] - top - bottom, usable.shape[1] - left - right
-    if rows < 1 or columns < 1:
-        return out
-    bad = np.pad(np.cumsum(np.cumsum(~usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
-    h, w = top + bottom + 1, left + right + 1
-    out[top : top + rows, left : left + columns] = bad[h:, w:] - bad[:-h, w:] - bad[h:, :-w] + bad[:-h, :-w] == 0
+    free = valid_windows(usable.shape, usable, False, (top + bottom + 1, left + right + 1))
+    out[top : top + free.shape[0], left : left + free.shape[1]] = free
     return out

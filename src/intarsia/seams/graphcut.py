@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.sums import window_sums
+from ..analysis.variance import spreads
 from ..draws import draw
 from ..kernels.windows import Shown
 from ..patches.growing_map import random_patch
@@ -209,8 +211,7 @@ class GraphcutGrowth:
             cell = yx[variant == v] // f
             flat = np.minimum(cell[:, 0], high - 1) * wide + np.minimum(cell[:, 1], wide - 1)
             total = np.bincount(flat, minlength=high * wide).reshape(high, wide)
-            total = np.pad(total.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
-            within = total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w]
+            within = window_sums(total, (h, w))
             counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))
         return Prices(counts, round(REPEAT * self.stitch.usage * 65536))
 
@@ -280,8 +281,4 @@ def likelihood(x: Array) -> Array:
 def _variance(picture: Array, usable: Array | None) -> int:
     """Sum of the channels' variances over the usable pixels."""
     pixels = picture.reshape(-1, picture.shape[2]) if usable is None else picture[usable]
-    n = len(pixels)
-    if not n:
-        return 0
-    flat = pixels.astype(np.int64)
-    return int(sum(n * int((c * c).sum()) - int(c.sum()) ** 2 for c in flat.T) // (n * n))
+    return sum(spreads(pixels)) // max(len(pixels), 1) ** 2

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.sums import moving_sums
+
 Array = NDArray[Any]
 Cell = tuple[int, int]
 CELL = 8  # seams are added up in cells of so many px
@@ -86,10 +88,7 @@ class WorstSeams:
         scores = self._cells
         for axis, (size, wrap) in enumerate(zip(self.patch, self.wraps, strict=True)):
             radius = min(size // (4 * CELL), self.shape[axis] // 2)
-            pad = [(radius + 1, radius) if a == axis else (0, 0) for a in (0, 1)]
-            sums = np.cumsum(np.pad(scores, pad, mode="wrap") if wrap else np.pad(scores, pad), axis=axis)
-            n = self.shape[axis]
-            scores = np.take(sums, np.arange(n) + 2 * radius + 1, axis) - np.take(sums, np.arange(n), axis)
+            scores = moving_sums(scores, axis, radius, "wrap" if wrap else "constant")
         self._scores = scores
 
     def _first(self, axis: int, cell: int) -> int:

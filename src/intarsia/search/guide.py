@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
 from ..analysis.ranges import counted, ends
+from ..analysis.sums import running_sums, window_sums
+from ..analysis.usable import valid_windows
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -23,7 +25,7 @@ from ..image import Plane
 from ..lazy import lazy
 from ..params import extent
 from .candidates import Search
-from .posed import PosedExemplars, valid_windows
+from .posed import PosedExemplars
 from .windows import WindowGrid
 
 if TYPE_CHECKING:
@@ -110,28 +112,16 @@ class WindowGuide:
         return codes, inside
 
     def _window_sets(self, ids: Array) -> Array:
-        h, w = self.layout.patch
-        for axis, (size, wrap) in enumerate(zip((h, w), self.layout.wraps, strict=True)):
-            pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
-            ids = np.pad(ids, pad, mode="wrap") if wrap else np.pad(ids, pad, constant_values=-1)
-        every = label_sets(ids, (h, w))
-        return np.asarray(every[np.ix_(np.array(self.layout.rows) + h, np.array(self.layout.columns) + w)])
+        return self.layout.of_windows(label_sets(self.layout.widened(ids, -1), self.layout.patch))
 
 
 def label_sets(ids: Array, patch: tuple[int, int]) -> Array:
-    """Return which labels each window of a picture of label numbers holds, as bits; -1 is no label.
-
-    Counted from sums over the picture, label by label (an integral image of each).
-    """
-    h, w = patch
-    rows, columns = max(ids.shape[0] - h + 1, 0), max(ids.shape[1] - w + 1, 0)
-    out = np.zeros((rows, columns), np.int64)
+    """Return which labels each window of a picture of label numbers holds, as bits; -1 is no label."""
+    out = np.zeros([max(n - side + 1, 0) for n, side in zip(ids.shape, patch, strict=True)], np.int64)
     if not out.size:
         return out
     for k in range(int(ids.max()) + 1):
-        total = np.pad(np.cumsum(np.cumsum(ids == k, axis=0, dtype=np.int32), axis=1), ((1, 0), (1, 0)))
-        held = total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w]
-        out |= (held > 0).astype(np.int64) << k
+        out |= (window_sums(ids == k, patch, np.int32) > 0).astype(np.int64) << k
     return out
 
 
@@ -190,7 +180,7 @@ def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[i
 def _largest_square(mine: Array) -> tuple[int, int, int]:
     """First row, first column and side of the largest square of True."""
     low, high, at = 0, min(mine.shape), (0, 0)
-    total = np.pad(np.cumsum(np.cumsum(mine, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+    total = running_sums(mine)  # once for all sizes
     while low < high:  # a square inside a larger one is one, too
         n = (low + high + 1) // 2
         full = total[n:, n:] - total[:-n, n:] - total[n:, :-n] + total[:-n, :-n] == n * n

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.sums import running_sums
 from ..draws import below, draw_many
 from ..kernels import windows
 from ..sourcemap import HOLE
@@ -166,7 +167,7 @@ class SegmentSearch:
         height, width = self.variants.picture(0).shape[:2]
         pad = ((0, height - self.groups.shape[0]), (0, width - self.groups.shape[1]))
         mine = np.pad(self.groups == group, pad, mode="wrap")  # a toroidal exemplar goes on
-        sums = np.pad(np.cumsum(np.cumsum(mine, axis=0, dtype=np.int32), axis=1, dtype=np.int32), ((1, 0), (1, 0)))
+        sums = running_sums(mine, np.int32)
         (rows, columns), step = self.valid[0].shape, self.step
 
         def corner(y: int, x: int) -> Array:

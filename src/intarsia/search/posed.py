@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import Features, pose_array
-from ..errors import MethodError, ParameterError
+from ..analysis.usable import valid_windows, without_patch
+from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, ISOMETRY_SETS
 from ..kernels.windows import Posed
@@ -134,30 +135,6 @@ def variants(
         feats.pictures[0].shape[2],
         np.array([exemplars[n].toroidal for n in which], bool),
     )
-
-
-def without_patch(patch: tuple[int, int]) -> MethodError:
-    """Say that no patch of (rows, columns) px is free of masked pixels."""
-    return MethodError(
-        f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; "
-        "choose a smaller patch, or mask less."
-    )
-
-
-def valid_windows(
-    shape: tuple[int, ...], usable: NDArray[np.bool_] | None, toroidal: bool, patch: tuple[int, int]
-) -> NDArray[np.bool_]:
-    """Where windows of the patch size lie inside the picture and hold usable pixels only."""
-    rows, columns = shape[0] - patch[0] + 1, shape[1] - patch[1] + 1
-    if rows < 1 or columns < 1:
-        return np.zeros((max(rows, 0), max(columns, 0)), bool)
-    if usable is None:
-        return np.ones((rows, columns), bool)
-    if toroidal:
-        usable = np.pad(usable, ((0, patch[0] - 1), (0, patch[1] - 1)), mode="wrap")
-    bad = np.pad(np.cumsum(np.cumsum(~usable, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
-    h, w = patch
-    return np.asarray(bad[h:, w:] - bad[:-h, w:] - bad[h:, :-w] + bad[:-h, :-w] == 0)
 
 
 def _lookup(table: NDArray[np.uint8], variant: NDArray[Any]) -> NDArray[np.uint8]:

@@ -8,13 +8,14 @@ import numpy as np
 
 from ..analysis.elements import ElementSize, element_size
 from ..analysis.features import features
+from ..analysis.usable import valid_windows, without_patch
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..params import extent
 from .guide import check_sources, largest_squares
-from .posed import isometry_ids, valid_windows, without_patch
+from .posed import isometry_ids
 
 LEAST = 16
 USUAL = 64

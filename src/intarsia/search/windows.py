@@ -41,6 +41,17 @@ class WindowGrid:
         """Whether rows and columns continue in themselves."""
         return self.wrap_y, self.wrap_x
 
+    def widened(self, picture: Array, outside: int) -> Array:
+        """A picture of the canvas with a window's size more on all sides: around the torus, or `outside`."""
+        for axis, (size, wrap) in enumerate(zip(self.patch, self.wraps, strict=True)):
+            pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
+            picture = np.pad(picture, pad, mode="wrap") if wrap else np.pad(picture, pad, constant_values=outside)
+        return picture
+
+    def of_windows(self, every: Array) -> Array:
+        """Of what is known of all windows of a :meth:`widened` picture, that of the grid's own: (rows, columns)."""
+        return np.asarray(every[np.ix_(np.array(self.rows) + self.patch[0], np.array(self.columns) + self.patch[1])])
+
     def within(self, radius: int, places: Array, at: tuple[int, int]) -> Array:
         """Which of the places (n, 2) lie within a radius of one, along each axis."""
         gaps = np.abs(places - at)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.variance import spreads
 from .felzenszwalb_kernels import join_edges
 
 Mask = NDArray[np.bool_]
@@ -31,9 +32,7 @@ def even_colours(colours: NDArray[Any], usable: Mask | None) -> Int32 | None:
     Pixels that do not count become 0, the mean. None where all colours are equal.
     """
     chosen = colours.reshape(-1, colours.shape[2]) if usable is None else colours[usable]
-    x, n = chosen.astype(np.int64), len(chosen)
-    total = x.sum(axis=0)
-    spread = [n * int((c * c).sum()) - int(s) ** 2 for c, s in zip(x.T, total, strict=True)]
+    n, total, spread = len(chosen), chosen.sum(axis=0, dtype=np.int64), spreads(chosen)
     if not n or max(spread) == 0:
         return None
     deviation = np.array([math.sqrt(v) for v in spread])  # n times the standard deviation

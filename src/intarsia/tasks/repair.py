@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ..analysis.usable import valid_windows
 from ..arguments import expect, whole_within
 from ..bounds import MOST_PASSES, PASSES
 from ..canvas import Canvas
@@ -17,7 +18,6 @@ from ..exemplar import Exemplar
 from ..lazy import lazy
 from ..methods.base import Method, keeps_lattice, traits
 from ..run import Run, run_of
-from ..search.posed import valid_windows
 from ..search.sizes import default_patch
 from ..synthesis import Synthesis, check_start
 
