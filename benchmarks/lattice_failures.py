@@ -13,7 +13,8 @@ from scipy.ndimage import map_coordinates
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.lattice.lattice import Lattice, find_lattice
+from intarsia.lattice.lattice import find_lattice
+from plain_lattice import plain_lattice
 
 SIDE = 180
 Vectors = tuple[tuple[float, float], tuple[float, float]]  # rows (dy, dx)
@@ -87,23 +88,23 @@ CASES: dict[str, Callable[[], tuple[Any, Vectors]]] = {
 }
 
 
-def judged(found: Lattice | None, truth: Vectors) -> str:
-    """Say how a lattice compares with the true one."""
+def judged(found: Any, truth: Vectors) -> str:
+    """Say how lattice vectors (n, 2) in px, or None, compare with the true ones."""
     if found is None:
         return "refused"
-    if len(found.vectors) == 1:
+    if len(found) == 1:
         return "one vector " + words(found)
-    cells = abs(np.linalg.det(found.pixels)) / abs(np.linalg.det(np.array(truth, float)))
-    times = found.pixels @ np.linalg.inv(np.array(truth, float))
+    cells = abs(np.linalg.det(found)) / abs(np.linalg.det(np.array(truth, float)))
+    times = found @ np.linalg.inv(np.array(truth, float))
     off = float(np.hypot(*((times - np.rint(times)) @ np.array(truth, float)).T).max())
     if off <= 1.0 and round(cells) >= 1:
         return f"true, {off:.2f} px off" if round(cells) == 1 else f"{round(cells)} true cells, {off:.2f} px off"
     return f"not the true one, {cells:.2f} cells: " + words(found)
 
 
-def words(found: Lattice) -> str:
+def words(found: Any) -> str:
     """The vectors, x,y px."""
-    return " ".join(f"{x:.1f},{y:.1f}" for y, x in found.pixels)
+    return " ".join(f"{x:.1f},{y:.1f}" for y, x in found)
 
 
 def answers(name: str) -> tuple[str, str, float]:
@@ -111,8 +112,9 @@ def answers(name: str) -> tuple[str, str, float]:
     pixels, truth = CASES[name]()
     picture = features([ia.Exemplar.of(pixels)]).pictures[0]
     ours = find_lattice(picture)
-    plain = find_lattice(picture, rule="plain").accepted
-    return judged(plain, truth), judged(ours.accepted, truth), ours.ranked[0].confidence if ours.ranked else 0.0
+    accepted = None if ours.accepted is None else ours.accepted.pixels
+    confidence = ours.ranked[0].confidence if ours.ranked else 0.0
+    return judged(plain_lattice(picture), truth), judged(accepted, truth), confidence
 
 
 def main() -> None:

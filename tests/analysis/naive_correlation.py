@@ -34,11 +34,3 @@ def gncc(f, g, usable_f=None, usable_g=None) -> NDArray:
         if below > 1e-6:
             result[y, x] = (a * b).sum() / below
     return result
-
-
-def squared_differences(f, g, usable_f=None, usable_g=None) -> NDArray:
-    """Eq. 4.4."""
-    result = np.zeros((f.shape[0] + g.shape[0] - 1, f.shape[1] + g.shape[1] - 1))
-    for y, x, a, b in overlaps(f, g, usable_f, usable_g):
-        result[y, x] = ((a - b) ** 2).sum() if len(a) else 0.0
-    return result

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from lattice.test_lattice import apart, of, tiling
-from test_docs import load
 
 import intarsia as ia
+import lattice_failures as failures
 from intarsia.lattice.lattice import find_lattice
 
 ROOT = Path(__file__).resolve().parents[2]
-FAILURES = load(ROOT / "benchmarks" / "lattice_failures.py")
 BEATEN = ["a: irregular colours on a grid", "b: the same, in running bond", "f: noise as strong as the grid"]
 BEATEN += ["e: two lattices, no common multiple"]
 UNSOLVED = ["c: regular colours, chequered", "d: regular colours, in columns", "f: bent by a third of the pitch"]
@@ -23,22 +22,22 @@ UNSOLVED = ["c: regular colours, chequered", "d: regular colours, in columns", "
 @pytest.mark.parametrize("name", BEATEN)
 def test_failures_of_the_source_are_found_exactly(name: str) -> None:
     """On textures of which Lopez Recas 2011, 5.1, says that its rule fails, ours does not."""
-    assert re.match(r"true, 0\.0\d px off", FAILURES.answers(name)[1])
+    assert re.match(r"true, 0\.0\d px off", failures.answers(name)[1])
 
 
 @pytest.mark.parametrize("name", UNSOLVED)
 @pytest.mark.xfail(strict=True, reason="faint regular colours give half the cell; a bent grid gives some lattice")
 def test_failures_that_remain(name: str) -> None:
     """Where one of these passes, the table of docs/sources-001.md must be changed."""
-    assert FAILURES.answers(name)[1].startswith("true")
+    assert failures.answers(name)[1].startswith("true")
 
 
 def test_the_table_of_failures_is_that_of_the_code() -> None:
     """Each row of docs/sources-001.md says what the script finds."""
     page = (ROOT / "docs" / "sources-001.md").read_text(encoding="utf-8")
-    assert set(FAILURES.CASES) == {*BEATEN, *UNSOLVED}
-    for name in FAILURES.CASES:
-        plain, ours, confidence = FAILURES.answers(name)
+    assert set(failures.CASES) == {*BEATEN, *UNSOLVED}
+    for name in failures.CASES:
+        plain, ours, confidence = failures.answers(name)
         assert f"| {name} | {plain} | {ours} | {confidence:.2f} |" in page
 
 
@@ -53,7 +52,7 @@ def test_drawn_lattices_are_found_to_a_tenth_of_a_px(seed: int) -> None:
     )
     found = find_lattice(of(tiling(vectors, 150, seed))).accepted
     assert found is not None
-    cells, error = apart(found, vectors)
+    cells, error = apart(found.pixels, vectors)
     assert cells == 1
     assert error < 0.1
 
@@ -67,8 +66,8 @@ def test_crops_of_a_few_periods(periods: float, seed: int) -> None:
     if found is None:
         assert periods < 3
     else:
-        assert apart(found, vectors)[0] == 1
-        assert apart(found, vectors)[1] < 0.5
+        assert apart(found.pixels, vectors)[0] == 1
+        assert apart(found.pixels, vectors)[1] < 0.5
 
 
 def test_gravel_is_refused() -> None:

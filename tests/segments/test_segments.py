@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 from segments.naive_segments import naive_elements, naive_segments, naive_split_error
+from segments.readings import ENERGIES, published_size, select_feature
 from torture import TORTURE
 
 from intarsia.analysis.elements import element_size
@@ -18,12 +19,10 @@ from intarsia.segments.clusters import group, split
 from intarsia.segments.feature_group import (
     DISC,
     RAGGED,
-    Energy,
     Group,
     admitted,
     measured,
     nearest_offsets,
-    select_feature,
     size_and_gap,
     variation,
     zone,
@@ -263,13 +262,13 @@ def test_energies_follow_their_formulas():
         mean = (weight * v).sum()
         return math.sqrt((weight * (v - mean) ** 2).sum()) / mean
 
-    assert found.energy() == pytest.approx(cv(d) + (cv(h) + cv(w)) / 2 + RAGGED * q / DISC)
+    assert found.energy == pytest.approx(cv(d) + (cv(h) + cv(w)) / 2 + RAGGED * q / DISC)
     side = (h + w) / 2
     a, b = d.var() / max(np.ptp(d), 1), side.var() / max(np.ptp(side), 1)
-    assert found.energy(Energy.SUM) == pytest.approx(a + b + q / DISC)
-    assert found.energy(Energy.PRODUCT) == pytest.approx(a * b + q / DISC)
+    assert ENERGIES["sum"](found) == pytest.approx(a + b + q / DISC)
+    assert ENERGIES["product"](found) == pytest.approx(a * b + q / DISC)
     dy, dx = found.offsets.T / 16
-    assert found.energy(Energy.VARIANCES) == pytest.approx(dy.var() + dx.var() + h.var() + w.var())
+    assert ENERGIES["variances"](found) == pytest.approx(dy.var() + dx.var() + h.var() + w.var())
 
 
 def test_equal_elements_have_no_unevenness_and_scale_does_not_matter():
@@ -281,7 +280,7 @@ def test_equal_elements_have_no_unevenness_and_scale_does_not_matter():
     assert variation(10 * values, weights) == pytest.approx(variation(values, weights))
 
 
-@pytest.mark.parametrize("form", list(Energy))
+@pytest.mark.parametrize("form", list(ENERGIES))
 def test_every_reading_of_the_source_picks_the_dots(form):
     """Even dots, not uneven shards."""
     even = measured(as_elements(grid_of_squares(20, 10, 200)))
@@ -376,15 +375,11 @@ def test_dots_have_their_pitch(pitch, radius):
     assert (found.group_map[~inside] == found.chosen).mean() < 0.4  # or adds one
 
 
-@pytest.mark.parametrize("form", list(Energy))
+@pytest.mark.parametrize("form", list(ENERGIES))
 def test_the_published_choice_finds_clean_dots(form):
     """The fragments' SelectFeature at one scale, without a vote, in every reading of the energy."""
-    found = find_segments(features([Exemplar.of(dots(24, 7))]).pictures[0], published=form)
-    assert found.rule is SizeRule.SEGMENTS
-    assert found.scale[1] in (1, 2, 4, 8)
-    assert abs(found.patch - 24) <= 2
-    assert found.why.endswith("the group of least energy at one scale.")
-    assert find_segments(picture_of("gradient"), published=form).rule is SizeRule.AUTOCORRELATION
+    assert abs(published_size(features([Exemplar.of(dots(24, 7))]).pictures[0], form) - 24) <= 2
+    assert published_size(picture_of("gradient"), form) is None
 
 
 KNOWN = {

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from ..analysis.features import features
+from ..analysis.reduction import factor_for, reduced
 from ..exemplar import Exemplar
 from ..image import Plane
 from ..lattice.correlation_map import pictures
-from ..lattice.refine import reduced
 from .phase import TURN, Phase, phases, samples
 
 Array = NDArray[Any]
@@ -72,7 +72,8 @@ def _straight(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Straight
     picture = features([exemplar], weights).pictures[0]
     if min(picture.shape[:2]) < 32:
         return None
-    small, mask, factor = reduced(picture, exemplar.usable, WORK_SIDE)
+    factor = factor_for(picture.shape, WORK_SIDE)
+    small, mask = reduced(picture, exemplar.usable, factor)
     for phase in phases(pictures(small, mask)):
         if phase.strength < LEAST_STRENGTH:
             return None

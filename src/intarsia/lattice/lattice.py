@@ -5,9 +5,8 @@ how much better the texture agrees with itself at its points than anywhere else 
 to a fraction of a px, and accept the winner only if enough points say so. Rows without a period along them
 have one vector; most textures have none, and are told so.
 
-Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: ``rule="plain"`` is the source, with
-the errors of its formulas removed; the default rule replaces its goodness, see ``fit.py``. All decisions
-compare whole numbers.
+Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``
+(benchmarks/plain_lattice.py has the source's own). All decisions compare whole numbers.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.reduction import factor_for, reduced
 from ..errors import ParameterError
 from .candidates import candidates, distinct, waves_of
-from .correlation_map import MILLION, CorrelationMap, Pictures, correlation_map, pictures
+from .correlation_map import CorrelationMap, Pictures, correlation_map, pictures
 from .fit import RING, fitted, relatives, resolved, score, shortlist
-from .published import plain
-from .refine import WORK_SIDE, reduced, refined
+from .refine import refined
 from .row_pitch import courses
 from .verdict import FAINT, SURE, Lattice, Lattices, one_vector, two_vectors
 
@@ -31,7 +30,7 @@ __all__ = ["Lattice", "Lattices", "Rule", "find_lattice"]
 
 Mask = NDArray[np.bool_]
 Int64 = NDArray[np.int64]
-Rule = Literal["contrast", "courses", "plain"]
+Rule = Literal["contrast", "courses"]
 
 LEAST_SIDE = 16  # px: a smaller exemplar has no room for a lattice
 SHOWN = 5  # candidates that are reported
@@ -47,8 +46,8 @@ def find_lattice(features: NDArray[np.int16], usable: Mask | None = None, rule: 
         Any size. Above 512 px a side a box-reduced copy is searched, and the vectors are then refined.
     usable : bool array, shape (H, W), optional
         False where pixels do not count.
-    rule : "contrast", "courses" or "plain"
-        ``courses`` looks for one vector only; ``plain`` is the rule of the source, which never refuses.
+    rule : "contrast" or "courses"
+        ``courses`` looks for one vector only.
 
     Returns
     -------
@@ -60,21 +59,21 @@ def find_lattice(features: NDArray[np.int16], usable: Mask | None = None, rule: 
     ParameterError
         where the rule or the mask does not fit.
     """
-    if rule not in ("contrast", "courses", "plain"):
-        raise ParameterError(f"rule={rule} is unknown; choose contrast, courses or plain.")
+    if rule not in ("contrast", "courses"):
+        raise ParameterError(f"rule={rule} is unknown; choose contrast or courses.")
     if usable is not None and usable.shape != features.shape[:2]:
         raise ParameterError(f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal.")
     if usable is not None and usable.all():
         usable = None
     if min(features.shape[:2]) < LEAST_SIDE:
         return Lattices(None, (), f"Below {LEAST_SIDE} px a side nothing can repeat.")
-    small, mask, factor = reduced(features, usable, WORK_SIDE)
-    found = _plain(small, mask) if rule == "plain" else _contrast(small, mask, rule == "courses")
+    factor = factor_for(features.shape)
+    found = _found(*reduced(features, usable, factor), rule == "courses")
     return found if factor == 1 else _at_full_size(found, features, usable, factor)
 
 
-def _contrast(features: NDArray[np.int64], usable: Mask | None, one: bool) -> Lattices:
-    """The rule of this package, on an exemplar of its own size."""
+def _found(features: NDArray[np.int64], usable: Mask | None, one: bool) -> Lattices:
+    """Search an exemplar of its own size."""
     height, width = features.shape[:2]
     prepared = pictures(features, usable)
     found = correlation_map(prepared)
@@ -108,15 +107,6 @@ def _two(found: CorrelationMap, guesses: Int64, prepared: Pictures) -> list[Latt
         vectors = resolved(found, scored.vectors[k], one.residual)
         ranked.append(two_vectors(vectors, scored, int(k), one, prepared))
     return ranked
-
-
-def _plain(features: NDArray[np.int64], usable: Mask | None) -> Lattices:
-    found = plain(features, usable, SHOWN)
-    says = ("Ranked by the goodness of the source.",)
-    ranked = tuple(
-        Lattice(p.vectors, p.goodness / MILLION, p.mean / MILLION, p.points, 0.0, says, SURE) for p in found
-    )
-    return Lattices(ranked[0] if ranked else None, ranked, "The plain rule never refuses." if ranked else "No peaks.")
 
 
 def _at_full_size(found: Lattices, features: NDArray[np.int16], usable: Mask | None, factor: int) -> Lattices:

@@ -17,31 +17,8 @@ from .shift_kernels import best_shift
 Mask = NDArray[np.bool_]
 Int64 = NDArray[np.int64]
 
-WORK_SIDE = 512
-LEAST_SHORT = 64  # px: a long thin exemplar is not reduced below this
-FINE = 16  # reduced colours are kept in 1/16 of a feature unit
 WINDOW = 512  # px: side of what is compared
 POINTS = 12  # lattice points looked at
-
-
-def reduced(features: NDArray[np.int16], usable: Mask | None, side: int) -> tuple[Int64, Mask | None, int]:
-    """Average blocks of px until both sides are at most `side` px: colours in 1/16, mask, factor.
-
-    A block counts where half of it is usable. Whole numbers, so the same on every machine.
-    """
-    height, width = features.shape[:2]
-    factor = max(1, min(-(-max(height, width) // side), min(height, width) // LEAST_SHORT))
-    if factor == 1:
-        return features.astype(np.int64) * FINE, usable, 1
-    rows, columns = height // factor, width // factor
-    box = np.s_[: rows * factor, : columns * factor]
-    shape = rows, factor, columns, factor
-    values = features[box] if usable is None else features[box] * usable[box][..., None]
-    total = values.reshape(*shape, -1).sum(axis=(1, 3), dtype=np.int64)
-    if usable is None:
-        return FINE * total // (factor * factor), None, factor
-    count = usable[box].reshape(shape).sum(axis=(1, 3), dtype=np.int64)
-    return FINE * total // np.maximum(count, 1)[..., None], 2 * count >= factor * factor, factor
 
 
 def refined(features: NDArray[np.int16], usable: Mask | None, vectors: Int64, factor: int) -> Int64 | None:

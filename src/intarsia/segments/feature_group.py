@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,15 +27,6 @@ FINE = 16  # centroids are kept in 1/16 px
 RAGGED = 0.2  # weight of the edge score against the other terms
 DISC = 4 * math.pi  # squared perimeter over area of a disc
 NEAR = 8  # at most 6 points are nearest together
-
-
-class Energy(StrEnum):
-    """How uneven a group is; smaller is better."""
-
-    EVEN = "even"  # coefficients of variation, weighted by area: no unit, no 0 / 0
-    SUM = "sum"  # Var(D) / range(D) + Var(W) / range(W) + Q: the fragments' pseudo-code, read as a sum
-    PRODUCT = "product"  # the same, read as a product
-    VARIANCES = "variances"  # Var(Dx) + Var(Dy) + Var(Wx) + Var(Wy): the fragments' short text
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,21 +65,11 @@ class Group:
         """Squared perimeter over area, 4 pi for a disc: the mean over elements, by their area."""
         return float((self.edges * self.edges).sum()) / float(self.areas.sum())
 
-    def energy(self, form: Energy = Energy.EVEN) -> float:
-        """How uneven the group is, in one of the readings of the source."""
-        distance, (height, width) = self.distances / FINE, self.sizes.T.astype(np.float64)
-        ragged = RAGGED * self.edge_score / DISC
-        if form is Energy.EVEN:
-            return (
-                variation(self.distances, self.areas)
-                + (variation(self.sizes[:, 0], self.areas) + variation(self.sizes[:, 1], self.areas)) / 2
-                + ragged
-            )
-        if form is Energy.VARIANCES:
-            dy, dx = self.offsets.T / FINE
-            return float(dy.var() + dx.var() + height.var() + width.var())
-        even = [float(v.var() / max(np.ptp(v), 1.0)) for v in (distance, (height + width) / 2)]
-        return (even[0] + even[1] if form is Energy.SUM else even[0] * even[1]) + self.edge_score / DISC
+    @property
+    def energy(self) -> float:
+        """How uneven the group is, 0 or more: coefficients of variation, weighted by area: no unit, no 0 / 0."""
+        height, width = (variation(self.sizes[:, k], self.areas) for k in (0, 1))
+        return variation(self.distances, self.areas) + (height + width) / 2 + RAGGED * self.edge_score / DISC
 
 
 def measured(elements: Int32) -> Group | None:
@@ -137,13 +117,6 @@ def admitted(group: Group | None, pixels: int) -> bool:
     if group is None or group.count < FEWEST:
         return False
     return bool(group.box > SPREAD * pixels and group.areas.sum() >= COVER * pixels)
-
-
-def select_feature(groups: list[Group | None], pixels: int, form: Energy = Energy.EVEN) -> int | None:
-    """Return which group to choose: of those admitted the one of least energy, the first of equals; or none."""
-    energies = [g.energy(form) if g is not None and admitted(g, pixels) else math.inf for g in groups]
-    best = min(energies, default=math.inf)
-    return None if best == math.inf else energies.index(best)
 
 
 def size_and_gap(group: Group) -> tuple[int, int]:

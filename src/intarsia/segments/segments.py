@@ -20,13 +20,12 @@ from numpy.typing import NDArray
 
 from ..analysis.elements import element_size
 from ..analysis.features import features
+from ..analysis.reduction import factor_for, reduced
 from ..exemplar import Exemplar
-from ..lattice.refine import reduced
 from .clusters import GroupTree, group
-from .feature_group import FEWEST, FINE, Energy, Group, admitted, measured, select_feature, size_and_gap, zone
+from .feature_group import FEWEST, FINE, Group, admitted, measured, size_and_gap, zone
 from .felzenszwalb import DEVIATION, NOWHERE, Int32, Int64, Mask, PixelGraph, even_colours, smoothed
 
-WORK_SIDE = 512  # px: a larger exemplar is looked at reduced
 PASSES = (1, 4, 12)  # of the blur: sigma 0.7, 1.4, 2.4 px
 SLACKS = (1, 2, 4, 8)  # in standard deviations of the colours
 LEAST_PATCH = 8  # px
@@ -116,7 +115,7 @@ def segments(exemplar: Exemplar) -> Segments:
     return exemplar.memo("segments", find)
 
 
-def find_segments(features: NDArray[np.int16], usable: Mask | None = None, published: Energy | None = None) -> Segments:
+def find_segments(features: NDArray[np.int16], usable: Mask | None = None) -> Segments:
     """Find the segments of a picture, and which of them are its elements.
 
     Parameters
@@ -125,9 +124,6 @@ def find_segments(features: NDArray[np.int16], usable: Mask | None = None, publi
         Any size. Above 512 px a side a box-reduced copy is looked at.
     usable : bool array, shape (H, W), optional
         False where pixels do not count.
-    published : Energy, optional
-        Choose as the source does, at the middle scale alone, among groups that do not overlap, by this reading of
-        its energy. For comparison.
 
     Returns
     -------
@@ -137,40 +133,20 @@ def find_segments(features: NDArray[np.int16], usable: Mask | None = None, publi
     """
     if usable is not None and usable.all():
         usable = None
-    small, mask, factor = reduced(features, usable, WORK_SIDE)
+    factor = factor_for(features.shape)
+    small, mask = reduced(features, usable, factor)
     pixels = small.shape[0] * small.shape[1] if mask is None else int(np.count_nonzero(mask))
     colours = even_colours(small, mask)
     if colours is None:
         return _fallback(features, usable, None, "The exemplar is constant.")
     scales = list(_scales(colours, mask))
-    if published is None:
-        winner = _voted([c for scale, tree in scales for c in _candidates(scale, tree, pixels)])
-    else:
-        winner = _published(*scales[len(scales) // 2], pixels, published)
-    if winner is None:
-        return _fallback(features, usable, scales[len(scales) // 2][1], "No group of segments passes the filters.")
-    return _of_group(*winner, factor, features.shape[:2])
-
-
-def _voted(candidates: list[_Candidate]) -> tuple[_Candidate, float, str] | None:
+    candidates = [c for scale, tree in scales for c in _candidates(scale, tree, pixels)]
     if not candidates:
-        return None
+        return _fallback(features, usable, scales[len(scales) // 2][1], "No group of segments passes the filters.")
     sizes = np.array([c.size for c in candidates], np.int64)
     areas = np.array([int(c.lists.areas.sum()) for c in candidates], np.int64)
     winner, support = vote(sizes, [c.energy for c in candidates], areas)
-    return candidates[winner], support, "the most even group of the size that most groups have"
-
-
-def _published(
-    scale: tuple[int, int], tree: GroupTree, pixels: int, form: Energy
-) -> tuple[_Candidate, float, str] | None:
-    """The choice of the source: one scale, no vote."""
-    lists = [measured(tree.elements(n)) for n in tree.leaves]
-    best = select_feature(lists, pixels, form)
-    chosen = None if best is None else lists[best]
-    if best is None or chosen is None:
-        return None
-    return _candidate(scale, tree, tree.leaves[best], chosen, form), 1.0, "the group of least energy at one scale"
+    return _of_group(candidates[winner], support, factor, features.shape[:2])
 
 
 def vote(sizes: Int64, energies: list[float], areas: Int64) -> tuple[int, float]:
@@ -217,22 +193,18 @@ def _candidates(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterato
             continue
         lists = measured(elements)
         if lists is not None and admitted(lists, pixels):
-            yield _candidate(scale, tree, node, lists, Energy.EVEN)
+            yield _Candidate(tree, node, lists, scale, *size_and_gap(lists), lists.energy)
 
 
-def _candidate(scale: tuple[int, int], tree: GroupTree, node: int, lists: Group, form: Energy) -> _Candidate:
-    return _Candidate(tree, node, lists, scale, *size_and_gap(lists), lists.energy(form))
-
-
-def _of_group(winner: _Candidate, support: float, why: str, factor: int, shape: tuple[int, ...]) -> Segments:
+def _of_group(winner: _Candidate, support: float, factor: int, shape: tuple[int, ...]) -> Segments:
     labels, groups, chosen = winner.tree.around(winner.node)
     patch = limited(-(-winner.size * factor // FINE), min(shape))
     return Segments(
         enlarged(labels, factor, shape), groups, chosen, patch,
         zone(patch, (winner.gap * factor + FINE // 2) // FINE), SizeRule.SEGMENTS,
         (math.sqrt(winner.scale[0] / 2) * factor, float(winner.scale[1])), winner.energy, support,
-        f"{winner.lists.count} elements of segments that look alike are {why}.",
-        factor,
+        f"{winner.lists.count} elements of segments that look alike are the most even group of the size that most "
+        "groups have.", factor,
     )  # fmt: skip
 
 
