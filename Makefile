@@ -1,5 +1,5 @@
 # make demo    grow two textures into demo/
-# make test    lint, types and all tests
+# make test    lint, types and tests
 # Needs Python 3.11 or newer and make; everything else goes into .venv.
 
 CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11 python
@@ -20,8 +20,8 @@ INTARSIA := $(BIN)/python -m intarsia
 
 help:
 	@echo "make demo      grow a built-in colour exemplar and sample:brick to 1024x1024 into demo/"
-	@echo "make test      check style and types, then run all tests"
-	@echo "make test-long run the tests that take many minutes and are not part of make test"
+	@echo "make test      check style and types, then run the tests"
+	@echo "make test-long run what make test leaves out: more cases of the slow tests"
 	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows only)"
 	@echo "make lint      check style and types only"
 	@echo "make format    put imports in order and repair what ruff can repair"
@@ -65,10 +65,11 @@ demo: $(VENV)/.installed
 
 test: lint
 	@$(INTARSIA) warm-up --quiet
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 test-long: lint
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -m long
+	@$(INTARSIA) warm-up --quiet
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m long
 
 mutants: lint
 	@WORKERS=$(WORKERS) $(BIN)/python tests/mutants.py $(RULES)

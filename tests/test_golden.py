@@ -301,7 +301,7 @@ def hashes(name: str, threads: int = 1) -> tuple[str, str]:
     return out.map.digest, hashlib.sha256(pixels.tobytes()).hexdigest()
 
 
-@pytest.mark.parametrize("threads", [1, 2, 4])
+@pytest.mark.parametrize("threads", [1, pytest.param(2, marks=pytest.mark.long), 4])
 @pytest.mark.parametrize("name", RECIPES)
 def test_maps_are_what_they_were(name: str, threads: int) -> None:
     """Law 4: bytes of maps and pictures, for any number of threads."""
@@ -324,27 +324,34 @@ def newer_features() -> str:
     return " ".join(f for f in umath.__cpu_dispatch__ if umath.__cpu_features__.get(f))
 
 
-@pytest.mark.parametrize("cores", ["Nehalem", "Haswell"])
-def test_the_linear_algebra_of_another_cpu_changes_no_map(cores: str) -> None:
-    """Law 4: OpenBLAS as if on an older CPU, with one thread; every recipe."""
-    assert elsewhere(list(RECIPES), OPENBLAS_CORETYPE=cores, OPENBLAS_NUM_THREADS="1") == GOLDEN
+SOME = ("plain", "regular", "straightened", "healed", "sewn", "corrected", "chosen", "advected")
+"""Recipes of patches, blocks, courses, lattices, cuts, corrections and choosing; the long run takes all."""
 
 
-def test_numpy_without_its_fast_paths_changes_no_map() -> None:
-    """Law 4: NumPy with no instruction set beyond its baseline; every recipe."""
-    assert elsewhere(list(RECIPES), NPY_DISABLE_CPU_FEATURES=newer_features()) == GOLDEN
+def taken(thorough: bool) -> dict[str, tuple[str, str]]:
+    """The golden hashes of the recipes that are grown elsewhere."""
+    return GOLDEN if thorough else {name: GOLDEN[name] for name in SOME}
 
 
-ANY_CPU = ("wrapped", "regular", "courses", "boards", "healed", "shifted", "corrected", "straightened", "chosen")
-"""What is compiled for any CPU in every test run: patches, blocks, courses, cuts, corrections, lattices."""
+@pytest.mark.parametrize("cores", ["Nehalem", pytest.param("Haswell", marks=pytest.mark.long)])
+def test_the_linear_algebra_of_another_cpu_changes_no_map(cores: str, thorough: bool) -> None:
+    """Law 4: OpenBLAS as if on an older CPU, with one thread."""
+    wanted = taken(thorough)
+    assert elsewhere(list(wanted), OPENBLAS_CORETYPE=cores, OPENBLAS_NUM_THREADS="1") == wanted
 
 
-@pytest.mark.parametrize("names", [ANY_CPU, pytest.param(tuple(RECIPES), marks=pytest.mark.long)], ids=["some", "all"])
-def test_kernels_compiled_for_any_cpu_change_no_map(names: tuple[str, ...]) -> None:
+def test_numpy_without_its_fast_paths_changes_no_map(thorough: bool) -> None:
+    """Law 4: NumPy with no instruction set beyond its baseline."""
+    wanted = taken(thorough)
+    assert elsewhere(list(wanted), NPY_DISABLE_CPU_FEATURES=newer_features()) == wanted
+
+
+def test_kernels_compiled_for_any_cpu_change_no_map(thorough: bool) -> None:
     """Law 4: kernels compiled again, for the plainest CPU of this architecture, once for every change of a kernel.
 
-    Pictures are not drawn: their kernels are twice as many.
+    Pictures are not drawn: their kernels are twice as many. Of one recipe or, in the long run, of all.
     """
+    names = tuple(RECIPES) if thorough else ("tiled",)
     kept = Path(cache_folder()).parent / "any-cpu"
     found = elsewhere(list(names), NUMBA_CPU_NAME="generic", INTARSIA_CACHE=str(kept), GOLDEN_MAPS_ONLY="1")
     assert {name: own for name, (own, _) in found.items()} == {name: GOLDEN[name][0] for name in names}

@@ -94,10 +94,15 @@ class TestGraphcut(MethodContract):
 
 
 class TestGraphcutOfEntirePatches(MethodContract):
-    """All isometries, the exemplar shifted as a whole, gradient seams."""
+    """The exemplar shifted as a whole, gradient seams."""
 
-    method = ia.Graphcut(patch=10, overlap=3, placement="entire", isometries="both", seam="gradient", usage=0.3)
+    method = ia.Graphcut(patch=10, overlap=3, placement="entire", seam="gradient", usage=0.3)
     examples = 6
+
+
+@pytest.mark.long
+class TestGraphcutOfEntirePatchesInAllPoses(TestGraphcutOfEntirePatches):
+    method = replace(TestGraphcutOfEntirePatches.method, isometries="both")
 
 
 class TestGraphcutOfRandomRectangles(MethodContract):

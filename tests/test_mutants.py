@@ -14,14 +14,20 @@ LISTED = mutants()
 
 @cache
 def named_in(path: Path) -> set[str]:
-    """The tests of a file, as pytest names them."""
+    """The tests of a file that `make test` runs, as pytest names them."""
     found = set()
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.ClassDef):
-            found |= {f"{node.name}::{f.name}" for f in node.body if isinstance(f, ast.FunctionDef)}
-        elif isinstance(node, ast.FunctionDef):
+        if isinstance(node, ast.ClassDef) and not is_long(node):
+            inner = [f for f in node.body if isinstance(f, ast.FunctionDef) and not is_long(f)]
+            found |= {f"{node.name}::{f.name}" for f in inner}
+        elif isinstance(node, ast.FunctionDef) and not is_long(node):
             found.add(node.name)
     return {name for name in found if name.split("::")[-1].startswith("test_")}
+
+
+def is_long(node: ast.ClassDef | ast.FunctionDef) -> bool:
+    """Whether a test as a whole is left to `make test-long`."""
+    return any(ast.unparse(d) == "pytest.mark.long" for d in node.decorator_list)
 
 
 @pytest.mark.parametrize("mutant", LISTED, ids=[f"{m.file}-{n}" for n, m in enumerate(LISTED)])

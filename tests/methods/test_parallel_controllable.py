@@ -177,8 +177,8 @@ def test_without_jumps_both_rules_are_one() -> None:
 
 @pytest.mark.parametrize("toroidal", [False, True])
 @pytest.mark.parametrize("h", [1, 2, 8])
-def test_jumps_lead_elsewhere(h: int, toroidal: bool) -> None:
-    """Never to the pixel itself or what lies beside it, and nowhere that is closed."""
+def test_jumps_lead_elsewhere(h: int, toroidal: bool, thorough: bool) -> None:
+    """Never to the pixel itself or what lies beside it, and nowhere that is closed; of every pixel, or every fifth."""
     e = Exemplar.of(texture(60, 44, 3, 8), toroidal=toroidal)
     level = exemplar_stack(e, Look(k=4)).levels[h.bit_length() - 1]
     closed = np.zeros((60, 44), bool)
@@ -188,7 +188,7 @@ def test_jumps_lead_elsewhere(h: int, toroidal: bool) -> None:
     step, apart = max(1, h // 2), max(3, h)
     found, least = 0, 0
     for i in range(cells.shape[0]):
-        for j in range(cells.shape[1]):
+        for j in range(i % 5, cells.shape[1], 1 if thorough or h > 2 else 5):
             u = (i * step, j * step)
             known = [u] + [tuple(c) for c in cells[i, j].tolist() if c[0] >= 0]
             assert len(known) == 4

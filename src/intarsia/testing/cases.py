@@ -106,9 +106,9 @@ def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:
     """Four requests that hold among them all that a method claims to serve: the richest is the simplest to draw."""
     supports, rows = method.supports, []
     for dtype, channels, sides, size, wrap, count, masked in (
-        ("uint16", 3, (9, 4), (33, 45), Wrap.BOTH, 1, True),
-        ("float32", 5, (0, 11), (38, 21), Wrap.X, 2, True),
-        ("uint8", 1, (6, 2), (45, 40), Wrap.NONE, 1, False),
+        ("uint16", 3, (9, 4), (24, 33), Wrap.BOTH, 1, True),
+        ("float32", 5, (0, 7), (30, 19), Wrap.X, 2, True),
+        ("uint8", 1, (6, 2), (35, 31), Wrap.NONE, 1, False),
         ("uint8", 4, (3, 8), (1, 17), Wrap.Y, 1, True),
     ):
         several = []
