@@ -351,7 +351,7 @@ def test_kernels_compiled_for_any_cpu_change_no_map(thorough: bool) -> None:
 
     Pictures are not drawn: their kernels are twice as many. Of one recipe or, in the long run, of all.
     """
-    names = tuple(RECIPES) if thorough else ("tiled",)
+    names = tuple(RECIPES) if thorough else ("regular",)
     kept = Path(cache_folder()).parent / "any-cpu"
     found = elsewhere(list(names), NUMBA_CPU_NAME="generic", INTARSIA_CACHE=str(kept), GOLDEN_MAPS_ONLY="1")
     assert {name: own for name, (own, _) in found.items()} == {name: GOLDEN[name][0] for name in names}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import pickle
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -145,7 +145,7 @@ class StoreContract:
         """One thread or three; a packer is sent to other processes, and packs a cell the same there."""
         self._fill(tmp_path / "one")
         store = self.make(endless(), tmp_path / "three")
-        packer = pickle.loads(pickle.dumps(store.packer))
+        packer = ForkingPickler.loads(ForkingPickler.dumps(store.packer))
         for cell in store.grid:
             pixels = endless().draw(cell.box.moved(*self.origin))
             pixels = pixels.reshape(*pixels.shape[:2], -1)
