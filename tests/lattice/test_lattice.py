@@ -163,7 +163,7 @@ def test_odd_exemplars_have_an_answer(shape):
     noise = np.random.default_rng(0).integers(0, 1023, (*shape, 3)).astype(np.int16)
     found, plain = find_lattice(noise), plain_lattice(noise)
     assert found.accepted is None
-    assert plain is None or (min(shape) >= 16 and (np.abs(plain) < shape).all())
+    assert plain is None or (np.abs(plain) < shape).all()
     for one in found.ranked:
         assert min(shape) >= 16
         assert all(abs(n) < 256 * side for v in one.vectors for n, side in zip(v, shape, strict=True))
