@@ -12,7 +12,7 @@ import intarsia
 ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
-    {"bounds", "errors", "geometry", "lazy", "version"},
+    {"errors", "geometry", "lazy", "version"},
     {"arguments", "arrays", "disk", "frames", "kernels"},
     {"draws", "field", "image", "run"},
     {"guide", "params"},

@@ -1,4 +1,4 @@
-"""Arguments as callers give them: whole numbers of any type, one of several words, things of the kind that is meant."""
+"""Arguments as callers give them, read and checked; and the limits and usual values that help texts tell, too."""
 
 from __future__ import annotations
 
@@ -10,6 +10,26 @@ from typing import Any, TypeVar
 from .errors import InputError, IntarsiaError, ParameterError, said
 
 E = TypeVar("E", bound=Enum)
+
+PHOTOS = ("brick", "grass", "gravel")
+PAINTED = ("tiles", "pebbles", "stones", "planks")
+SAMPLES = tuple(sorted(PHOTOS + PAINTED))
+"""The built-in exemplars: photographs, and surfaces painted by formula."""
+
+MAX_PIXELS = 1 << 31
+"""Of an output that is held in memory."""
+
+FEATHER = 1024
+"""Px over which seams may be softened, or steps at them evened out, at most."""
+
+TIMES = 64
+"""How many times larger than they are grown pictures are drawn at most."""
+
+MARGIN = 100
+"""Px by which a picture is extended to the right if no side is named (Multrus 2003, A.1)."""
+
+PASSES, MOST_PASSES = 4, 1000
+"""How often a repair looks for the worst seams: usually, and at most."""
 
 
 def whole(value: Any) -> int:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from types import NoneType
 
-from .arguments import called, chosen, expect, whole_within
-from .bounds import MAX_PIXELS
+from .arguments import MAX_PIXELS, called, chosen, expect, whole_within
 from .errors import InputError, ParameterError
 from .geometry import Wrap
 from .guide import Guide

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from .bounds import FEATHER
+from .arguments import FEATHER
 from .params import check, param, parameters
 
 

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arguments import called, chosen, expect, expect_path, whole_within
-from .bounds import FEATHER
+from .arguments import FEATHER, called, chosen, expect, expect_path, whole_within
 from .disk.npz import check_sides, unpacked
 from .errors import InputError, ParameterError, ResourceError
 from .frames import check_frames, frozen, matrices, positions

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from ..bounds import TIMES
+from ..arguments import TIMES
 from ..disk.limits import allowing
 from ..errors import ParameterError
 from ..params import Parameter, parameters

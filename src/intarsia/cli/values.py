@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..bounds import MAX_PIXELS
+from ..arguments import MAX_PIXELS
 from ..draws import SEED_LIMIT
 from ..errors import InputError
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..bounds import PAINTED, PHOTOS, SAMPLES
+from ..arguments import PAINTED, PHOTOS, SAMPLES
 from ..errors import InputError
 from ..image import Plane
 from .decode import decode

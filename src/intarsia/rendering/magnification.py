@@ -17,8 +17,7 @@ from math import lcm
 
 import numpy as np
 
-from ..arguments import expect, whole_within
-from ..bounds import TIMES
+from ..arguments import TIMES, expect, whole_within
 from ..errors import InputError, ParameterError
 from ..exemplar import REDUCED, Exemplar
 from ..image import Array

@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..analysis.features import Features, features
 from ..analysis.rim import rim_of
-from ..arguments import chosen, expect, whole_within
-from ..bounds import MARGIN
+from ..arguments import MARGIN, chosen, expect, whole_within
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError

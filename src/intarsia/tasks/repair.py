@@ -10,8 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..analysis.usable import valid_windows
-from ..arguments import expect, whole_within
-from ..bounds import MOST_PASSES, PASSES
+from ..arguments import MOST_PASSES, PASSES, expect, whole_within
 from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar

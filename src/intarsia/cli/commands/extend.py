@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import click
 
-from ...bounds import MARGIN
+from ...arguments import MARGIN
 from ...errors import ParameterError
 from ..options import DONORS, IMAGES, gathered, input_options, opt
 from ..request import Begin, Wish

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from ...bounds import FEATHER, MOST_PASSES, SAMPLES
+from ...arguments import FEATHER, MOST_PASSES, SAMPLES
 from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError, ResourceError
 from ...levelling import Finish, Levelling

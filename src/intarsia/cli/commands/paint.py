@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from ...bounds import SAMPLES
+from ...arguments import SAMPLES
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
 from ..options import EXEMPLARS, FILE, gathered, input_options, method_option, method_parameters, opt

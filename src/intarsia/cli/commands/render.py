@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ...bounds import FEATHER, MAX_PIXELS
+from ...arguments import FEATHER, MAX_PIXELS
 from ...errors import InputError, ParameterError
 from ..exits import CANCEL
 from ..options import FILE, KNOWN, MAGNIFY, common, gathered, input_options, opt, report_options, target_options

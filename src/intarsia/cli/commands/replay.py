@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...bounds import MOST_PASSES, TIMES
+from ...arguments import MOST_PASSES, TIMES
 from ...errors import InputError, ParameterError
 from ...methods.base import make, method_class
 from ...params import parameters
