@@ -26,7 +26,7 @@ from ..run import Run
 from . import gap_filling_kernels as kernels
 from .grid import BlockSettings
 from .shortlist import ShortList
-from .wrapping import Closing, Place, beside, closing
+from .wrapping import Place, SquareBlocks, beside
 
 STAGE = 20110
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
@@ -47,7 +47,7 @@ class Sampling:
         Where a patch with its border may begin in the exemplar.
     cell : two (rows, columns)
         The lattice vectors, 1/256 px.
-    closing : Closing
+    blocks : SquareBlocks
         How the canvas lies on the lattice, and where its blocks begin.
     border, slack : int
         Width of the border, and how far a gap's patch may leave the lattice, px.
@@ -70,7 +70,7 @@ class Sampling:
     picture: NDArray[np.int16]
     valid: NDArray[np.bool_]
     cell: tuple[Vector, Vector]
-    closing: Closing
+    blocks: SquareBlocks
     border: int
     slack: int
     correlate: bool
@@ -89,7 +89,7 @@ class Sampling:
         if v2 is None:
             raise ParameterError("variant=plain needs two lattice vectors; give both, or use variant=mosaic.")
         border = settings.border
-        laid = closing((v1, v2), settings.block or 40, canvas)
+        laid = SquareBlocks.of((v1, v2), settings.block or 40, canvas)
         height, width = laid.block
         if border % 2 or border > min(height, width):
             raise ParameterError(
@@ -115,7 +115,7 @@ class Sampling:
         """The exemplar pixels (height, width, 2) of a window, all upright."""
         run = run or Run()
         out = np.zeros((height, width, 2), np.int32)
-        (i0, j0), (i1, j1) = self.closing.block_of(y0, x0), self.closing.block_of(y0 + height - 1, x0 + width - 1)
+        (i0, j0), (i1, j1) = self.blocks.block_of(y0, x0), self.blocks.block_of(y0 + height - 1, x0 + width - 1)
         fields = [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
         gaps = [f for f in fields if sum(f) % 2]
         drawn = self._sampled(sorted({n for f in gaps for n in beside(*f)} | {f for f in fields if sum(f) % 2 == 0}))
@@ -135,11 +135,11 @@ class Sampling:
     def _sampled(self, blocks: list[Place]) -> dict[Place, Place]:
         """Draw a patch for each block: all its places in the lattice are equally likely (4.2.1)."""
         first = np.array([self._first(*b) for b in blocks], np.int64).reshape(-1, 2)
-        bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.closing.number(*b) for b in blocks])]
+        bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.blocks.number(*b) for b in blocks])]
         v1, v2 = np.array(self.cell, np.int64)
         found = kernels.sampled(first, v1, v2, self.valid, np.array(bits, np.int64))
         if (found < 0).any():
-            raise _no_room(self.closing.block, self.border)
+            raise _no_room(self.blocks.block, self.border)
         return dict(zip(blocks, map(tuple, found.tolist()), strict=True))
 
     def _filled(self, gaps: list[Place], drawn: dict[Place, Place]) -> dict[Place, Place]:
@@ -151,10 +151,10 @@ class Sampling:
         border = np.empty(len(self.ring) * channels, np.int16)
         found = {}
         for gap in gaps:
-            y, x = self.closing.begin(*gap)
+            y, x = self.blocks.begin(*gap)
             sources = []
             for n in beside(*gap):
-                (py, px), (by, bx) = drawn[n], self.closing.begin(*n)
+                (py, px), (by, bx) = drawn[n], self.blocks.begin(*n)
                 sources.append((py - by + y, px - bx + x))  # both begin half a border before the block
             kernels.template(self.picture, self.ring, np.array(sources, np.int64), border)
             places = self.everywhere
@@ -162,7 +162,7 @@ class Sampling:
                 first = np.array(self._first(*gap), np.int64)
                 places = kernels.near_places(first, v1, v2, self.valid, self.slack, marks)
             if not len(places):
-                raise _no_room(self.closing.block, self.border)
+                raise _no_room(self.blocks.block, self.border)
             if self.short_list is not None:
                 places = self.short_list.best(border, places)
             if self.correlate:
@@ -174,7 +174,7 @@ class Sampling:
 
     def _first(self, i: int, j: int) -> Place:
         """Where a block lies in the lattice, 1/256 px, its border included: near the exemplar's first pixel."""
-        y, x = self.closing.lattice_place(i, j)
+        y, x = self.blocks.lattice_place(i, j)
         y, x = y - self.border // 2 * UNIT, x - self.border // 2 * UNIT
         (a, b), (c, d) = self.cell
         area = a * d - b * c
@@ -183,7 +183,7 @@ class Sampling:
 
     def _write(self, block: Place, place: Place, out: Array, y0: int, x0: int) -> None:
         """Write what of a block lies in a window."""
-        (y, x), (v, u) = self.closing.begin(*block), self.closing.begin(block[0] + 1, block[1] + 1)
+        (y, x), (v, u) = self.blocks.begin(*block), self.blocks.begin(block[0] + 1, block[1] + 1)
         top, left = max(y, y0), max(x, x0)
         bottom, right = min(v, y0 + out.shape[0]), min(u, x0 + out.shape[1])
         if bottom <= top or right <= left:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,8 +129,8 @@ def _unfit(axis: int, length: int, what: str, strain: float, good: list[int]) ->
 
 
 @dataclass(frozen=True)
-class Closing:
-    """Blocks of a canvas, and the lattice under it.
+class SquareBlocks:
+    """Square blocks of a canvas, and the lattice under it.
 
     Attributes
     ----------
@@ -145,6 +146,16 @@ class Closing:
     lengths: Place
     around: Place
     turns: tuple[Vector, Vector]
+
+    @classmethod
+    def of(cls, cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> SquareBlocks:
+        """Lay blocks of `side` px on a canvas; ParameterError where it does not close on the lattice."""
+        rows = 2 * max(1, round(canvas.height / (2 * side))) if canvas.wrap.y else 0
+        columns = 2 * max(1, round(canvas.width / (2 * side))) if canvas.wrap.x else 0
+        block = -(-canvas.height // rows) if rows else side, -(-canvas.width // columns) if columns else side
+        down = once_around(cell, canvas.height, 0) if rows else (UNIT, 0)
+        across = once_around(cell, canvas.width, 1) if columns else (0, UNIT)
+        return cls(block, (canvas.height, canvas.width), (rows, columns), (down, across))
 
     def begin(self, i: int, j: int) -> Place:
         """First pixel of a block."""
@@ -178,40 +189,20 @@ class Closing:
         )
 
 
-def closing(cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> Closing:
-    """Lay blocks of `side` px on a canvas; ParameterError where it does not close on the lattice."""
-    block, around, turns = [], [], []
-    for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
-        if wrap:
-            count = 2 * max(1, round(length / (2 * side)))
-            block.append(-(-length // count))
-            around.append(count)
-            turns.append(once_around(cell, length, axis))
-        else:
-            block.append(side)
-            around.append(0)
-            turns.append((UNIT, 0) if axis == 0 else (0, UNIT))
-    return Closing((block[0], block[1]), (canvas.height, canvas.width), (around[0], around[1]), (turns[0], turns[1]))
-
-
 def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
     """The lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
-    goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
-    best = min(_points_near(cell, goal), key=lambda v: (_gap_between(v, goal), v))
-    if _gap_between(best, goal) <= STRAIN * length * UNIT:
+
+    def nearest(size: int) -> tuple[float, Vector]:
+        goal = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
+        return min((math.dist(v, goal), v) for v in _points_near(cell, goal))
+
+    off, best = nearest(length)
+    if off <= STRAIN * length * UNIT:
         return best
-    good = []
-    for way in (-1, 1):
-        for n in range(1, 4 * length + 4096):
-            size = length + way * n
-            if size < 1:
-                break
-            there = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
-            if min(_gap_between(v, there) for v in _points_near(cell, there)) <= STRAIN * size * UNIT / 2:
-                good.append(size)
-                break
-    strain = _gap_between(best, goal) / (length * UNIT)
-    raise ParameterError(_unfit(axis, length, "is no whole number of periods", strain, good))
+    good: list[int] = []
+    for sizes in (range(length - 1, 0, -1), range(length + 1, 5 * length + 4096)):
+        good += islice((n for n in sizes if nearest(n)[0] <= STRAIN * n * UNIT / 2), 1)
+    raise ParameterError(_unfit(axis, length, "is no whole number of periods", off / (length * UNIT), good))
 
 
 def _points_near(cell: tuple[Vector, Vector], goal: Vector) -> list[Vector]:
@@ -222,7 +213,3 @@ def _points_near(cell: tuple[Vector, Vector], goal: Vector) -> list[Vector]:
     return [
         (s * a + t * c, s * b + t * d) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3) if (s, t) != (0, 0)
     ]
-
-
-def _gap_between(a: Vector, b: Vector) -> float:
-    return math.hypot(a[0] - b[0], a[1] - b[1])

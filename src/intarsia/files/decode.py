@@ -18,7 +18,7 @@ from ..disk.limits import check_cost, check_size, no_room
 from ..errors import InputError, IntarsiaError
 from ..image import Array
 from . import headers, netpbm, png
-from .source import Picture
+from .source import PictureFile
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""
@@ -51,7 +51,7 @@ class Decoded:
     icc: bytes | None = None
 
 
-def decode(picture: Picture) -> Decoded:
+def decode(picture: PictureFile) -> Decoded:
     """Read the pixels of a file exactly as stored, turned upright; everything that fails is an InputError.
 
     Nobody else can write to the pixels.
@@ -78,7 +78,7 @@ def decode(picture: Picture) -> Decoded:
     return Decoded(pixels, _profile(decoded.icc, pixels))
 
 
-def _by_format(picture: Picture) -> Decoded:
+def _by_format(picture: PictureFile) -> Decoded:
     if picture.format == "pnm":
         return Decoded(netpbm.decode(picture.data(), picture.name))
     if picture.format == "png":
@@ -92,7 +92,7 @@ def _by_format(picture: Picture) -> Decoded:
     return _by_oiio(picture)
 
 
-def _png(picture: Picture) -> Decoded:
+def _png(picture: PictureFile) -> Decoded:
     data = picture.data()
     facts = png.png(data, picture.name)
     # libpng tells the terminal what it does not like. Pillow has its own decoder, which knows no 16 bit but gray.
@@ -115,7 +115,7 @@ def _png(picture: Picture) -> Decoded:
     return found
 
 
-def _by_pillow(picture: Picture, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
+def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
     # The classes of the formats, not Image.open: nothing else is ever tried.
     from PIL import GifImagePlugin, Image, JpegImagePlugin, PngImagePlugin
 
@@ -184,7 +184,7 @@ def _full_mode(image: Any) -> str:
     return mode if mode in ("LA", "RGBA", "I;16") else "RGBA" if clear else "RGB"
 
 
-def _by_oiio(picture: Picture, data: bytes | None = None) -> Decoded:
+def _by_oiio(picture: PictureFile, data: bytes | None = None) -> Decoded:
     import OpenImageIO as oiio
 
     with picture.plain_path(data) as path:
@@ -227,7 +227,7 @@ def _bands(file: Any, spec: Any, first: int, stop: int, dtype: str) -> Array | N
     return out
 
 
-def _what_to_read(picture: Picture, spec: Any) -> tuple[int, int, list[int], str]:
+def _what_to_read(picture: PictureFile, spec: Any) -> tuple[int, int, list[int], str]:
     """Choose what to read of a file: first and last channel, which of these, and as which type."""
     name = picture.name
     if spec.deep or spec.depth > 1:

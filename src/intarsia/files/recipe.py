@@ -10,7 +10,7 @@ from typing import Any
 from ..errors import InputError, printable
 from . import headers, png
 from .encode import MARK
-from .source import Picture, look
+from .source import PictureFile, look
 
 LONGEST = 1 << 24
 
@@ -56,7 +56,7 @@ def _parse(text: str, name: str) -> dict[str, Any]:
     return found
 
 
-def _description(picture: Picture) -> str:
+def _description(picture: PictureFile) -> str:
     """Return the texts that a file holds, joined."""
     try:
         if picture.format == "png":
@@ -72,7 +72,7 @@ def _description(picture: Picture) -> str:
     return ""
 
 
-def _text_by_pillow(picture: Picture) -> str:
+def _text_by_pillow(picture: PictureFile) -> str:
     import io
 
     from PIL import Image, JpegImagePlugin, WebPImagePlugin
@@ -86,7 +86,7 @@ def _text_by_pillow(picture: Picture) -> str:
         return str(facts.get(0x010E, ""))
 
 
-def _text_by_oiio(picture: Picture) -> str:
+def _text_by_oiio(picture: PictureFile) -> str:
     import OpenImageIO as oiio
 
     if picture.format == "exr":

@@ -28,7 +28,7 @@ _SUFFIX = {"jpeg": ".jpg", "tiff": ".tif"}
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureFile:
     """A picture file that may be opened: what to call it, its format, where its bytes are, and how many."""
 
     name: str
@@ -74,7 +74,7 @@ class Picture:
             yield target
 
 
-def look(source: str | os.PathLike[str] | bytes) -> Picture:
+def look(source: str | os.PathLike[str] | bytes) -> PictureFile:
     """Find out what a path or some bytes hold; never waits, whatever lies there."""
     if isinstance(source, bytes | bytearray | memoryview):
         return _known_picture("the data", None, bytes(source), len(source))
@@ -101,14 +101,14 @@ def _standard_input() -> bytes:
     return data
 
 
-def _known_picture(name: str, path: Path | None, held: bytes | None, size: int) -> Picture:
+def _known_picture(name: str, path: Path | None, held: bytes | None, size: int) -> PictureFile:
     if size == 0:
         raise InputError(f"{name} is empty (0 bytes); copy or save it again.")
     head = held[:HEAD] if held is not None else _first_bytes(path or Path(), name, HEAD)
     kind, seems = sniff(head[:4096], size)
     if kind is None:
         raise InputError(f"{name} seems to be {seems}; only {READABLE} are read, so convert it first.")
-    return Picture(name, kind, path, held, size)
+    return PictureFile(name, kind, path, held, size)
 
 
 def _first_bytes(path: Path, name: str, limit: int) -> bytes:
