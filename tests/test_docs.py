@@ -88,18 +88,20 @@ def test_python_blocks_run(path: Path, number: int, moss: Path) -> None:
 
 
 def smaller(arguments: list[str]) -> list[str]:
-    """The same command for a picture of at most 200 px a side, where it grows one."""
+    """The same command for a picture of at most 200 px a side, where it grows one; of the corner of a photograph."""
     if arguments[0] not in ("grow", "weave") or "--dry-run" in arguments:
         return arguments
     sized = [n + 1 for n, word in enumerate(arguments) if word in ("--size", "-s")]
     for n in sized:
         arguments[n] = re.sub(r"\d+", lambda found: str(min(int(found[0]), 200)), arguments[n])
-    return arguments if sized else [*arguments, "--size", "200"]
+    large = arguments[0] == "grow" and {"sample:brick", "sample:grass", "sample:gravel"} & {*arguments}
+    return [*arguments, *(() if sized else ("--size", "200")), *(("--crop", "0,0,200,200") if large else ())]
 
 
 def test_a_smaller_command_is_the_same_but_for_its_size() -> None:
     for line, wanted in {
         "grow a.png -o b.png": "grow a.png -o b.png --size 200",
+        "grow sample:brick --size 90": "grow sample:brick --size 90 --crop 0,0,200,200",
         "weave a.png --size 2048x120 --seed 7000": "weave a.png --size 200x120 --seed 7000",
         "grow a.png -o b.png --size 20000 --dry-run": "grow a.png -o b.png --size 20000 --dry-run",
         "render map.npz -o b.png": "render map.npz -o b.png",
@@ -116,6 +118,8 @@ def test_command_lines_run(path: Path, moss: Path, thorough: bool) -> None:
             if not program:
                 continue
             assert program == "intarsia", f"{path.name}: {line}"
+            if arguments == ["warm-up"] and not thorough:  # `make test` has done so
+                continue
             done = CliRunner().invoke(cli, arguments if thorough else smaller(arguments), prog_name="intarsia")
             assert done.exit_code == 0, f"{path.name}: {line}\n{done.output}"
 

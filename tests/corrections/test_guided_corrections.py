@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from corrections.naive_correction import NaiveGuide
+from long import going_round
 from methods.test_parallel_controllable import BASE, ONE, naive
 from scipy.ndimage import distance_transform_edt
 from search.test_guide import agreement, disc, got, labels, painted, regions
@@ -74,10 +75,13 @@ GUIDES = {
 }
 
 
-@pytest.mark.parametrize("toroidal", [False, True])
-@pytest.mark.parametrize("kind", GUIDES)
-@pytest.mark.parametrize("method", [BASE, replace(BASE, rule="memo", neighbourhood="colour")], ids=["near", "memo"])
-def test_the_kernels_do_what_the_plain_twin_does(method: Any, kind: str, toroidal: bool) -> None:
+NEAR_AND_MEMO = [BASE, replace(BASE, rule="memo", neighbourhood="colour")]
+
+
+@pytest.mark.parametrize(
+    ("kind", "method", "toroidal"), going_round([*GUIDES], NEAR_AND_MEMO, [True, False])
+)
+def test_the_kernels_do_what_the_plain_twin_does(kind: str, method: Any, toroidal: bool) -> None:
     """What is asked of the levels, where pixels begin again, and what candidates cost."""
     source, target, weight = GUIDES[kind]
     plane = Plane if kind == "a picture" else labels

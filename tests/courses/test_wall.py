@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from courses import naive_wall as naive
+from long import going_round
 from scipy.ndimage import label
 
 import intarsia as ia
@@ -190,20 +191,20 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("pixels", "lattice"), CASES)
-@pytest.mark.parametrize("corner", [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)])
-def test_a_window_is_a_crop(pixels, lattice, corner: tuple[int, int]) -> None:
-    e, (y, x) = Exemplar.of(pixels), corner
+@pytest.mark.parametrize(("case", "corner"), going_round(CASES, [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)]))
+def test_a_window_is_a_crop(case, corner: tuple[int, int]) -> None:
+    (pixels, lattice), (y, x) = case, corner
+    e = Exemplar.of(pixels)
     whole = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)[0]
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
         part = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)[0]
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
-@pytest.mark.parametrize(("pixels", "lattice"), CASES)
-@pytest.mark.parametrize("long", [37, 290, 900])
-def test_a_wrapped_canvas_continues_in_itself(pixels, lattice, long: int) -> None:
+@pytest.mark.parametrize(("case", "long"), going_round(CASES, [37, 290, 900]))
+def test_a_wrapped_canvas_continues_in_itself(case, long: int) -> None:
     """The window one canvas further on shows the same, at any length along the courses."""
+    pixels, lattice = case
     (a, b), e = lattice[0], Exemplar.of(pixels)
     pitch = (a * a + b * b) / max(abs(a), abs(b))
     height, width = (round(7 * pitch), long) if abs(b) > abs(a) else (long, round(7 * pitch))
