@@ -89,8 +89,8 @@ def test_python_blocks_run(path: Path, number: int, moss: Path) -> None:
 
 def smaller(arguments: list[str]) -> list[str]:
     """The same command for a picture of at most 200 px a side, where it grows one; of the corner of a photograph."""
-    if arguments[0] not in ("grow", "weave") or "--dry-run" in arguments:
-        return arguments
+    if arguments[0] not in ("grow", "weave") or {"--dry-run", "--wrap", "--save-map"} & {*arguments}:
+        return arguments  # a wrapped picture must hold whole periods, a map is read again as the page says
     sized = [n + 1 for n, word in enumerate(arguments) if word in ("--size", "-s")]
     for n in sized:
         arguments[n] = re.sub(r"\d+", lambda found: str(min(int(found[0]), 200)), arguments[n])
