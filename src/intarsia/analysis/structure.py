@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Int = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 SEAMLESS = 1.3  # the step over the border may be so many times that between neighbours inside
 

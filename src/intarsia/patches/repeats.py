@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..search import exhaustive_kernels
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import SHORT_LIST, PatchSearch
-from ..search.posed import PosedExemplars
+from ..search.posed import PosedExemplars, in_one_row
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
 LITTLE = 1 << 22  # so many px of patches are measured, rather than searched
@@ -32,9 +32,7 @@ class Table:
     """Where patches begin at all, of every variant: one flat uint8 table, and where each variant lies in it."""
 
     def __init__(self, valid: Sequence[Array]) -> None:
-        self.flat = np.concatenate([v.ravel() for v in valid]).astype(np.uint8)
-        begins = np.cumsum([0] + [v.size for v in valid])
-        self.offsets = np.array([(b, *v.shape) for b, v in zip(begins.tolist(), valid, strict=False)], np.int64)
+        self.flat, self.offsets = in_one_row(valid)
 
     def rows(self, mask: Array) -> Array:
         """Return the patches that are 1 in `mask`, a table like ``flat``, as candidates not measured yet: (n, 4)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -30,6 +31,12 @@ class Candidates:
     known: Array
     free: bool = False
     permitted: bool = False
+
+    @classmethod
+    def of_all(cls, rows: Array, counts: Array, usual: Sequence[int], feats: Array, known: Array) -> list[Candidates]:
+        """Take what kernels found for n windows apart: `counts` (n,) of the `rows` (n, K, 4), -1 where any fits."""
+        each = enumerate(zip(counts.tolist(), usual, strict=True))
+        return [cls(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0) for k, (c, u) in each]
 
 
 @dataclass(frozen=True, eq=False)

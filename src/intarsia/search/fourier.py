@@ -22,7 +22,7 @@ from ..kernels import returns, windows
 from . import fourier_kernels, near
 from . import reduce_kernels as reduce
 from .candidates import Candidates, Prices, Reduced
-from .posed import PosedExemplars
+from .posed import PosedExemplars, in_one_row
 from .reduce_kernels import Listed
 from .transforms import Correlator, Masks
 
@@ -117,9 +117,7 @@ class PatchSearch:
 
     def _limit(self, valid: Sequence[Array]) -> None:
         """Search among these first pixels only."""
-        self.flat_valid = np.concatenate([allowed.astype(np.uint8).ravel() for allowed in valid])
-        begins = np.cumsum([0] + [allowed.size for allowed in valid])
-        self.offsets = np.array([(b, *a.shape) for b, a in zip(begins.tolist(), valid, strict=False)], np.int64)
+        self.flat_valid, self.offsets = in_one_row(valid)
         self.valid = list(map(self._reachable, self._places, valid))
 
     def _reachable(self, shape: tuple[int, int], allowed: Array) -> Array:
@@ -170,10 +168,7 @@ class PatchSearch:
                 some, counts[k] = {v: c[one] for v, c in correlations.items()}, 0
                 out = best[one], counts[one], usual[one], found[one]
                 self._only(table)._rank(feats[one], known[one], reduced.only(one), some, prices, out)
-        return [
-            Candidates(found[k, : max(c, 0)], self.full(u), feats[k], known[k], free=c < 0)
-            for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
-        ]
+        return Candidates.of_all(found, counts, list(map(self.full, usual.tolist())), feats, known)
 
     def _rank(
         self, feats: Array, known: Array, reduced: Reduced, correlations: dict[int, Any], prices: Prices,

@@ -129,10 +129,7 @@ class GuidedSearch(Guided[PatchSearch]):
             feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
             Among(search.flat_valid, search.offsets), best, counts, search.factor, found,
         )  # fmt: skip
-        return [
-            Candidates(found[k, :c], search.full(u), feats[k], known[k])
-            for k, (c, u) in enumerate(zip(counts.tolist(), usual.tolist(), strict=True))
-        ]
+        return Candidates.of_all(found, counts, list(map(search.full, usual.tolist())), feats, known)
 
 
 def _is_one_label(labels: int) -> bool:
@@ -184,8 +181,4 @@ class GuidedPyramid(Guided[PyramidSearch]):
             feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
             Among(search.flat_valid, search.offsets), np.ascontiguousarray(best[:, : search.listed]), found, 1, rows,
         )  # fmt: skip
-        usual = np.maximum(scaled(usual, sums, 0), 0)
-        return [
-            Candidates(rows[k, :c], u, feats[k], known[k])
-            for k, (c, u) in enumerate(zip(found.tolist(), usual.tolist(), strict=True))
-        ]
+        return Candidates.of_all(rows, found, np.maximum(scaled(usual, sums, 0), 0).tolist(), feats, known)

@@ -137,6 +137,13 @@ def variants(
     )
 
 
+def in_one_row(valid: Sequence[NDArray[np.bool_]]) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+    """Lay tables of all variants out as one of uint8; (V, 3): where each begins, its rows and columns."""
+    begins = np.cumsum([0] + [v.size for v in valid])
+    offsets = np.array([(b, *v.shape) for b, v in zip(begins.tolist(), valid, strict=False)], np.int64)
+    return np.concatenate([v.astype(np.uint8).ravel() for v in valid]), offsets
+
+
 def _lookup(table: NDArray[np.uint8], variant: NDArray[Any]) -> NDArray[np.uint8]:
     full = np.full(256, HOLE, np.uint8)
     full[: len(table)] = table

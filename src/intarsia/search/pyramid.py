@@ -20,7 +20,7 @@ from ..kernels import windows
 from . import fourier_kernels, pyramid_kernels
 from .candidates import Candidates, Prices
 from .fourier import SHORT_LIST
-from .posed import PosedExemplars
+from .posed import PosedExemplars, in_one_row
 from .reduce_kernels import Listed
 
 LEVELS = 2  # reductions by two
@@ -81,11 +81,6 @@ class PyramidSearch:
         self.cells, self.smoothing = patch, smoothing
         self.weights = np.array(FILTERS[smoothing], np.int64)
         self.levels = self._levels()
-        offsets, begin = [], 0
-        for valid in variants.valid:
-            offsets.append((begin, *valid.shape))
-            begin += valid.size
-        self.offsets = np.array(offsets, np.int64)
         self._limit(variants.valid)
 
     def within(self, valid: Sequence[Array]) -> PyramidSearch:
@@ -97,7 +92,7 @@ class PyramidSearch:
     def _limit(self, valid: Sequence[Array]) -> None:
         """Search among these patches only, and at coarse levels where one of them can be reached."""
         self.valid = list(valid)
-        self.flat_valid = np.concatenate([v.astype(np.uint8).ravel() for v in self.valid])
+        self.flat_valid, self.offsets = in_one_row(self.valid)
         levels = [replace(self.levels[0], allowed=self.valid)]
         for level in self.levels[1:]:
             allowed = [self._allowed(v, level, levels[-1]) for v in range(len(self.variants))]
@@ -173,11 +168,7 @@ class PyramidSearch:
             feats, known, self.variants.posed, fourier_kernels.Among(self.flat_valid, self.offsets),
             np.ascontiguousarray(kept[:, : self.listed]), many, 1, rows,
         )  # fmt: skip
-        usual = np.maximum(scaled(usual, sums, 0), 0)
-        return [
-            Candidates(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0)
-            for k, (c, u) in enumerate(zip(many.tolist(), usual.tolist(), strict=True))
-        ]
+        return Candidates.of_all(rows, many, np.maximum(scaled(usual, sums, 0), 0).tolist(), feats, known)
 
     def stack(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> list[tuple[Array, Array]]:
         """Features and known pixels of the windows at all levels, from fine to coarse."""
