@@ -1,8 +1,8 @@
-"""Which combinations of parameters `make test` tries, and which are left to `make test-long`."""
+"""Which parameters `make test` tries, and which are left to `make test-long`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import product
 from typing import Any
 
@@ -21,3 +21,8 @@ def going_round(*lists: Sequence[Any]) -> list[Any]:
         )
         for at in product(*(range(len(own)) for own in lists))
     ]
+
+
+def but_some(every: Iterable[Any], *some: Any) -> list[Any]:
+    """Every entry of a list as parametrize takes them; all but `some` are long."""
+    return [pytest.param(one, marks=() if one in some else pytest.mark.long) for one in every]

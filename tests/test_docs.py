@@ -81,7 +81,13 @@ def moss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(("path", "number"), PYTHON, ids=[f"{p.stem}-{n}" for p, n in PYTHON])
+SLOW = {("parallel-controllable", 2), ("map-and-rendering", 3)}
+
+
+@pytest.mark.parametrize(
+    ("path", "number"),
+    [pytest.param(p, n, marks=pytest.mark.long if (p.stem, n) in SLOW else (), id=f"{p.stem}-{n}") for p, n in PYTHON],
+)
 def test_python_blocks_run(path: Path, number: int, moss: Path) -> None:
     """Each on its own, in a folder with pictures."""
     exec(compile(blocks(path, "python")[number], f"{path.name}, block {number}", "exec"), {"__name__": "__main__"})

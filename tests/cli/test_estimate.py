@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from long import but_some
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc tells the peak")
 
@@ -33,7 +34,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", but_some(CASES, "large"))
 def test_the_memory_told_is_within_a_quarter_of_the_peak(case: str, tmp_path: Path) -> None:
     words = [*CASES[case].split(), "--force"]
     around = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

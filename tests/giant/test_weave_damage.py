@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from giant.giants import files_below, needs, small
 from giant.test_weave import SIDES, drawn
+from long import going_round
 
 import intarsia as ia
 from intarsia.errors import IntarsiaError, ParameterError
@@ -62,9 +63,8 @@ LOST = {
 """What a loss of power makes of a ledger whose first line is `at` bytes long."""
 
 
-@pytest.mark.parametrize("lost", LOST)
-@pytest.mark.parametrize("how", SIDES)
-def test_a_lost_ledger_is_made_again(how: str, lost: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("lost", "how"), going_round([*LOST], [*SIDES]))
+def test_a_lost_ledger_is_made_again(lost: str, how: str, tmp_path: Path) -> None:
     """Of a finished store, and of one under way: the same call goes on, and all bytes are those of one never harmed."""
     cells = drawn(how, tmp_path / "whole")
     sound = files_below(tmp_path / "whole")

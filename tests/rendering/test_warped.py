@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from long import going_round
 from numpy.typing import NDArray
 from rendering.naive_warped import NaiveWarped, flowing_pieces
 from rendering.test_render import DTYPES, laid, noise_map, pixels_of
@@ -85,9 +86,9 @@ def assert_near(got: NDArray[np.generic], want: NDArray[np.generic]) -> None:
         assert (off > 0).mean() <= 0.005
 
 
-@pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize("kind", [Kind.COLOUR, Kind.DATA, Kind.NORMAL, Kind.LABEL])
-@pytest.mark.parametrize("f", [0, 3])
+@pytest.mark.parametrize(
+    ("dtype", "kind", "f"), going_round(DTYPES, [Kind.NORMAL, Kind.COLOUR, Kind.DATA, Kind.LABEL], [0, 3])
+)
 def test_it_is_what_the_formula_says(dtype: str, kind: Kind, f: int) -> None:
     """Every pixel of wild maps, with masks, on a torus, around a wrapped canvas, equals the slow twin."""
     for channels in (1, 3, 4) if kind is Kind.COLOUR else (3,):

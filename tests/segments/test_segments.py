@@ -523,14 +523,14 @@ def test_the_overlay_is_gray_where_nothing_counts():
 # Photographs
 
 
-def test_photographs_agree_with_the_eye(textures):
-    """At most 3 of 28 outside 0.7 to 1.4 of the size that was written down, none by fall-back."""
+def test_photographs_agree_with_the_eye(textures, thorough):
+    """At most 3 of 28, or 1 of 7, outside 0.7 to 1.4 of the size that was written down, none by fall-back."""
     from PIL import Image
 
     off = {}
-    for name, wanted in SIZES.items():
+    for name, wanted in [*SIZES.items()][:: 1 if thorough else 4]:
         with Image.open(textures[name]) as file:
             found = segments(Exemplar.of(np.array(file)))
         if found.rule is not SizeRule.SEGMENTS or not 0.7 <= found.patch / wanted <= 1.4:
             off[name] = (found.patch, wanted, str(found.rule))
-    assert len(off) <= 3, off
+    assert len(off) <= (3 if thorough else 1), off

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from hypothesis import strategies as st
@@ -103,15 +102,6 @@ class Case:
         )
 
 
-@cache
-def _exemplar(height: int, width: int, dtype: str, channels: int, seed: int, masked: bool, toroidal: bool) -> Exemplar:
-    """An exemplar that several laws are tested on; what is known of it is found out once."""
-    usable = np.ones((height, width), bool)
-    usable[:1], usable[:, width - 2 :] = False, False
-    pixels = as_depth(texture(height, width, channels, seed), dtype)
-    return Exemplar.of(pixels, usable=usable if masked else None, toroidal=toroidal)
-
-
 def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:
     """Four requests that hold among them all that a method claims to serve: the richest is the simplest to draw."""
     supports, rows = method.supports, []
@@ -124,9 +114,11 @@ def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:
         several = []
         for n in range(count if Ability.SEVERAL in supports else 1):
             height, width = least + sides[n], least + sides[1 - n]
-            hidden = masked and n == 0 and Ability.MASK in supports
-            toroidal = wrap is not Wrap.NONE and n == 0
-            several.append(_exemplar(height, width, dtype, channels, 7 * channels + n, hidden, toroidal))
+            usable = np.ones((height, width), bool)
+            usable[:1], usable[:, width - 2 :] = False, False
+            pixels = as_depth(texture(height, width, channels, 7 * channels + n), dtype)
+            mask = usable if masked and n == 0 and Ability.MASK in supports else None
+            several.append(Exemplar.of(pixels, usable=mask, toroidal=wrap is not Wrap.NONE and n == 0))
         rows.append(Case(tuple(several), size, 2**61 + channels, wrap if Ability.WRAP in supports else Wrap.NONE))
     return st.sampled_from(rows)
 
