@@ -9,7 +9,7 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.analysis.symmetry import SUBGROUPS, _directions, allowed_isometries, distances
+from intarsia.analysis.symmetry import SUBGROUPS, _directions, allowed_isometries, pose_distances
 from intarsia.exemplar import Exemplar
 from intarsia.testing import noise
 
@@ -112,7 +112,7 @@ def test_masks_several_exemplars_and_oblong_patches() -> None:
 
 def test_tiny_exemplars_allow_everything_they_cannot_refuse() -> None:
     assert auto(TORTURE["tiny"]()) == ALL
-    assert distances(features([Exemplar.of(TORTURE["tiny"]())]), Exemplar.of(TORTURE["tiny"]())).shape == (4, 8)
+    assert pose_distances(features([Exemplar.of(TORTURE["tiny"]())]), Exemplar.of(TORTURE["tiny"]())).shape == (4, 8)
 
 
 @pytest.mark.parametrize("method", [ia.ImageQuilting, ia.PatchSampling, ia.RandomTiling])

@@ -21,7 +21,7 @@ from intarsia.choosing.facts import Facts
 from intarsia.choosing.report import measurements
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.score import Score, score
-from intarsia.choosing.trials import variants
+from intarsia.choosing.trials import trial_methods
 from intarsia.cli.again import options_of
 from intarsia.cli.app import cli
 from intarsia.exemplar import Exemplar
@@ -283,7 +283,7 @@ class TestTrials:
 
     def test_what_was_asked_for_is_never_varied(self) -> None:
         found = choice_of(texture(70, 64, 3), given={"patch": 20, "context": 0.5}, trials=8)
-        tried = variants(found, CANVAS, 3)
+        tried = trial_methods(found, CANVAS, 3)
         assert {m.patch for m, _ in tried} == {20}
         assert {m.context for m, _ in tried} == {0.5}
         assert len({seed for _, seed in tried}) == 8
@@ -293,7 +293,7 @@ class TestTrials:
         tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (6, 6))
         found = choice_of(tile, trials=5)
         assert found.method.slug == "best-tile"
-        assert len(variants(found, CANVAS, 0)) == 1
+        assert len(trial_methods(found, CANVAS, 0)) == 1
 
 
 def moved(e: Exemplar, yx: np.ndarray) -> ia.SourceMap:

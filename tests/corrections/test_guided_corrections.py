@@ -16,7 +16,7 @@ from search.test_guide import agreement, disc, got, labels, painted, regions
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.corrections import guide as wanted
-from intarsia.corrections.appearance import bordered, filled, stack_of
+from intarsia.corrections.appearance import bordered, stack_of, without_gaps
 from intarsia.corrections.descent import Corrections, Descent
 from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
 from intarsia.corrections.span import Span
@@ -50,7 +50,7 @@ def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[N
     """The plain twin's guide: full stacks, and scales that follow from the definition."""
     sites = exemplar_stack(e, Look.of(method))
     (source,), target = codes_of(guide, ia.Wrap.NONE)
-    beside = stack_of(filled(source, e), sites.count, e.toroidal)
+    beside = stack_of(without_gaps(source, e), sites.count, e.toroidal)
     over = stack_of(target, sites.count, False)
     unit = (min(source.shape[2], 2) if guide.is_labels else source.shape[2]) * FULL**2
     if guide.is_labels and not guide.reach:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from intarsia.analysis.features import features
-from intarsia.corrections.outlines import FAR, Outlines, distances, edges
+from intarsia.corrections.outlines import FAR, Outlines, edges, outline_distances
 from intarsia.exemplar import Exemplar
 from intarsia.field import Field
 from intarsia.testing.cases import texture
@@ -38,8 +38,8 @@ def naive_distances(there: Any, toroidal: bool) -> list[list[int]]:
 def test_distances_are_those_to_the_nearest_pixel(toroidal: bool) -> None:
     for seed, share in ((1, 0.02), (2, 0.2), (3, 0.99)):
         there = np.random.default_rng(seed).random((23, 41)) < share
-        assert distances(there, toroidal).tolist() == naive_distances(there, toroidal)
-    assert (distances(np.zeros((4, 5), bool), toroidal) == 16 * FAR).all()
+        assert outline_distances(there, toroidal).tolist() == naive_distances(there, toroidal)
+    assert (outline_distances(np.zeros((4, 5), bool), toroidal) == 16 * FAR).all()
 
 
 def square(shift: int = 0) -> Any:
@@ -68,8 +68,9 @@ def test_edges_do_not_depend_on_contrast_and_flat_pictures_have_none() -> None:
     assert 0.01 < found.mean() < 0.12
     assert (edges(square() - 150, False) == edges(square(), False)).all()
     faint, strong = edges(square() // 4, False), edges(square(), False)
-    assert distances(faint, False)[strong].max() <= 16, "rounding decides ties between the two sides, 1 px apart"
-    assert distances(strong, False)[faint].max() <= 16
+    found = outline_distances(faint, False)[strong]
+    assert found.max() <= 16, "rounding decides ties between the two sides, 1 px apart"
+    assert outline_distances(strong, False)[faint].max() <= 16
     for shape in ((1, 1), (3, 40), (20, 20)):
         assert not edges(np.full((*shape, 1), 300, np.int16), False).any()
         assert edges(texture(*shape, 2, 1).astype(np.int16), True).shape == shape

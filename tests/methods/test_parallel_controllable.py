@@ -10,7 +10,7 @@ from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked, whole_products
+from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
 from intarsia.corrections.descent import DRAWN, Corrections, Descent
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import Look, depths, exemplar_stack, is_cloudy, left_out, similar_places
@@ -40,7 +40,7 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
     for level in sites.levels:
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
         if method.neighbourhood == "appearance":
-            picture = unpacked(level.site.packed, level.stride)[inner]
+            picture = unpacked_words(level.site.packed, level.stride)[inner]
         else:
             picture = level.site.values.reshape(-1, level.stride, level.site.values.shape[1])[inner]
         closed = far <= left_out(level.h, far, is_cloudy(e))

@@ -12,7 +12,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.methods.segment_based import choose
 from intarsia.search.candidates import Candidates, Prices
 from intarsia.search.histograms import LEVELS, HistogramIndex, SegmentSearch, histogram, some
-from intarsia.search.posed import variants
+from intarsia.search.posed import posed_exemplars
 from intarsia.segments.segments import segments
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -23,7 +23,7 @@ SIDES = [(True, False, False, False), (True, True, False, False), (False, True, 
 def searching(toroidal=False, usable=None, patch=(6, 7), zone=(2, 3), hits=4, points=2, seed=5):
     exemplar = Exemplar.of(texture(19, 22, 3), toroidal=toroidal, usable=usable)
     groups = (noise(5, 6, 3) % np.uint64(3)).astype(np.int32).repeat(4, axis=0).repeat(4, axis=1)[:19, :22]
-    laid = variants([exemplar], features([exemplar]), (0,), patch)
+    laid = posed_exemplars([exemplar], features([exemplar]), (0,), patch)
     if usable is not None:
         groups = np.where(usable, groups, -1)
     return SegmentSearch(laid, patch, groups, zone, hits, points, seed, 7), groups

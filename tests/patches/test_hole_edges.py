@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.patches.hole_edge_kernels import edge_of, weigh_edge
-from intarsia.search.posed import variants
+from intarsia.search.posed import posed_exemplars
 from intarsia.testing import noise, texture
 
 SIDE = 13
@@ -43,7 +43,7 @@ def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(
 ) -> None:
     exemplars = [Exemplar.of(texture(30, 30, channels, 3))]
     feats = features(exemplars)
-    laid = variants(exemplars, feats, isometries, (SIDE, SIDE))
+    laid = posed_exemplars(exemplars, feats, isometries, (SIDE, SIDE))
     wrap = (False, False)
     for seed in range(1, 5):
         locked = np.asarray(noise(40, 40, seed + 5) % np.uint64(5) > 0)
@@ -64,7 +64,7 @@ def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(
 def test_without_an_edge_nothing_changes() -> None:
     exemplars = [Exemplar.of(texture(30, 30, 1, 3))]
     feats = features(exemplars)
-    laid = variants(exemplars, feats, (0,), (SIDE, SIDE))
+    laid = posed_exemplars(exemplars, feats, (0,), (SIDE, SIDE))
     rows = np.array([(9, 0, 1, 1), (4, 0, 2, 2)], np.int64)
     before = rows.copy()
     free, known = np.zeros((40, 40), bool), (~holed(2, 0)).astype(np.uint8)
@@ -79,7 +79,7 @@ def test_rough_is_not_continued_by_smooth() -> None:
     pixels[:, 30:] = 100
     exemplars = [Exemplar.of(pixels)]
     feats = features(exemplars)
-    laid = variants(exemplars, feats, (0,), (SIDE, SIDE))
+    laid = posed_exemplars(exemplars, feats, (0,), (SIDE, SIDE))
     old, known = feats.pictures[0][1 : 1 + SIDE, 2 : 2 + SIDE], np.ones((SIDE, SIDE), np.uint8)
     known[5:9, 5:9] = 0
     picture = feats.pictures[0].astype(np.int64)

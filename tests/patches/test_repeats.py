@@ -17,7 +17,7 @@ from intarsia.geometry import spread
 from intarsia.patches.repetition import Repetition
 from intarsia.search.candidates import Candidates
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.posed import isometry_ids, variants
+from intarsia.search.posed import isometry_ids, posed_exemplars
 from intarsia.search.windows import WindowGrid
 from intarsia.testing import texture
 
@@ -39,7 +39,7 @@ def test_what_is_forbidden_is_what_every_pair_says(
     e = Exemplar.of(pixels, usable=usable, toroidal=toroidal)
     square = max(patch) if isometries != "none" else None
     patch = (square, square) if square else patch
-    laid_out = variants([e], features([e]), isometry_ids(isometries), patch)
+    laid_out = posed_exemplars([e], features([e]), isometry_ids(isometries), patch)
     rows, columns = (spread(n, p, 2, wrap)[0] for n, p in zip((40, 44), patch, strict=True))
     layout = WindowGrid(tuple(rows), tuple(columns), patch, 40, 44, wrap, wrap)
     rng = np.random.default_rng(sum(patch))
@@ -90,7 +90,7 @@ def test_the_exact_search_among_what_is_left_finds_the_best(monkeypatch) -> None
     """With search="exact" the best patch that is permitted comes first."""
     monkeypatch.setattr("intarsia.patches.repeats.LITTLE", 0)
     e = Exemplar.of(texture(50, 46, 3, 2))
-    laid_out = variants([e], features([e]), (0, 6), (10, 10))
+    laid_out = posed_exemplars([e], features([e]), (0, 6), (10, 10))
     rows = tuple(spread(60, 10, 3, False)[0])
     layout = WindowGrid(rows, rows, (10, 10), 60, 60, False, False)
     search = PatchSearch(laid_out, (10, 10), 3, True)

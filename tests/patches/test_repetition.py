@@ -17,7 +17,7 @@ from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking
 from intarsia.patches.repetition_kernels import apart
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.posed import variants
+from intarsia.search.posed import posed_exemplars
 from intarsia.search.windows import WindowGrid
 from intarsia.sourcemap import SourceMap
 from intarsia.testing import texture
@@ -178,7 +178,7 @@ def control(
 ) -> Repetition:
     """Repetition control over a canvas of patches side by side."""
     feats = features([e])
-    layout_of = variants([e], feats, isometries, (patch, patch))
+    layout_of = posed_exemplars([e], feats, isometries, (patch, patch))
     rows, columns = (spread(n, patch, 0, wrap)[0] for n in size)
     layout = WindowGrid(tuple(rows), tuple(columns), (patch, patch), *size, wrap, wrap)
     search = PatchSearch(layout_of, (patch, patch), 4)
@@ -288,7 +288,7 @@ def test_striking_spots_weigh_more() -> None:
     """Where the exemplar holds its only red cluster, repeats cost more than on the common ground."""
     e = Exemplar.of(TORTURE["red_cluster"](size=96))
     feats = features([e])
-    search = PatchSearch(variants([e], feats, (0, 5), (24, 24)), (24, 24), 8)
+    search = PatchSearch(posed_exemplars([e], feats, (0, 5), (24, 24)), (24, 24), 8)
     upright, turned = striking(feats, search)
     f = search.factor
     assert upright[70 // f, 70 // f] > 1.5 * np.median(upright)
@@ -301,7 +301,7 @@ def test_uses_are_judged_within_each_group() -> None:
     """A part that alone may be used is not dear for it; a part used more than the others of its group is."""
     exemplars = [Exemplar.of(texture(60, 60, 1))]
     feats = features(exemplars)
-    search = PatchSearch(variants(exemplars, feats, (0,), (12, 12)), (12, 12), 4, True)
+    search = PatchSearch(posed_exemplars(exemplars, feats, (0,), (12, 12)), (12, 12), 4, True)
     rows, width = spread(400, 12, 4, False)
     layout = WindowGrid(tuple(rows), tuple(rows), (width, width), 400, 400, False, False)
     shape = search.valid[0].shape

@@ -112,7 +112,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, gradient: bool) ->
         scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, gradient, take
     )
     kept = scene.variant.copy(), scene.yx.copy()
-    recut_kernels.write(scene.shown, scene.pieces, (y, x, h, w), pick, take)
+    recut_kernels.write_cut(scene.shown, scene.pieces, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
         assert scene.naive.shown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
     assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()

@@ -16,7 +16,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.search.candidates import Candidates, Prices
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.posed import PosedExemplars, isometry_ids, variants
+from intarsia.search.posed import PosedExemplars, isometry_ids, posed_exemplars
 from intarsia.sourcemap import HOLE
 
 
@@ -33,7 +33,7 @@ class Scene:
     def __post_init__(self) -> None:
         feats = features(self.exemplars)
         ids = isometry_ids(self.isometries)
-        self.layout: PosedExemplars = variants(self.exemplars, feats, ids, self.patch)
+        self.layout: PosedExemplars = posed_exemplars(self.exemplars, feats, ids, self.patch)
         self.search = PatchSearch(self.layout, self.patch, self.overlap, self.exact)
         self.naive: list[Posed] = posed(self.exemplars, ids, feats)
         self.free = Prices([np.zeros(v.shape, np.int32) for v in self.search.valid], 0)

@@ -59,7 +59,7 @@ def listed(search: PatchSearch, feats: NDArray, known: NDArray, prices: Prices) 
     outs = [(np.zeros((n, 16, 4), np.int64), np.zeros(n, np.int64), np.full(n, -1), np.zeros((n, 16, 4), np.int64))]
     outs.append(tuple(o.copy() for o in outs[0]))  # type: ignore[arg-type]
     reduced = search.reduce(feats, known, True)
-    near.rank(search, feats, known, reduced, near.correlate(search, reduced), prices, outs[0])
+    near.rank(search, feats, known, reduced, near.correlate_near(search, reduced), prices, outs[0])
     reduced = replace(reduced, spectra=search.correlator.spectra(reduced.templates.astype(np.float64)))
     for v, valid in enumerate(search.valid):
         mine = reduced.correlated(v, search.correlations(v, reduced), valid)
@@ -93,7 +93,7 @@ def test_windows_in_doubt_everywhere_are_done_in_doubles() -> None:
     window = np.ascontiguousarray(search.variants.picture(0)[:PATCH, :PATCH][None])
     reduced = search.reduce(window, known, True)
     out = (np.zeros((1, 16, 4), np.int64), np.zeros(1, np.int64), np.full(1, -1), np.zeros((1, 16, 4), np.int64))
-    correlations = near.correlate(search, reduced)
+    correlations = near.correlate_near(search, reduced)
     assert correlations[0].slacks[0] > 0
     assert near._rank(search, window, known, reduced, correlations, search.unpriced, out, 16).tolist() == [1]
     near.rank(search, window, known, reduced, correlations, search.unpriced, out)

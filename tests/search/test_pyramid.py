@@ -14,7 +14,7 @@ from intarsia.analysis.features import features
 from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.search.candidates import Prices
-from intarsia.search.posed import isometry_ids, variants
+from intarsia.search.posed import isometry_ids, posed_exemplars
 from intarsia.search.pyramid import FILTERS, LEVELS, PyramidSearch, level_size
 from intarsia.sourcemap import HOLE
 from intarsia.testing import noise
@@ -29,7 +29,7 @@ def smooth(height: int, width: int, seed: int = 0) -> np.ndarray:
 
 
 def search_of(e: Exemplar, patch: int, seam: int, isometries: str = "none", **more) -> PyramidSearch:
-    layout = variants([e], features([e]), isometry_ids(isometries), (patch + 2 * seam,) * 2)
+    layout = posed_exemplars([e], features([e]), isometry_ids(isometries), (patch + 2 * seam,) * 2)
     return PyramidSearch(layout, (patch + 2 * seam,) * 2, (seam, seam), **more)
 
 

@@ -11,7 +11,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.search import fourier_kernels
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.posed import PosedExemplars, variants
+from intarsia.search.posed import PosedExemplars, posed_exemplars
 from intarsia.testing import texture
 
 SIDE, PATCH = 620, 200
@@ -24,7 +24,7 @@ def measured(window: NDArray, picture: NDArray, known: NDArray, y: int, x: int) 
     stride = picture.shape[1] * picture.shape[2]
     start = y * stride + x * picture.shape[2]
     far = fourier_kernels.FAR
-    return int(fourier_kernels.distance(window.ravel(), known, spans, picture.ravel(), start, stride, 1, far))
+    return int(fourier_kernels.window_distance(window.ravel(), known, spans, picture.ravel(), start, stride, 1, far))
 
 
 @pytest.mark.parametrize("channels", [1, 3, 6, 200])
@@ -71,7 +71,7 @@ def test_features_differ_by_no_more_than_the_distance_can_add_up(
 
 def laid_out(picture: NDArray, patch: int) -> PosedExemplars:
     e = Exemplar.of(picture)
-    return variants([e], features([e]), (0,), (patch, patch))
+    return posed_exemplars([e], features([e]), (0,), (patch, patch))
 
 
 def distances(search: PatchSearch, window: NDArray) -> tuple[NDArray, NDArray]:
@@ -81,7 +81,7 @@ def distances(search: PatchSearch, window: NDArray) -> tuple[NDArray, NDArray]:
     correlation = search.correlations(0, reduced)
     out = np.empty(search.valid[0].shape, np.int32)
     squares = reduced.squares[0][reduced.slots[0]]
-    fourier_kernels.distances(correlation[0], squares, reduced.energies[0], search.valid[0], out)
+    fourier_kernels.patch_distances(correlation[0], squares, reduced.energies[0], search.valid[0], out)
     whole, mine = reduced_pictures(search, window)
     exact = [
         [int(((whole[:, y : y + mine.shape[1], x : x + mine.shape[2]] - mine) ** 2).sum()) for x in (0, 7, 40)]

@@ -15,7 +15,7 @@ from intarsia.analysis.elements import element_size
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.segments import segments as segmentation
-from intarsia.segments.clusters import group, split
+from intarsia.segments.clusters import group_tree, split
 from intarsia.segments.feature_group import (
     DISC,
     RAGGED,
@@ -171,7 +171,7 @@ def test_the_names_of_segments_do_not_matter():
     colours = even_colours(picture_of("pebbles_black"), None)
     count = int(labels.max()) + 1
     order = np.argsort(noise(1, count, 3)[0]).astype(np.int32)
-    plain, renamed = group(labels, colours), group(order[labels], colours)
+    plain, renamed = group_tree(labels, colours), group_tree(order[labels], colours)
     assert len(plain.nodes) == len(renamed.nodes) > 7
     for a, b in zip(plain.nodes, renamed.nodes, strict=True):
         assert sorted(order[a].tolist()) == sorted(b.tolist())
@@ -181,7 +181,7 @@ def test_the_names_of_segments_do_not_matter():
 
 def test_groups_part_the_segments_and_every_node_has_a_partition_of_its_own():
     colours = even_colours(picture_of("pebbles_black"), None)
-    tree = group(PixelGraph(colours).segments(900), colours)
+    tree = group_tree(PixelGraph(colours).segments(900), colours)
     held = np.concatenate([tree.nodes[n] for n in tree.leaves])
     assert sorted(held.tolist()) == list(range(int(tree.labels.max()) + 1))
     assert len(tree.leaves) <= 8

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..image import Plane
-from ..rendering.colour import WHITE, Unit, code_values, has_own_unit, inner_range, shares
+from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
 from .reduction import blocks
 
 MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
@@ -33,7 +33,7 @@ def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[lis
         return [code_values(p) for p in planes], 0
     masks = [_at_size(m, p) for m, p in zip(usable, planes, strict=True)]
     colours = planes[0].channels - planes[0].alpha
-    seen = [shares(p.samples[..., :colours])[m] for p, m in zip(planes, masks, strict=True)]
+    seen = [code_shares(p.samples[..., :colours])[m] for p, m in zip(planes, masks, strict=True)]
     if not any(s.size for s in seen):
         return [code_values(p) for p in planes], 0
     unit = Unit.of(np.concatenate([s.ravel() for s in seen]))

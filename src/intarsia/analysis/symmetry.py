@@ -46,7 +46,7 @@ def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tu
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
     """
     sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
-    tables = [e.memo("symmetry", lambda e=e: distances(features([e]), e)) for e in sampled]  # type: ignore[misc]
+    tables = [e.memo("symmetry", lambda e=e: pose_distances(features([e]), e)) for e in sampled]  # type: ignore[misc]
     together = reduce(lambda a, b: np.concatenate([a, b]), tables)
     alike = {p for p in range(8) if bool((together[:, p] * SLACK[1] <= together[:, 0] * SLACK[0]).all())}
     if not square:
@@ -56,7 +56,7 @@ def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tu
     return min((g for g in groups if len(g) == most), key=lambda g: int(together[:, g].sum()))
 
 
-def distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
+def pose_distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
     """How unlike one half is to the other when it is laid down in each isometry: (statistics, 8).
 
     One row for the directions of gradients, and one for the patches at each scale.

@@ -62,7 +62,7 @@ def carried_out(
 def _best(
     choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
 ) -> tuple[Trial, tuple[Score, ...]]:
-    tried = variants(choice, canvas, seed)
+    tried = trial_methods(choice, canvas, seed)
     if len(tried) == 1:
         method, own = tried[0]
         return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), ()
@@ -90,7 +90,7 @@ def _part(step: Any, number: int, count: int) -> Any:
     return lambda done, total, draft: step(number * total + done, count * total, draft)
 
 
-def variants(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Method, int]]:
+def trial_methods(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Method, int]]:
     """Return the methods to try with their seeds: at most as many as are asked for, the automatic one first."""
     if choice.method.slug in FIXED:
         return [(choice.method, seed)]

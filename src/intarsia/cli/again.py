@@ -35,7 +35,7 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
         said += ["--target", wish.labels.target, "--weight", str(wish.labels.weight), "--reach", str(wish.labels.reach)]
     said += ["-o", next(iter(order.pictures.values()))]
     said += ["--size", "x".join(map(str, order.size))] * (verb == "grow")
-    said += ["--seed", str(seed), *joined(wish)]
+    said += ["--seed", str(seed), *joining_options(wish)]
     said += ["--wrap", wish.wrap] * (wish.wrap != "none")
     said += ["--depth", str(targets.depth)] * (targets.depth is not None)
     lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
@@ -53,7 +53,7 @@ def weave_command_of(method: Method, out: str, sets: Sequence[Set], inputs: Inpu
     said += ["--chunk", str(loom.chunk)] * (loom.chunk is not None)
     said += ["--executor", str(loom.executor)] * (loom.executor is not None)
     said += ["--dask", str(loom.dask)] * (loom.dask is not None)
-    said += ["--seed", str(loom.seed), *joined(wish)]
+    said += ["--seed", str(loom.seed), *joining_options(wish)]
     return shlex.join(["intarsia", *said, "--method", method.slug, *options_of(method, wish.pictures)])
 
 
@@ -74,7 +74,7 @@ def inputs_of(inputs: Inputs) -> list[str]:
     return said
 
 
-def joined(wish: Wish) -> list[str]:
+def joining_options(wish: Wish) -> list[str]:
     """Return the options on how pieces are joined, as far as they were given."""
     said = ["--feather", str(wish.feather)] * (wish.feather is not None)
     said += ["--mixing", str(wish.mixing)] * (wish.mixing is not None)

@@ -21,7 +21,7 @@ from .exits import unbroken
 FIELDS = ("stem", "seed", "method", "w", "h")
 
 
-def filled(template: str, values: Mapping[str, object]) -> str:
+def filled_name(template: str, values: Mapping[str, object]) -> str:
     """Put values into {stem}, {seed}, {method}, {w} and {h} of a file name."""
 
     def value(match: re.Match[str]) -> str:

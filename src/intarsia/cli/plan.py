@@ -24,7 +24,7 @@ from ..tasks.starts import Margins, extension
 from .estimate import memory_of
 from .exemplars import Set, Shelf, stem_of
 from .labels import guide_of
-from .outputs import filled, plane_files, usual_files, usual_name
+from .outputs import filled_name, plane_files, usual_files, usual_name
 from .request import Targets, Wish
 
 
@@ -110,7 +110,7 @@ def check_begin(wish: Wish, lots: list[list[Set]], sets: list[Set]) -> None:
         )
 
 
-def joined(plan: Plan, wish: Wish) -> Plan:
+def with_joins(plan: Plan, wish: Wish) -> Plan:
     """Return the plan with its pieces joined as the method means it, but for what is asked otherwise."""
     blend = plan.joined.but(feather=wish.feather, mixing=wish.mixing, finish=wish.finish)
     check_between(plan.method, blend)
@@ -131,7 +131,7 @@ def orders_of(
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
     if targets.out:
-        plane_files(filled(targets.out, fields), _endings(sets[0]))  # refused before anything is read
+        plane_files(filled_name(targets.out, fields), _endings(sets[0]))  # refused before anything is read
     scene = scene_of(shelf, lot, wish)
     if check is not None:
         check(scene)
@@ -148,7 +148,8 @@ def orders_of(
         fields["seed"] = seed
         pictures = named(sets[:1] if wish.begin else sets, exemplars[0], targets, fields, len(seeds) > 1)
         asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
-        orders.append(Order(lot, seed, *kept, pictures, *(None if t is None else filled(t, fields) for t in asked)))
+        maps = (None if t is None else filled_name(t, fields) for t in asked)
+        orders.append(Order(lot, seed, *kept, pictures, *maps))
     if orders:
         check_formats(orders[0], exemplars, targets)
         check_alike(exemplars)
@@ -161,7 +162,7 @@ def named(
 ) -> dict[str, str]:
     """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
     if targets.out:
-        return plane_files(filled(targets.out, fields), _endings(sets[0]))
+        return plane_files(filled_name(targets.out, fields), _endings(sets[0]))
     longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
     name = usual_name(sets, targets.done, fields["seed"] if many else None)
     return usual_files(name, sets[0], exemplar, longer, targets.depth)
@@ -176,7 +177,7 @@ def plan_of(wish: Wish, scene: Scene, distances: bool) -> Plan:
         plan = planned(scene, replace(method, laying=distances) if isinstance(method, Auto) else method)
     if plan.choice is None:
         check_repair(plan.method, wish.repair)
-    return joined(plan, wish)
+    return with_joins(plan, wish)
 
 
 def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:

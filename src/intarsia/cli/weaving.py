@@ -21,8 +21,8 @@ from .choosing import as_json, explain
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted
 from .memory import check_fits, taken
-from .outputs import filled, usual_name
-from .plan import joined, method_as_json
+from .outputs import filled_name, usual_name
+from .plan import method_as_json, with_joins
 from .report import Report
 from .request import Inputs, Loom, Wish
 
@@ -68,14 +68,14 @@ class Weaving:
                 f"{inputs.magnify}; give multiples of {inputs.magnify}."
             )
         fields = {"seed": loom.seed, "method": wish.method.slug, "w": width, "h": height, "stem": ""}
-        filled(loom.out, fields)  # refuses unknown fields before anything is read
+        filled_name(loom.out, fields)  # refuses unknown fields before anything is read
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         exemplars = as_exemplars(list(Shelf([sets], inputs, report).get(0)))
-        plan = joined(planned_windows(exemplars, wish.method), wish)
+        plan = with_joins(planned_windows(exemplars, wish.method), wish)
         texture, choice = woven(plan, loom.seed), plan.choice
         fields |= {"stem": stem_of(sets[0]), "method": texture.method.slug}
-        out = filled(loom.out, fields) if loom.out else usual_name(sets, "woven") + USUAL
+        out = filled_name(loom.out, fields) if loom.out else usual_name(sets, "woven") + USUAL
         stem, own = os.path.splitext(out)
         names = {name: f"{stem}_{name}{own}" if n else out for n, name in enumerate(texture.planes)}
         grown_height, grown_width = height // inputs.magnify, width // inputs.magnify

@@ -17,7 +17,7 @@ from ..analysis.reduction import blocks
 from ..draws import below, draw_many
 from ..exemplar import Exemplar
 from ..run import Run
-from .correction_kernels import correct, pixels, positions
+from .correction_kernels import as_positions, correct, pixels
 from .descent import BAND, REACH, RULES, Corrections
 from .stack import ExemplarStack
 
@@ -136,7 +136,7 @@ class TornPlaces:
                 rows, columns = i + side * np.flatnonzero(where[i::side].any(axis=1)), np.arange(j, yx.shape[1], side)
                 if not len(rows) or not len(columns):
                     continue
-                positions(self._padded(yx, place.h, closed), place.border, place.stride, padded)
+                as_positions(self._padded(yx, place.h, closed), place.border, place.stride, padded)
                 found = np.empty((len(rows), len(columns)), np.int32)
 
                 at = rows + REACH, columns + REACH

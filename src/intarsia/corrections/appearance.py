@@ -28,7 +28,7 @@ WEIGHTS = np.array([[round(256 * 2.0 ** -(dy * dy + dx * dx)) for dx in (-1.0, -
 Array = NDArray[Any]
 
 
-def filled(picture: Array, exemplar: Exemplar) -> Array:
+def without_gaps(picture: Array, exemplar: Exemplar) -> Array:
     """Show at every unusable pixel the nearest usable one, so that what is masked out leaves no trace around it."""
     home = None if exemplar.usable is None else nearest(exemplar.usable)
     return picture if home is None else np.asarray(picture[home[0], home[1]])
@@ -74,14 +74,14 @@ def transformed(picture: Array, h: int, toroidal: bool) -> Array:
     every = max(1, height * width // SAMPLE)
     ys, xs = np.divmod(np.arange(0, height * width, every), width)
     some = np.empty((len(ys), 25 * channels), np.float64)
-    kernels.sample(planes, h, ys, xs, some)
+    kernels.sample_neighbourhoods(planes, h, ys, xs, some)
     weights = np.repeat(WEIGHTS, channels) / 256
     covariance = whole_products(some) / len(some) * weights[:, None] * weights
     axes = principal_axes(covariance, AXES)[1] * weights
     whole = np.zeros((AXES, 25 * channels), np.int64)
     whole[: len(axes)] = np.rint(axes * 16384)
     out = np.empty((height, width, AXES), np.int32)
-    kernels.project(planes, h, whole.reshape(AXES, 25, channels), out)
+    kernels.project_neighbourhoods(planes, h, whole.reshape(AXES, 25, channels), out)
     most = max(int(np.abs(out).max()), 1)
     return np.asarray(out * MIDDLE // most, np.int16) if most > MIDDLE else out.astype(np.int16)
 
@@ -97,6 +97,6 @@ def packed(lifted: Array) -> Array:
     return np.ascontiguousarray(lifted.astype("<u2")).reshape(-1, AXES).view("<u8").astype(np.uint64)
 
 
-def unpacked(words: Array, width: int) -> Array:
+def unpacked_words(words: Array, width: int) -> Array:
     """Return what :func:`packed` was given."""
     return words.astype("<u8").view("<u2").astype(np.int16).reshape(-1, width, AXES)

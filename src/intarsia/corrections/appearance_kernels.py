@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from ..kernels.kd_tree import _insert, apart, ask_apart
+from ..kernels.kd_tree import _insert, ask_apart, pixels_apart
 
 
 @kernel
-def project(planes: Any, h: int, whole: Any, out: Any) -> None:
+def project_neighbourhoods(planes: Any, h: int, whole: Any, out: Any) -> None:
     """Project the 5 x 5 neighbourhoods at spacing `h`: planes (C, H + 4 h, W + 4 h) int32 -> out (H, W, D) int32.
 
     ``whole`` (D, 25, C): axes in 1 / 16384. All sums stay below 2**31, because the axes have length 1.
@@ -34,7 +34,7 @@ def project(planes: Any, h: int, whole: Any, out: Any) -> None:
 
 
 @kernel
-def sample(planes: Any, h: int, ys: Any, xs: Any, out: Any) -> None:
+def sample_neighbourhoods(planes: Any, h: int, ys: Any, xs: Any, out: Any) -> None:
     """Read the 5 x 5 neighbourhoods of pixels (ys, xs) into `out` (N, 25 * C)."""
     channels = planes.shape[0]
     for n in range(len(ys)):
@@ -95,7 +95,7 @@ def jump_sets(tree: Any, queries: Any, vectors: Any, free: Any, limits: Any, ask
             at = targets[ranked[c]]
             clear = kept < out.shape[1]
             for m in range(kept):
-                clear = clear and apart(at[0], at[1], out[q, m, 0], out[q, m, 1], limits) >= limits[3]
+                clear = clear and pixels_apart(at[0], at[1], out[q, m, 0], out[q, m, 1], limits) >= limits[3]
             if clear:
                 out[q, kept, 0], out[q, kept, 1] = at[0], at[1]
                 kept += 1

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..exemplar import Exemplar
 from ..field import Field
 from ..params import parameters
-from .jitter import shares
+from .jitter import jitter_shares
 from .orientation import turns, zooms
 from .outlines import painted
 
@@ -27,8 +27,8 @@ Array = NDArray[Any]
 USED: dict[str, Callable[[Field, Array, Array], Array]] = {
     "angle": turns,
     "feature": painted,
-    "jitter_exemplar": shares,
-    "jitter_output": shares,
+    "jitter_exemplar": jitter_shares,
+    "jitter_output": jitter_shares,
     "zoom": zooms,
 }
 """Parameter -> the whole numbers that it is used as, so that no machine tells them otherwise than its picture."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..kernels.draws import STEP, mixed
 from ..kernels.jit import kernel
-from .orientation_kernels import UPRIGHT, around
+from .orientation_kernels import UPRIGHT, turned_moves
 
 BELOW, ACROSS, SPACING = range(3)
 REACH, LOOKUP_FIRST, FACTOR = range(3)
@@ -169,7 +169,7 @@ def correct(
     ``long``: of the exemplar's rows.
 
     The appearance around a pixel is that of four diagonal points, each foretold three times and added (2006, section
-    4): see :func:`around`. Four 16-bit values lie in one word; three of at most 2046 add up without reaching the next.
+    4): see :func:`turned_moves`. A word holds four values of 16 bits; three of at most 2046 add up without carry.
     """
     # All in one piece: calls that take arrays would count references for every pixel, for all threads at once. It is
     # compiled for frames and for None apart, and takes no longer than two kernels did (1024 x 1024 px upright: 0.23 s
@@ -183,7 +183,7 @@ def correct(
     words, last = np.zeros((n + 3) // 4, np.uint64), 12 + (2 * reach + 1) ** 2
     here = words.view(np.int16)[:n]
     found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
-    around(UPRIGHT, 0, 0, UPRIGHT, site.steps[SPACING], (stride, long), reach, moves)
+    turned_moves(UPRIGHT, 0, 0, UPRIGHT, site.steps[SPACING], (stride, long), reach, moves)
     old_y, old_x, old_z = np.int64(UPRIGHT), np.int64(0), np.int64(UPRIGHT)
     for i in range(low, high):
         for j in range(len(cols)):
@@ -192,7 +192,7 @@ def correct(
                 yy, yx = np.int64(frame[rows[i], cols[j], 0]), np.int64(frame[rows[i], cols[j], 1])
                 xy, xx = np.int64(frame[rows[i], cols[j], 2]), np.int64(frame[rows[i], cols[j], 3])
                 if yy != old_y or yx != old_x or xx != old_z:
-                    around(yy, yx, xy, xx, site.steps[SPACING], (stride, long), reach, moves)
+                    turned_moves(yy, yx, xy, xx, site.steps[SPACING], (stride, long), reach, moves)
                     old_y, old_x, old_z = yy, yx, xx
             if appearance:
                 for q in range(4):
@@ -255,7 +255,7 @@ def correct(
 
 
 @kernel
-def put(coords: Any, rows: Any, cols: Any, found: Any) -> None:
+def put_positions(coords: Any, rows: Any, cols: Any, found: Any) -> None:
     """Write what a subpass found into the map."""
     for i in range(len(rows)):
         for j in range(len(cols)):
@@ -263,7 +263,7 @@ def put(coords: Any, rows: Any, cols: Any, found: Any) -> None:
 
 
 @kernel
-def positions(coords: Any, border: int, stride: int, out: Any) -> None:
+def as_positions(coords: Any, border: int, stride: int, out: Any) -> None:
     """Turn exemplar pixels (H, W, 2) into positions (H, W)."""
     for i in range(coords.shape[0]):
         for j in range(coords.shape[1]):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..draws import seed_state
 from ..run import Run
-from .correction_kernels import FINE, ONE, Axis, Room, Site, correct, descend, pixels, positions, put
+from .correction_kernels import FINE, ONE, Axis, Room, Site, as_positions, correct, descend, pixels, put_positions
 from .guide import StackGuide
 from .jitter import EVERYWHERE, Shares, spread_over
 from .orientation import Orientation, origins
@@ -243,7 +243,7 @@ class Descent:
         if self.wanted is not None:
             site = self.wanted.beside(site, level)
         work: Array = np.empty(coords.shape[:2], np.int32)
-        positions(coords, place.border, place.stride, work)
+        as_positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
@@ -269,7 +269,7 @@ def _subpass(
         correct(work, rows, cols, low, min(low + BAND, len(rows)), site, rule, frame, long, found)
 
     each(band, range(0, len(rows), BAND))
-    put(work, rows, cols, found)
+    put_positions(work, rows, cols, found)
 
 
 def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from ..canvas import Canvas
 from ..draws import seed_state
 from ..search.guide import ONE, codes_of
-from .appearance import BITS, bordered, filled, places_along
+from .appearance import BITS, bordered, places_along, without_gaps
 from .correction_kernels import Site
-from .guide_kernels import Choice, begin_again, blur, scaled
+from .guide_kernels import GuideOrder, begin_again, blur, scale_values
 from .stack import ExemplarStack
 
 TRIES = 8  # hashed places of which the best is taken
@@ -51,7 +51,7 @@ class StackGuide:
         self._sites, self._weight, self._wraps = sites, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
         closed = (exemplar.toroidal, exemplar.toroidal)
         (source,), self._target = codes_of(canvas.guide, canvas.wrap)
-        source, channels = filled(source, exemplar), source.shape[2]
+        source, channels = without_gaps(source, exemplar), source.shape[2]
         self.unit = (min(channels, 2) if canvas.guide.is_labels else channels) * FULL * FULL
         strict = 1.0 if canvas.guide.is_labels else max(self._weight, 1.0)
         self.enough = int(self.unit / (ENOUGH * strict) ** 2)
@@ -89,10 +89,10 @@ class StackGuide:
         counts = self._weight * math.sqrt(2 * _variance(table[site.open > 0]) / self.unit)
         scale, choice, asked = round(counts * (1 << FINE)), self._choices[level], self._asked[level]
         shown: Array = np.empty(choice.shown.shape, np.int32)
-        scaled(choice.shown, scale, shown)
+        scale_values(choice.shown, scale, shown)
         shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._sites.levels[level].border, False)
         under: Array = np.empty(asked.shape, np.int32)
-        scaled(asked, scale, under)
+        scale_values(asked, scale, under)
         return site._replace(shown=shown.ravel(), asked=under.ravel())
 
 
@@ -114,7 +114,7 @@ def _open(sites: ExemplarStack, level: int) -> Array:
     return np.ascontiguousarray(place.site.open.reshape(-1, place.stride)[rows, cols])
 
 
-def _choice(shown: Array, may: Array) -> Choice:
+def _choice(shown: Array, may: Array) -> GuideOrder:
     """Sort the open places of a level into groups of equal rounded values; each channel is rounded to a few steps."""
     flat, places = shown.reshape(-1, shown.shape[2]), np.flatnonzero(may)
     bits = min(4 if flat.shape[1] < 3 else 3, 62 // flat.shape[1])
@@ -125,7 +125,7 @@ def _choice(shown: Array, may: Array) -> Choice:
     begins = np.append(np.flatnonzero(np.diff(key[order], prepend=-1)), len(order))
     sums = np.add.reduceat(flat[places[order]].astype(np.int64), begins[:-1], axis=0)
     means = sums // np.diff(begins)[:, None]
-    return Choice(flat, may, places[order].astype(np.int32), begins.astype(np.int64), means.astype(np.int16))
+    return GuideOrder(flat, may, places[order].astype(np.int32), begins.astype(np.int64), means.astype(np.int16))
 
 
 def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool], edge: int = 0) -> list[Array]:

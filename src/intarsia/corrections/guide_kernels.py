@@ -12,7 +12,7 @@ from ..kernels.jit import kernel
 from .correction_kernels import snapped
 
 
-class Choice(NamedTuple):
+class GuideOrder(NamedTuple):
     """Exemplar places of one level, sorted by what the guide shows there.
 
     Places that show about the same are one group.
@@ -41,7 +41,7 @@ def blur(picture: Any, rows: Any, cols: Any, out: Any) -> None:
 
 
 @kernel
-def scaled(values: Any, scale: Any, out: Any) -> None:
+def scale_values(values: Any, scale: Any, out: Any) -> None:
     """Multiply whole values (N, G) by `scale`, 2**32 = 1."""
     for n in range(values.shape[0]):
         for c in range(values.shape[1]):
@@ -49,7 +49,7 @@ def scaled(values: Any, scale: Any, out: Any) -> None:
 
 
 @kernel
-def apart(choice: Any, u: Any, target: Any, p: Any) -> Any:
+def guide_difference(choice: Any, u: Any, target: Any, p: Any) -> Any:
     """Return the squared difference of the guide at an exemplar pixel and under an output pixel."""
     total = np.int64(0)
     for c in range(target.shape[1]):
@@ -84,7 +84,7 @@ def offered(coords: Any, i: int, j: int, h: Any, choice: Any, target: Any, torus
                 if torus:
                     y, x = y % height, x % width
                 inside = 0 <= y < height and 0 <= x < width and choice.may[y, x]
-                if inside and apart(choice, y * width + x, target, p) <= enough:
+                if inside and guide_difference(choice, y * width + x, target, p) <= enough:
                     return True
     return False
 
@@ -105,7 +105,7 @@ def begin_again(
     for i in range(coords.shape[0]):
         for j in range(coords.shape[1]):
             y, x, p = np.int64(coords[i, j, 0]), np.int64(coords[i, j, 1]), i * coords.shape[1] + j
-            best = apart(choice, y * width + x, target, p)
+            best = guide_difference(choice, y * width + x, target, p)
             if best <= enough or (h and offered(coords, i, j, h, choice, target, torus, enough)):
                 continue
             group, best = group_of(choice, target, p), (best + 1) // 2
@@ -118,7 +118,7 @@ def begin_again(
                     if not (0 <= y + dy < height and 0 <= x + dx < width and choice.may[y + dy, x + dx]):
                         continue
                     u = (y + dy) * width + x + dx
-                d = apart(choice, u, target, p)
+                d = guide_difference(choice, u, target, p)
                 if d < best:
                     best = d
                     out[i, j, 0], out[i, j, 1] = u // width, u % width

@@ -31,13 +31,13 @@ class Shares:
         """The part for each exemplar pixel, in 1 / 4096: (H, W) int64, or (1, 1) where it is the same everywhere."""
         if self.exemplar is None:
             return np.full((1, 1), 1 << FINE, np.int64)
-        return shares(self.exemplar, np.arange(height), np.arange(width))
+        return jitter_shares(self.exemplar, np.arange(height), np.arange(width))
 
     def over_output(self, places: list[Array]) -> Array:
         """The same for output pixels at `places` (rows, columns), px."""
         if self.output is None:
             return np.full((1, 1), 1 << FINE, np.int64)
-        return shares(self.output, places[0], places[1])
+        return jitter_shares(self.output, places[0], places[1])
 
 
 EVERYWHERE = Shares()  # all of the jitter
@@ -58,6 +58,6 @@ def spread_over(whole: int, output: Array, exemplar: Array, parents: Array, axes
     return np.ascontiguousarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
 
 
-def shares(field: Field, rows: Array, cols: Array) -> Array:
+def jitter_shares(field: Field, rows: Array, cols: Array) -> Array:
     """Return what part of the jitter holds at places, in 1 / 4096: (rows, columns) int64."""
     return np.asarray(np.rint(field.at(rows, cols) * (1 << FINE)), np.int64)

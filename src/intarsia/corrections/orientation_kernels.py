@@ -49,7 +49,7 @@ def handed_down(parents: Any, rows: Any, cols: Any, frame: Any, out: Any) -> Non
 
 
 @kernel
-def around(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach: Any, moves: Any) -> None:
+def turned_moves(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach: Any, moves: Any) -> None:
     """Write where neighbours lie in the output, and how far on in the exemplar what they foretell: (12 + 9 or 25, 2).
 
     The first twelve foretell the four diagonal points, three each; the others the pixel itself. ``strides``: of the

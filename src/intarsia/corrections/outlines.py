@@ -53,10 +53,10 @@ class Outlines:
         """Return the channel (H, W, 1) to append to features (H, W, C) of the exemplar: int16."""
         torus = exemplar.toroidal
         if self.drawn is None:
-            far = distances(edges(picture, torus), torus)
+            far = outline_distances(edges(picture, torus), torus)
         else:
             inside = marked(self.drawn, exemplar)
-            far = distances(~inside, torus) - distances(inside, torus)
+            far = outline_distances(~inside, torus) - outline_distances(inside, torus)
         centred = far - int(far.sum()) // far.size
         own, much = (sum(spreads(p.reshape(far.size, -1))) / float(far.size**2) for p in (centred, picture))
         share = round(65536 * math.sqrt(self.weight * much / max(own, 1.0)))
@@ -77,7 +77,7 @@ def marked(drawn: Field, exemplar: Exemplar) -> Array:
     return inside
 
 
-def distances(there: Array, toroidal: bool) -> Array:
+def outline_distances(there: Array, toroidal: bool) -> Array:
     """Return how far each pixel is from the nearest that is `there`: int64 (H, W), 1 / 16 px, at most 16 px."""
     if not there.any():
         return np.full(there.shape, FAR * PARTS, np.int64)

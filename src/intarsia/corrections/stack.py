@@ -22,7 +22,17 @@ from ..exemplar import Exemplar
 from ..kernels import kd_tree
 from ..search.sizes import elements
 from . import appearance_kernels as kernels
-from .appearance import AXES, WEIGHTS, bordered, filled, packed, stack_of, transformed, unpacked, whole_products
+from .appearance import (
+    AXES,
+    WEIGHTS,
+    bordered,
+    packed,
+    stack_of,
+    transformed,
+    unpacked_words,
+    whole_products,
+    without_gaps,
+)
 from .correction_kernels import MIDDLE, Site
 from .outlines import Outlines
 
@@ -37,7 +47,7 @@ Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Level:
+class StackLevel:
     """A level of the exemplar: `site` with a border of `border` px, rows of `stride`, pixels `h` px apart."""
 
     h: int
@@ -50,12 +60,12 @@ class Level:
         return self.site if len(self.site.table) else self.site._replace(table=table_of(self).ravel())
 
 
-def table_of(level: Level) -> Array:
+def table_of(level: StackLevel) -> Array:
     """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions, n) int16."""
     site, positions = level.site, len(level.site.inner)
     if len(site.packed):
         table = np.zeros((positions, 4 * AXES), np.int16)
-        kernels.diagonal_table(unpacked(site.packed, level.stride), level.h, level.border, table)
+        kernels.diagonal_table(unpacked_words(site.packed, level.stride), level.h, level.border, table)
     else:
         table = np.zeros((positions, 25 * site.values.shape[1]), np.int16)
         values = site.values.reshape(-1, level.stride, site.values.shape[1])
@@ -73,7 +83,7 @@ class ExemplarStack:
 
     exemplar: Exemplar
     count: int
-    levels: tuple[Level, ...]
+    levels: tuple[StackLevel, ...]
     home: NDArray[np.int32]
 
 
@@ -107,7 +117,7 @@ def exemplar_stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
 
 
 def _sites(exemplar: Exemplar, look: Look) -> ExemplarStack:
-    picture = filled(features([exemplar], look.weights).pictures[0], exemplar)
+    picture = without_gaps(features([exemplar], look.weights).pictures[0], exemplar)
     if look.outlines is not None:
         picture = np.concatenate([picture, look.outlines.channel(exemplar, picture)], axis=2)
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
@@ -129,7 +139,7 @@ def _sites(exemplar: Exemplar, look: Look) -> ExemplarStack:
     return ExemplarStack(exemplar, count, tuple(levels), _home(exemplar))
 
 
-def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) -> Level:
+def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) -> StackLevel:
     """A level without its jumps and table: features, and where candidates may lie."""
     height, width, _ = blurred.shape
     border = look.reach * h
@@ -149,7 +159,7 @@ def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) ->
     no_table = np.zeros(0, np.int16)
     mask = WEIGHTS if look.mask is None else np.rint(np.array(look.mask) * 256).astype(np.int64)
     site = Site(steps, packing, values, mask, no_table, inner.astype(np.int32).ravel(), open_, none)
-    return Level(h, border, stride, site)
+    return StackLevel(h, border, stride, site)
 
 
 def levels_within(exemplar: Exemplar) -> int:
@@ -168,7 +178,7 @@ def is_cloudy(exemplar: Exemplar) -> bool:
 def _cloudy(exemplar: Exemplar) -> bool:
     if min(exemplar.height, exemplar.width) < 4 * CLOUDS:
         return False
-    picture = filled(features([exemplar], None).pictures[0], exemplar)
+    picture = without_gaps(features([exemplar], None).pictures[0], exemplar)
     stack = stack_of(picture, CLOUDS.bit_length(), exemplar.toroidal)
     fine, coarse = (sum(spreads(stack[n].reshape(-1, picture.shape[2]))) for n in (0, -1))
     return 10 * coarse >= 3 * fine > 0

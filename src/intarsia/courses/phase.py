@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lattice.correlation_map import Pictures
+from ..lattice.correlation_map import CorrelatedPictures
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
@@ -73,7 +73,7 @@ class Phase:
         return total
 
 
-def phases(prepared: Pictures) -> list[Phase]:
+def phases(prepared: CorrelatedPictures) -> list[Phase]:
     """Follow the strongest waves of an exemplar; the best first, none where no wave goes through it."""
     layers = _layers(prepared)
     if layers is None:
@@ -89,7 +89,7 @@ def samples(n: int, seen: int | None = None) -> Floats:
     return (2.0 * np.arange(n) + 1 - seen) / seen
 
 
-def _layers(prepared: Pictures) -> Floats | None:
+def _layers(prepared: CorrelatedPictures) -> Floats | None:
     """Colours and edges (C, H, W), each of variance 1 or nothing."""
     edges = prepared.edges
     known = np.ones(edges.shape[:2], bool) if prepared.inner is None else prepared.inner

@@ -80,7 +80,7 @@ def decode(picture: PictureFile) -> Decoded:
 
 def _by_format(picture: PictureFile) -> Decoded:
     if picture.format == "pnm":
-        return Decoded(netpbm.decode(picture.data(), picture.name))
+        return Decoded(netpbm.decode_netpbm(picture.data(), picture.name))
     if picture.format == "png":
         return _png(picture)
     if picture.format in ("jpeg", "gif"):

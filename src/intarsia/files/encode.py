@@ -42,7 +42,7 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
     text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
     icc = plane.meta.get("icc") if target.icc else None
     if target.name in ("ppm", "pgm", "pfm"):
-        return netpbm.encode(pixels, target.name)
+        return netpbm.encode_netpbm(pixels, target.name)
     if target.name in ("jpeg", "webp", "tga", "bmp"):
         return _bytes_by_pillow(target.name, pixels, text, icc)
     return _bytes_by_oiio(target.name, pixels, text, icc)

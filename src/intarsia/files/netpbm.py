@@ -23,7 +23,7 @@ HEADER = 1 << 20
 """A header, comments included, is at most this long."""
 
 
-def decode(data: bytes, name: str) -> Array:
+def decode_netpbm(data: bytes, name: str) -> Array:
     """Read any netpbm picture; grey is (H, W), colour (H, W, 3), pixels are scaled to the full range."""
     kind = data[1:2]
     if kind in b"Ff":
@@ -53,7 +53,7 @@ def decode(data: bytes, name: str) -> Array:
     return _full_range(values, maxval).reshape(shape)
 
 
-def encode(pixels: Array, name: str) -> bytes:
+def encode_netpbm(pixels: Array, name: str) -> bytes:
     """Write P5, P6 or PFM; `name` is ppm, pgm or pfm."""
     height, width = pixels.shape[:2]
     colour = pixels.ndim == 3 and pixels.shape[2] == 3

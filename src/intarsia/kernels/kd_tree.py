@@ -31,7 +31,7 @@ class Tree(NamedTuple):
 
 
 @kernel
-def project(values: Any, mean: Any, axes: Any, out: Any) -> None:
+def project_vector(values: Any, mean: Any, axes: Any, out: Any) -> None:
     """Turn a long vector (n,) into a point (D,): the rounded sums of (value - mean) * axis / 16384."""
     for d in range(len(axes)):
         total = np.int64(8192)
@@ -68,7 +68,7 @@ def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
 
 
 @kernel
-def apart(ay: Any, ax: Any, by: Any, bx: Any, size: Any) -> Any:
+def pixels_apart(ay: Any, ax: Any, by: Any, bx: Any, size: Any) -> Any:
     """Return how far two pixels lie apart, along rows or columns; `size`: height, width, 1 if toroidal."""
     high, wide = abs(ay - by), abs(ax - bx)
     if size[2]:
@@ -126,7 +126,7 @@ def ask_apart(tree: Any, point: Any, place: Any, own: Any, limits: Any, near: An
             if count < k or total < near[k - 1] or (total == near[k - 1] and tree.order[i] < number[k - 1]):
                 if not anywhere:
                     at = place[tree.order[i]]
-                    if apart(own[0], own[1], at[0], at[1], limits) < limits[3]:
+                    if pixels_apart(own[0], own[1], at[0], at[1], limits) < limits[3]:
                         refused = True
                         continue
                 taken = True
@@ -147,7 +147,7 @@ def _insert(near: Any, number: Any, count: int, distance: Any, index: Any) -> No
 
 
 @kernel
-def gather(ground: Any, places: Any, components: Any, out: Any) -> None:
+def gather_neighbourhoods(ground: Any, places: Any, components: Any, out: Any) -> None:
     """Read the neighbourhoods at (variant, position) `places` (N, 2) into `out` (N, n).
 
     `components` (n, 3) are plane, row and column of each value.
@@ -164,8 +164,8 @@ def project_all(ground: Any, places: Any, components: Any, mean: Any, axes: Any,
     """Turn the neighbourhoods at all places into points (N, D)."""
     values = np.empty((1, len(components)), np.int32)
     for i in range(len(places)):
-        gather(ground, places[i : i + 1], components, values)
-        project(values[0], mean, axes, out[i])
+        gather_neighbourhoods(ground, places[i : i + 1], components, values)
+        project_vector(values[0], mean, axes, out[i])
 
 
 @kernel
@@ -177,8 +177,8 @@ def similar(ground: Any, places: Any, components: Any, tree: Any, leaves: int, n
     values = np.empty((1, len(components)), np.int32)
     point = np.empty(tree.points.shape[1], np.int64)
     for i in range(len(places)):
-        gather(ground, places[i : i + 1], components, values)
-        project(values[0], tree.mean, tree.axes, point)
+        gather_neighbourhoods(ground, places[i : i + 1], components, values)
+        project_vector(values[0], tree.mean, tree.axes, point)
         v, at = places[i, 0], places[i, 1]
         row = ground.table[v]
         count = 0

@@ -46,12 +46,12 @@ class Template(NamedTuple):
     offset: NDArray[np.int64]  # of the component's value from the pixel's position, in the variant at hand
 
 
-class Work(NamedTuple):
+class SearchBuffers(NamedTuple):
     """What a search writes to."""
 
     sums: NDArray[np.float32]
     exact: NDArray[np.float64]
-    distance: NDArray[np.int64]
+    template_distance: NDArray[np.int64]
     variant: NDArray[np.int64]
     position: NDArray[np.int64]
 
@@ -68,11 +68,11 @@ def room_for(components: int) -> Any:
 def workplace(ground: Any) -> Any:
     """Return room for all candidates that a search may find."""
     found = np.empty((3, ground.closed.shape[1]), np.int64)
-    return Work(np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float64), found[0], found[1], found[2])
+    return SearchBuffers(np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float64), found[0], found[1], found[2])
 
 
 @kernel
-def place(ground: Any, v: int, y: int, x: int, kind: int) -> int:
+def position_of(ground: Any, v: int, y: int, x: int, kind: int) -> int:
     """Return the position of pixel (y, x) of variant `v`, or -1 where no neighbourhood of that kind may lie."""
     row = ground.table[v]
     if row[TORUS]:
@@ -94,7 +94,7 @@ def aim(ground: Any, v: Any, template: Any, n: int) -> None:
 
 
 @kernel
-def distance(ground: Any, v: Any, position: Any, template: Any, n: int, limit: Any) -> Any:
+def template_distance(ground: Any, v: Any, position: Any, template: Any, n: int, limit: Any) -> Any:
     """Sum weight * difference**2 over a template aimed at variant `v`; stop once above `limit`."""
     at = ground.table[v, START] + position
     total = np.int64(0)
@@ -129,7 +129,7 @@ def bounds(soft: Any, start: int, template: Any, n: int, closed: Any, sums: Any)
 
 
 @kernel
-def distances(soft: Any, start: int, template: Any, n: int, sums: Any) -> None:
+def sum_distances(soft: Any, start: int, template: Any, n: int, sums: Any) -> None:
     """Sum all `n` components at len(sums) positions from `start` on: whole numbers below 2**53, so exactly."""
     size = len(sums)
     for i in range(size):
@@ -156,7 +156,7 @@ def widened(best: Any, share: int) -> Any:
 
 
 @kernel
-def nearest(ground: Any, template: Any, n: int, kind: int, best: Any, share: int, first: int, work: Any) -> int:
+def find_nearest(ground: Any, template: Any, n: int, kind: int, best: Any, share: int, first: int, work: Any) -> int:
     """Find all positions that are at most share / 65536 further from a template than the nearest; return how many.
 
     They are written into `work`, in the order of variants and positions. `best` is a distance known to exist, or
@@ -182,10 +182,10 @@ def nearest(ground: Any, template: Any, n: int, kind: int, best: Any, share: int
                 near += sums[i] <= bound
             dense = near * DENSE > size
             if dense:
-                distances(ground.soft, row[START] + begin, template, n, exact)
+                sum_distances(ground.soft, row[START] + begin, template, n, exact)
             for i in range(size if near else 0):
                 if sums[i] <= bound:
-                    d = np.int64(exact[i]) if dense else distance(ground, v, begin + i, template, n, limit)
+                    d = np.int64(exact[i]) if dense else template_distance(ground, v, begin + i, template, n, limit)
                     if d <= limit:
                         work.distance[count], work.variant[count], work.position[count] = d, v, begin + i
                         count += 1

@@ -10,7 +10,7 @@ from .jit import kernel
 
 
 @kernel
-def apart(a: int, b: int, length: int, wrap: int) -> int:
+def axis_distance(a: int, b: int, length: int, wrap: int) -> int:
     """Distance of two canvas coordinates along one axis, the short way round if it wraps."""
     d = abs(a - b)
     if wrap:
@@ -43,8 +43,8 @@ def forbid(
             if b[0] == v:
                 forbid_alike(table, b, y, x, h, w, canvas, f[7], f[8], distance)
                 continue
-            dy = max(apart(y, b[3], canvas[0], canvas[2]) - reach, 0)
-            dx = max(apart(x, b[4], canvas[1], canvas[3]) - reach, 0)
+            dy = max(axis_distance(y, b[3], canvas[0], canvas[2]) - reach, 0)
+            dx = max(axis_distance(x, b[4], canvas[1], canvas[3]) - reach, 0)
             if dy * dy + dx * dx >= distance * distance:
                 continue
             if f[7] > 0:
@@ -76,14 +76,14 @@ def forbid_alike(
     for i in range(i0, i1 + 1):
         first = b[1] - i * tall
         for u in range(max(first - h + 1, 0), min(first + h, rows)):
-            dy = apart(y - (u - first), b[3], canvas[0], canvas[2])
+            dy = axis_distance(y - (u - first), b[3], canvas[0], canvas[2])
             room = distance * distance - dy * dy
             if room <= 0:
                 continue
             for j in range(j0, j1 + 1):
                 left = b[2] - j * wide
                 for s in range(max(left - w + 1, 0), min(left + w, columns)):
-                    dx = apart(x - (s - left), b[4], canvas[1], canvas[3])
+                    dx = axis_distance(x - (s - left), b[4], canvas[1], canvas[3])
                     if dx * dx < room and (dy != 0 or dx != 0):
                         table[u, s] = 0
 

@@ -33,7 +33,7 @@ class Posed(NamedTuple):
 
 
 @kernel
-def place(at: int, length: int, wrap: bool) -> int:
+def canvas_place(at: int, length: int, wrap: bool) -> int:
     """Return the canvas coordinate, the long way round if it wraps; -1 where it lies outside."""
     if 0 <= at < length:
         return at
@@ -41,7 +41,7 @@ def place(at: int, length: int, wrap: bool) -> int:
 
 
 @kernel
-def gather(shown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> int:
+def gather_window(shown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> int:
     """Read the features under a window into `feats` (h, w, C), and into `known` where there are any.
 
     Returns the number of known pixels.
@@ -51,10 +51,10 @@ def gather(shown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> 
     h, w, channels = feats.shape
     count = 0
     for i in range(h):
-        row, there = place(y0 + i, height, wrap[0]), known[i]
+        row, there = canvas_place(y0 + i, height, wrap[0]), known[i]
         line = feats[i].reshape(w * channels)
         for j in range(w):
-            x = place(x0 + j, width, wrap[1])
+            x = canvas_place(x0 + j, width, wrap[1])
             v = variant[row, x] if row >= 0 and x >= 0 else np.uint8(HOLE)
             if v == HOLE:
                 there[j] = 0
@@ -71,9 +71,9 @@ def gather(shown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> 
 
 @kernel
 def gather_all(shown: Any, posed: Any, at: Any, feats: Any, known: Any) -> None:
-    """Apply :func:`gather` to the windows that begin at `at` (n, 2)."""
+    """Apply :func:`gather_window` to the windows that begin at `at` (n, 2)."""
     for k in range(len(at)):
-        gather(shown, posed, at[k, 0], at[k, 1], feats[k], known[k])
+        gather_window(shown, posed, at[k, 0], at[k, 1], feats[k], known[k])
 
 
 @kernel
@@ -85,7 +85,7 @@ def known_beside(variant: Any, y0: int, x0: int, wrap: Any, i: int, j: int, h: i
         return False
     if (h == height and not 0 <= a < h) or (w == width and not 0 <= b < w):
         return False  # the window goes all round: beyond its edge lies its other edge
-    y, x = place(y0 + a, height, wrap[0]), place(x0 + b, width, wrap[1])
+    y, x = canvas_place(y0 + a, height, wrap[0]), canvas_place(x0 + b, width, wrap[1])
     return y >= 0 and x >= 0 and variant[y, x] != HOLE
 
 
@@ -108,14 +108,14 @@ def mark(shown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> N
         for j in (0, w - 1):
             near = here[max(j - 1, 0)] & here[min(j + 1, w - 1)] & above[j] & below[j]
             state[i, j] = FREE if here[j] & near else NEW
-        row = place(y0 + i, height, wrap[0])
+        row = canvas_place(y0 + i, height, wrap[0])
         if row >= 0 and 0 <= x0 <= width - w:
             line, given = state[i], locked[row, x0 : x0 + w]
             for j in range(w):
                 line[j] = OLD if here[j] & given[j] else line[j]
         else:
             for j in range(w):
-                if here[j] and locked[row, place(x0 + j, width, wrap[1])]:
+                if here[j] and locked[row, canvas_place(x0 + j, width, wrap[1])]:
                     state[i, j] = OLD
         for k, j in ((2, w - 1), (3, 0)):
             if here[j] and known_beside(variant, y0, x0, wrap, i, j, h, w, k):
@@ -127,7 +127,7 @@ def mark(shown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> N
 
 
 @kernel
-def halve(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take: Any) -> None:
+def cut_in_middle(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take: Any) -> None:
     """Cut straight through the middle of the seam: old pixels stay in its outer half (Multrus 2003, B.1.4).
 
     `seam` (2,): rows and columns of the seams. An old pixel stays where it is locked, or lies within half a seam
@@ -145,7 +145,7 @@ def halve(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take
             take[i, j] = 1
             if known[i, j] == 0:
                 continue
-            stays = locked[place(y0 + i, height, wrap[0]), place(x0 + j, width, wrap[1])]
+            stays = locked[canvas_place(y0 + i, height, wrap[0]), canvas_place(x0 + j, width, wrap[1])]
             stays = stays or (i < rows and known_beside(variant, y0, x0, wrap, 0, j, h, w, 1))
             stays = stays or (i >= h - below and known_beside(variant, y0, x0, wrap, h - 1, j, h, w, 0))
             stays = stays or (j < columns and known_beside(variant, y0, x0, wrap, i, 0, h, w, 3))
@@ -155,13 +155,13 @@ def halve(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take
 
 
 @kernel
-def write(shown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
+def write_patch(shown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
     """Write the patch of variant `v` at (u, s) into the window, wherever `take` says so and the canvas reaches."""
     (variant, yx, wrap), table = shown, posed.table
     height, width = variant.shape
     rows, columns = table[v, 1], table[v, 2]
     for i in range(take.shape[0]):
-        y = place(y0 + i, height, wrap[0])
+        y = canvas_place(y0 + i, height, wrap[0])
         row = (u + i) % rows
         if y < 0:
             continue
@@ -174,7 +174,7 @@ def write(shown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, take
         for j in range(take.shape[1]):
             if not take[i, j]:
                 continue
-            x = place(x0 + j, width, wrap[1])
+            x = canvas_place(x0 + j, width, wrap[1])
             if x >= 0:
                 variant[y, x] = v
                 yx[y, x, 0] = row
@@ -188,7 +188,7 @@ def paste(
 ) -> None:  # fmt: skip
     """Cut the patch of variant `v` at (u, s) into the window at (y0, x0) along the cheapest seam.
 
-    `feats` (h, w, C) and `known` (h, w) are what :func:`gather` read there; `feats` is filled up. `locked` (H, W): the
+    `feats` (h, w, C) and `known` (h, w) are what :func:`gather_window` read; `feats` is filled up. `locked` (H, W): the
     pixels of the map that must stay.
     """
     flat, table = posed
@@ -209,7 +209,7 @@ def paste(
                         feats[i, j, c] = new[i, j, c]
         right, down = seam_costs(feats, new, gradient)
         min_cut(state, right, down, take)
-    write(shown, posed, y0, x0, v, u, s, take)
+    write_patch(shown, posed, y0, x0, v, u, s, take)
 
 
 @kernel
@@ -218,5 +218,5 @@ def overlay(
 ) -> None:
     """Lay the patch of variant `v` at (u, s) into the window, cut straight in the middle of its seams."""
     take = np.empty(known.shape, np.uint8)
-    halve(shown, locked, y0, x0, known, seam, take)
-    write(shown, posed, y0, x0, v, u, s, take)
+    cut_in_middle(shown, locked, y0, x0, known, seam, take)
+    write_patch(shown, posed, y0, x0, v, u, s, take)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .correlation_map import CorrelationMap, Pictures
+from .correlation_map import CorrelatedPictures, CorrelationMap
 from .shift_kernels import top_of
 
 Floats = NDArray[np.float64]
@@ -165,7 +165,7 @@ def distinct(lattices: Int64, height: int, width: int) -> Int64:
     return lattices[np.sort(first)]
 
 
-def waves_of(prepared: Pictures) -> list[Floats]:
+def waves_of(prepared: CorrelatedPictures) -> list[Floats]:
     """Find the waves of both pictures."""
     edges = prepared.edges
     if prepared.inner is None:

@@ -26,7 +26,7 @@ LIGHT = 6  # the short side over this is the sigma of what counts as light
 
 
 @dataclass(frozen=True)
-class Pictures:
+class CorrelatedPictures:
     """The two pictures that are correlated, and which of their pixels count.
 
     Attributes
@@ -63,7 +63,7 @@ class CorrelationMap:
     share: NDArray[np.int32]
 
 
-def pictures(features: NDArray[np.int64], usable: Mask | None) -> Pictures:
+def pictures(features: NDArray[np.int64], usable: Mask | None) -> CorrelatedPictures:
     """Prepare what is correlated: colours without slow light, and edges, of features in 1/16."""
     weight = None if usable is None else usable.astype(np.float64)
     values = _evened(features, usable)
@@ -83,7 +83,7 @@ def pictures(features: NDArray[np.int64], usable: Mask | None) -> Pictures:
             near[:-1] &= far[1:]
         colours[~usable] = 0
         edges[~inner] = 0
-    return Pictures(colours, edges, usable, inner)
+    return CorrelatedPictures(colours, edges, usable, inner)
 
 
 def _evened(features: NDArray[np.int64], usable: Mask | None) -> Floats:
@@ -97,7 +97,7 @@ def _evened(features: NDArray[np.int64], usable: Mask | None) -> Floats:
     return evened
 
 
-def correlation_map(prepared: Pictures) -> CorrelationMap | None:
+def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     """Correlate the pictures with themselves; None where there is nothing to correlate."""
     from scipy.ndimage import gaussian_filter
 

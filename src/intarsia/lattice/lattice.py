@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..analysis.reduction import factor_for, reduced
 from ..errors import ParameterError
 from .candidates import candidates, distinct, waves_of
-from .correlation_map import CorrelationMap, Pictures, correlation_map, pictures
+from .correlation_map import CorrelatedPictures, CorrelationMap, correlation_map, pictures
 from .fit import RING, fitted, relatives, resolved, score, shortlist
 from .refine import refined
 from .row_pitch import courses
@@ -92,7 +92,7 @@ def _found(features: NDArray[np.int64], usable: Mask | None, one: bool) -> Latti
     return Lattices(None, together, together[0].reasons[-1] if together else "No offset agrees with the exemplar.")
 
 
-def _two(found: CorrelationMap, guesses: Int64, prepared: Pictures) -> list[Lattice]:
+def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) -> list[Lattice]:
     """Rank lattices of two vectors: shortlist, fit, score; then the relatives of the best."""
     size = prepared.edges.shape[0], prepared.edges.shape[1]
     lattices, fits = fitted(found, shortlist(found, guesses), size)

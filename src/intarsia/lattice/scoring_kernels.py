@@ -16,7 +16,7 @@ NOTHING = -(1 << 40)  # the mean of no point at all
 
 
 @kernel
-def sample(values: NDArray[np.int32], y: int, x: int) -> int:
+def sample_between(values: NDArray[np.int32], y: int, x: int) -> int:
     """Read a map between its pixels, at (y, x) in 1/2048 px from its middle; bilinear, rounded down."""
     height, width = values.shape
     y += (height >> 1) << 11
@@ -74,7 +74,7 @@ def lattice_mean(
             y, x = y0 + 8 * b * r, x0 + 8 * b * s
             w = weight_at(weights, y, x)
             if w > 0:
-                total += w * sample(values, y, x)
+                total += w * sample_between(values, y, x)
                 mass += w
                 count += 1
     return (total // mass if mass > 0 else NOTHING), count
@@ -135,7 +135,7 @@ def course_profile(
             y, x = (y0 - 2 * t * q) >> 6, (x0 + 2 * t * p) >> 6
             w = weight_at(weights, y, x)
             if w > 0:
-                total += w * sample(values, y, x)
+                total += w * sample_between(values, y, x)
                 weight += w
         mean[s] = total // weight if weight > 0 else 0
         mass[s] = weight

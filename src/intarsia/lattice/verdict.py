@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .candidates import UNIT
-from .correlation_map import MILLION, Pictures
+from .correlation_map import MILLION, CorrelatedPictures
 from .fit import ENOUGH, Fit, Scored, regularity
 from .row_pitch import RowPitch
 
@@ -118,7 +118,7 @@ class Lattices:
     refined: bool = True
 
 
-def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit, prepared: Pictures) -> Lattice:
+def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit, prepared: CorrelatedPictures) -> Lattice:
     """Judge a lattice of two vectors by its score, its fit, and where in the exemplar it holds."""
     mean, contrast, confidence = (int(a[k]) / MILLION for a in (scored.mean, scored.contrast, scored.confidence))
     points = int(scored.points[k])
@@ -158,7 +158,7 @@ def _judge(confidence: float, near: float, odds: float, parts: float) -> tuple[V
     return REFUSED, f"Refused: the confidence {confidence:.3f} is below {LEAST}."
 
 
-def one_vector(found: RowPitch, prepared: Pictures) -> Lattice:
+def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
     """Judge courses by their contrast, their number, and where in the exemplar they hold."""
     pitch = round(UNIT * found.pitch[0]), round(UNIT * found.pitch[1])
     if pitch[1] < 0 or (pitch[1] == 0 and pitch[0] < 0):
@@ -177,7 +177,7 @@ def one_vector(found: RowPitch, prepared: Pictures) -> Lattice:
     return Lattice((pitch,), contrast, contrast, found.lines, found.residual, (says, why), verdict)
 
 
-def support(prepared: Pictures, vector: tuple[int, int]) -> float:
+def support(prepared: CorrelatedPictures, vector: tuple[int, int]) -> float:
     """Return the share of parts of the overlap that repeat when moved by a vector (1/256 px)."""
     dy, dx = ((v + 128) // 256 for v in vector)
     height, width = prepared.colours.shape[:2]

@@ -104,7 +104,7 @@ class _Outward:
         self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
         feats = features.features(exemplars)
         begun = () if canvas.start is None else canvas.start.poses
-        variants = posed.variants(exemplars, feats, posed.isometry_ids(method.isometries), (1, 1), begun)
+        variants = posed.posed_exemplars(exemplars, feats, posed.isometry_ids(method.isometries), (1, 1), begun)
         window = extent(method.window or 1)
         self.window = np.array(window, np.int64)
         self.taps = np.array(_taps(window), np.int64)

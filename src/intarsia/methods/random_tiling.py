@@ -79,7 +79,7 @@ class RandomTiling(MethodBase):
         )
         begun = () if canvas.start is None else canvas.start.poses
         poses = posed.isometry_ids(self.isometries)
-        variants = posed.variants(exemplars, features.features(exemplars), poses, (height, width), begun)
+        variants = posed.posed_exemplars(exemplars, features.features(exemplars), poses, (height, width), begun)
         work = growing_map.GrowingMap.begin(variants, canvas, canvas.rim or 0)
         for r, y in enumerate(rows):
             run.tick(r, len(rows), lambda: work.map(exemplars, canvas, self.blend))

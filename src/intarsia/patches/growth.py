@@ -22,7 +22,7 @@ from ..lazy import lazy
 from ..run import Run
 from ..search.candidates import Candidates, Search
 from ..search.fourier import PatchSearch
-from ..search.posed import isometry_ids, variants
+from ..search.posed import isometry_ids, posed_exemplars
 from ..sourcemap import HOLE, Blend, SourceMap
 from .growing_map import GrowingMap, Window, random_patch, waves
 from .hole_edge_kernels import weigh_edge
@@ -73,7 +73,8 @@ class Growth:
         around = (settings.context, max(min(settings.patch) // SURROUNDINGS, 1)) if settings.context else (0.0, 0)
         self.features = features(exemplars, settings.weights, around)
         begun = () if canvas.start is None else canvas.start.poses
-        self.variants = variants(exemplars, self.features, settings.poses(canvas.guide), self.layout.patch, begun)
+        poses = settings.poses(canvas.guide)
+        self.variants = posed_exemplars(exemplars, self.features, poses, self.layout.patch, begun)
         rim = settings.rim if canvas.rim is None else canvas.rim
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
         self.finder = self._finder(listed)

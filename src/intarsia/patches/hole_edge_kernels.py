@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from ..kernels.windows import place
+from ..kernels.windows import canvas_place
 
 REACH = 3  # px from the hole in which old pixels are its edge
 CELL = 8  # px; a step of tone shows where the differences of a cell have one sign
@@ -22,10 +22,10 @@ def edge_of(locked: Any, y0: int, x0: int, wrap: Any, known: Any, edge: Any) -> 
     h, w = known.shape
     count = 0
     for i in range(h):
-        y = place(y0 + i, height, wrap[0])
+        y = canvas_place(y0 + i, height, wrap[0])
         for j in range(w):
             edge[i, j] = 0
-            x = place(x0 + j, width, wrap[1])
+            x = canvas_place(x0 + j, width, wrap[1])
             if known[i, j] == 0 or y < 0 or x < 0 or not locked[y, x]:
                 continue
             near = False

@@ -63,7 +63,7 @@ class Stages:
         Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
         regions hold is as if outside the canvas; pixels that a start map locks are not touched.
         """
-        target = guidance.numbered(guide.target, guide.names)
+        target = guidance.numbered_labels(guide.target, guide.names)
         found = shown_labels(self.map, guide)
         stray = strays(found, target, slack, neighbours(guide))
         free = np.ones(target.shape, bool) if self.canvas.start is None else self.canvas.start.holes
@@ -87,7 +87,7 @@ def shown_labels(smap: SourceMap, guide: Guide) -> Array:
     for n, source in enumerate(guide.sources):
         mine = which == n
         yx = smap.yx[mine]
-        out[mine] = guidance.numbered(source, guide.names)[yx[:, 0], yx[:, 1]]
+        out[mine] = guidance.numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
     return out
 
 
@@ -96,7 +96,7 @@ def neighbours(guide: Guide) -> Array:
     size = len(guide.names) + 1
     out = np.eye(size, dtype=bool)
     for source in guide.sources:
-        ids = guidance.numbered(source, guide.names)
+        ids = guidance.numbered_labels(source, guide.names)
         for a, b in ((ids[1:], ids[:-1]), (ids[:, 1:], ids[:, :-1])):
             out[a, b] = out[b, a] = True
     return out

@@ -44,7 +44,7 @@ class Table:
         return rows
 
 
-def best_of(
+def best_given(
     search: PatchSearch, found: Candidates, table: Table, mask: Array, prices: Prices,
     check: Callable[[], None],
 ) -> Candidates:  # fmt: skip
@@ -59,7 +59,7 @@ def best_of(
     if not is_little(mask, search.patch):
         (again,) = search.search(found.feats[None], found.known[None], prices, lambda *_: mask)
     if not len(again.rows):
-        again = measured(search.variants, found, table.rows(mask), check)
+        again = measured_given(search.variants, found, table.rows(mask), check)
     return replace(again, usual=found.usual, permitted=True)
 
 
@@ -68,7 +68,7 @@ def is_little(mask: Array, patch: tuple[int, int]) -> bool:
     return mask.size * math.prod(patch) <= LITTLE
 
 
-def measured(variants: PosedExemplars, found: Candidates, rows: Array, check: Callable[[], None]) -> Candidates:
+def measured_given(variants: PosedExemplars, found: Candidates, rows: Array, check: Callable[[], None]) -> Candidates:
     """Return the nearest among given patches (n, 4), all of them measured, in place of the short-list's."""
     best = np.empty((0, 4), np.int64)
     for first in range(0, len(rows), CHUNK):

@@ -28,7 +28,7 @@ from ..search.posed import PosedExemplars
 from ..search.windows import WindowGrid
 from ..sourcemap import HOLE
 from . import repetition_kernels
-from .repeats import Table, best_of, is_little
+from .repeats import Table, best_given, is_little
 from .repetition_kernels import Layout, Terms, Wave
 
 REACH = 4  # blocks around a window in which nearness counts
@@ -195,12 +195,12 @@ class Repetition:
     def allowed(
         self, row: int, column: int, found: Candidates, valid: Sequence[Array], check: Callable[[], None]
     ) -> Candidates:
-        """Return the best of all `valid` patches that would not return too near; see :func:`best_of`."""
+        """Return the best of all `valid` patches that would not return too near; see :func:`best_given`."""
         if self._plain is None:  # only where it is needed: other searches have no list of their own for this
             self._plain = PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
         prices = self.search_prices if self._plain is self.search else self._plain.unpriced
         table = self._table if valid is self.search.variants.valid else Table(valid)
-        return best_of(self._plain, found, table, self.permitted(row, column, table), prices, check)
+        return best_given(self._plain, found, table, self.permitted(row, column, table), prices, check)
 
     def permitted(self, row: int, column: int, table: Table | None = None) -> Array:
         """Return which patches of a table, by default of all, would not return too near at a window: flat uint8."""

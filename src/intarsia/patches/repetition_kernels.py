@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from ..kernels.returns import apart
+from ..kernels.returns import axis_distance
 
 ONE = 256  # a full overlap of two patches
 
@@ -102,8 +102,8 @@ def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, di
                 right = a[2] - b[2] + j * torus[1]
                 if abs(right) >= w:
                     continue
-                dy = apart(a[3] - down, b[3], canvas[0], canvas[2])
-                dx = apart(a[4] - right, b[4], canvas[1], canvas[3])
+                dy = axis_distance(a[3] - down, b[3], canvas[0], canvas[2])
+                dx = axis_distance(a[4] - right, b[4], canvas[1], canvas[3])
                 if dy * dy + dx * dx < distance * distance and (dy != 0 or dx != 0):
                     return True
         return False
@@ -111,8 +111,8 @@ def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, di
     if torus[0] == 0 and (abs(a[6] - b[6]) >= 2 * reach or abs(a[7] - b[7]) >= 2 * reach):
         return False
     # Poses differ: a pixel may lie anywhere in both, so the patches themselves are kept apart.
-    dy = max(apart(a[3], b[3], canvas[0], canvas[2]) - reach, 0)
-    dx = max(apart(a[4], b[4], canvas[1], canvas[3]) - reach, 0)
+    dy = max(axis_distance(a[3], b[3], canvas[0], canvas[2]) - reach, 0)
+    dx = max(axis_distance(a[4], b[4], canvas[1], canvas[3]) - reach, 0)
     return dy * dy + dx * dx < distance * distance
 
 
@@ -158,7 +158,7 @@ def note(layout: Any, pick: Any, at: Any, place: Any, counter: bool) -> None:
 
 
 @kernel
-def around(at: int, reach: int, count: int, wrap: int) -> Any:
+def windows_within(at: int, reach: int, count: int, wrap: int) -> Any:
     """First window, and one past the last, within `reach` of window `at`; each once, also around a torus."""
     if wrap:
         return at - reach, min(at + reach + 1, at - reach + count)
@@ -169,7 +169,8 @@ def around(at: int, reach: int, count: int, wrap: int) -> Any:
 def placed_near(grid: Any, row: int, column: int, reach: int, canvas: Any) -> Any:
     """Return the placements (n, 8) of `grid` (rows, columns, 8) within `reach` windows of (row, column), each once."""
     rows, columns = grid.shape[0], grid.shape[1]
-    near_rows, near_columns = around(row, reach, rows, canvas[2]), around(column, reach, columns, canvas[3])
+    near_rows = windows_within(row, reach, rows, canvas[2])
+    near_columns = windows_within(column, reach, columns, canvas[3])
     others, n = np.empty(((near_rows[1] - near_rows[0]) * (near_columns[1] - near_columns[0]), 8), np.int64), 0
     for i in range(near_rows[0], near_rows[1]):
         for j in range(near_columns[0], near_columns[1]):
@@ -207,8 +208,8 @@ def prices(
                 break
             share = shared(mine, other, h, w)
             if share:
-                dy = apart(mine[3], other[3], canvas[0], canvas[2])
-                dx = apart(mine[4], other[4], canvas[1], canvas[3])
+                dy = axis_distance(mine[3], other[3], canvas[0], canvas[2])
+                dx = axis_distance(mine[4], other[4], canvas[1], canvas[3])
                 near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
                 total += (share * near * near) >> 16
         price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8

@@ -8,7 +8,17 @@ import numpy as np
 
 from ..kernels.draws import below, draw
 from ..kernels.jit import kernel
-from ..kernels.neighbourhoods import FAR, aim, distance, known_value, nearest, place, room_for, show, workplace
+from ..kernels.neighbourhoods import (
+    FAR,
+    aim,
+    find_nearest,
+    known_value,
+    position_of,
+    room_for,
+    show,
+    template_distance,
+    workplace,
+)
 
 HOLE = 255
 
@@ -104,7 +114,7 @@ def fill(
                 template.weight[n] = taps[t, 2]
                 n += 1
         best = _continued(variant, yx, y, x, ground, template, n, wrap_y, wrap_x)
-        count = nearest(ground, template, n, 1, best, share, first, work)
+        count = find_nearest(ground, template, n, 1, best, share, first, work)
         pick = below(count, draw(seed, stage, 0, y, x))
         show(ground, variant, yx, y, x, work.variant[pick], work.position[pick])
 
@@ -121,8 +131,8 @@ def _continued(
         if a < 0 or b < 0 or variant[a, b] == HOLE:
             continue
         v = variant[a, b]
-        position = place(ground, v, yx[a, b, 0] - dy, yx[a, b, 1] - dx, 1)
+        position = position_of(ground, v, yx[a, b, 0] - dy, yx[a, b, 1] - dx, 1)
         if position >= 0:
             aim(ground, v, template, n)
-            best = min(best, distance(ground, v, position, template, n, best))
+            best = min(best, template_distance(ground, v, position, template, n, best))
     return best

@@ -14,8 +14,19 @@ from numpy.typing import NDArray
 
 from ..kernels.draws import below, draw
 from ..kernels.jit import kernel
-from ..kernels.kd_tree import ask, project
-from ..kernels.neighbourhoods import CLOSED, FAR, aim, distance, known_value, nearest, place, room_for, show, workplace
+from ..kernels.kd_tree import ask, project_vector
+from ..kernels.neighbourhoods import (
+    CLOSED,
+    FAR,
+    aim,
+    find_nearest,
+    known_value,
+    position_of,
+    room_for,
+    show,
+    template_distance,
+    workplace,
+)
 
 ABOVE, BELOW, COARSE = 0, 1, 2  # kinds of taps: always counted; counted where known for good; of the coarser level
 FIRST = 12  # components by which a full search rules most candidates out, or SHARE / 16 of them
@@ -74,7 +85,7 @@ def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> 
     a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
     b = (x + torus.taps[t, 1]) % torus.variant.shape[1]
     v = torus.variant[a, b]
-    return place(ground, v, torus.yx[a, b, 0] - torus.taps[t, 0], torus.yx[a, b, 1] - torus.taps[t, 1], kind)
+    return position_of(ground, v, torus.yx[a, b, 0] - torus.taps[t, 0], torus.yx[a, b, 1] - torus.taps[t, 1], kind)
 
 
 @kernel
@@ -96,7 +107,7 @@ def best_continuation(torus: Any, ground: Any, y: int, x: int, kind: int, templa
         if at >= 0:
             v = variant_at(torus, y, x, t)
             aim(ground, v, template, n)
-            d = distance(ground, v, at, template, n, best)
+            d = template_distance(ground, v, at, template, n, best)
             if d < best or (d == best and (v < variant or (v == variant and at < position))):
                 best, variant, position = d, v, at
         left -= 1
@@ -133,7 +144,7 @@ def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, templ
         show(ground, torus.variant, torus.yx, y, x, torus.choices[k, 0], torus.choices[k, 1])
         return
     best, _, _ = best_continuation(torus, ground, y, x, kind, template, n)
-    nearest(ground, template, n, kind, best, 0, max(FIRST, n * SHARE // 16), work)
+    find_nearest(ground, template, n, kind, best, 0, max(FIRST, n * SHARE // 16), work)
     show(ground, torus.variant, torus.yx, y, x, work.variant[0], work.position[0])
 
 
@@ -155,14 +166,14 @@ def tree_row(torus: Any, ground: Any, tree: Any, leaves: int, few: int, y: int, 
             continue
         torus.done[y, x] = True
         best, variant, position = best_continuation(torus, ground, y, x, kind, template, n)
-        project(template.value, tree.mean, tree.axes, point)
+        project_vector(template.value, tree.mean, tree.axes, point)
         aimed = -1
         for k in range(ask(tree, point, leaves, near, number)):
             v, at = torus.choices[number[k], 0], torus.choices[number[k], 1]
             if v != aimed:
                 aim(ground, v, template, n)
                 aimed = v
-            d = distance(ground, v, at, template, n, best)
+            d = template_distance(ground, v, at, template, n, best)
             if d < best or (d == best and (v < variant or (v == variant and at < position))):
                 best, variant, position = d, v, at
         show(ground, torus.variant, torus.yx, y, x, variant, position)
@@ -217,7 +228,7 @@ def coherent_pixel(torus: Any, ground: Any, similar: Any, y: int, x: int, templa
                 if v < 0 or ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
                     continue
             aim(ground, v, template, n)
-            d = distance(ground, v, at, template, n, best)
+            d = template_distance(ground, v, at, template, n, best)
             if d < best:
                 best, variant, position = d, v, at
     if variant < 0:
@@ -237,7 +248,7 @@ def _counts(torus: Any, y: int, x: int, t: int, kind: int) -> bool:
 
 
 @kernel
-def noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any, stage: int, level: int) -> None:
+def start_from_noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any, stage: int, level: int) -> None:
     """Show at every pixel an exemplar pixel drawn blindly among the choices (m, 2)."""
     for y in range(variant.shape[0]):
         for x in range(variant.shape[1]):

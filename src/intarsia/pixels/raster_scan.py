@@ -15,7 +15,7 @@ from ..exemplar import Exemplar
 from ..kernels.neighbourhoods import Ground
 from ..params import words
 from ..patches.growing_map import GrowingMap
-from ..search.posed import variants
+from ..search.posed import posed_exemplars
 from ..sourcemap import HOLE, Blend, SourceMap
 from . import raster_kernels
 from .neighbourhoods import PixelPlanes, Reach, choices, ground, layers
@@ -93,7 +93,7 @@ class Scan:
     ) -> None:
         self.exemplars, self.canvas, self.window, self.levels, self.draws = exemplars, canvas, window, levels, draws
         shown = () if canvas.start is None else canvas.start.poses
-        self.variants = variants(exemplars, features(exemplars), (0,), (1, 1), shown)
+        self.variants = posed_exemplars(exemplars, features(exemplars), (0,), (1, 1), shown)
         self.pyramid = pyramid(layers(self.variants, exemplars), levels)
         up, left, _, _ = reach_of(window, levels > 1, True)
         self.margin = (
@@ -193,7 +193,8 @@ class Scan:
     def _noise(self, shape: tuple[int, ...], places: Any, exemplar: Ground) -> tuple[Any, Any]:
         """Show at every pixel an exemplar pixel drawn blindly."""
         variant, yx = np.zeros(shape, np.uint8), np.zeros((*shape, 2), np.int32)
-        raster_kernels.noise(variant, yx, exemplar, places, np.uint64(self.draws[0]), self.draws[1], self.level)
+        seed, stage = self.draws
+        raster_kernels.start_from_noise(variant, yx, exemplar, places, np.uint64(seed), stage, self.level)
         return variant, yx
 
     def _refined(self, shape: tuple[int, ...]) -> tuple[Any, Any]:

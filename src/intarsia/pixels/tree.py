@@ -25,7 +25,7 @@ def tree_of(ground: Ground, places: NDArray[np.int64], components: NDArray[np.in
     """
     every = np.ascontiguousarray(places[:: max(1, len(places) // SAMPLE)])
     some = np.empty((len(every), len(components)), np.int32)
-    kd_tree.gather(ground, every, components, some)
+    kd_tree.gather_neighbourhoods(ground, every, components, some)
     mean = some.astype(np.int64).sum(axis=0) // len(some)
     centred = (some - mean).astype(np.float64)  # sums of whole numbers below 2**53: exact in any order
     _, axes = principal_axes(centred.T @ centred / len(some), min(DIMS, len(components)))

@@ -246,7 +246,7 @@ def code_values(plane: Plane, unit: Unit = WHITE) -> NDArray[np.int32]:
     values = np.empty(samples.shape, np.int32)
     colours = samples.shape[2] - plane.alpha
     if plane.kind is Kind.COLOUR and plane.transfer is Transfer.LINEAR:
-        values[..., :colours] = _logarithm(shares(samples[..., :colours]))
+        values[..., :colours] = _logarithm(code_shares(samples[..., :colours]))
     else:
         values[..., :colours] = _counted(samples[..., :colours], WHITE if plane.kind is Kind.NORMAL else unit)
     values[..., colours:] = _counted(samples[..., colours:], WHITE)
@@ -256,10 +256,10 @@ def code_values(plane: Plane, unit: Unit = WHITE) -> NDArray[np.int32]:
 def _counted(samples: Array, unit: Unit) -> NDArray[np.int32]:
     if samples.dtype.kind == "u" and unit is WHITE:  # plainly: unit.count(shares(samples))
         return samples.astype(np.int32) * np.int32(257 if samples.itemsize == 1 else 1)
-    return unit.count(shares(samples))
+    return unit.count(code_shares(samples))
 
 
-def shares(samples: Array) -> NDArray[np.float64]:
+def code_shares(samples: Array) -> NDArray[np.float64]:
     """Return codes as shares of the top of their range."""
     if samples.dtype.kind == "u":
         return samples / np.float64(np.iinfo(samples.dtype).max)

@@ -13,7 +13,7 @@ from ..exemplar import Exemplar
 from ..image import Array
 from ..kernels.pieces_of_maps import HOLE
 from ..lazy import lazy
-from .vote_kernels import Ground
+from .vote_kernels import VotedExemplars
 
 if TYPE_CHECKING:
     from scipy import ndimage
@@ -29,7 +29,9 @@ def enlarged(samples: Array, times: int) -> Array:
     return samples if times == 1 else np.repeat(np.repeat(samples, times, 0), times, 1)
 
 
-def ground_of(exemplars: Sequence[Exemplar], layers: list[Array], grow: int, feather: int) -> tuple[Array, Ground]:
+def ground_of(
+    exemplars: Sequence[Exemplar], layers: list[Array], grow: int, feather: int
+) -> tuple[Array, VotedExemplars]:
     """Lay one plane of every exemplar end to end.
 
     `layers` are its pixels (H, W, C), `grow` times as large as the base. Returns the pixels (N, C) and what
@@ -41,7 +43,7 @@ def ground_of(exemplars: Sequence[Exemplar], layers: list[Array], grow: int, fea
     starts = np.cumsum([0] + [len(f) for f in flat[:-1]])
     table = [(n, *la.shape[:2], e.toroidal) for n, la, e in zip(starts, layers, exemplars, strict=True)]
     near = [_distances_to_unusable(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
-    return samples, Ground(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
+    return samples, VotedExemplars(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
 
 
 def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_] | None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from .vote_kernels import Ground, Plan, open_group, scratch, weigh_row
+from .vote_kernels import VotedExemplars, Voters, open_group, scratch, weigh_row
 
 Array = NDArray[Any]
 LIMB = 14
@@ -39,7 +39,7 @@ def copy_cell(
 
 @kernel
 def vote_plain(
-    plan: Plan, ground: Ground, samples: Array, light: NDArray[np.int32], total: NDArray[np.int64],
+    plan: Voters, ground: VotedExemplars, samples: Array, light: NDArray[np.int32], total: NDArray[np.int64],
     weight: NDArray[np.int64], squares: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Integer pixels: add w * light[code] for every channel."""
@@ -82,8 +82,8 @@ def settle_plain(
 
 @kernel
 def vote_relative(
-    plan: Plan, ground: Ground, values: Array, turn: tuple[NDArray[np.int64], NDArray[np.int64]], total: Array,
-    first: NDArray[np.int64], weight: NDArray[np.int64], squares: NDArray[np.float64],
+    plan: Voters, ground: VotedExemplars, values: Array, turn: tuple[NDArray[np.int64], NDArray[np.int64]],
+    total: Array, first: NDArray[np.int64], weight: NDArray[np.int64], squares: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Add w * (value - value of the first voter): exactly zero where all agree, whatever the rounding.
 
@@ -114,7 +114,7 @@ def vote_relative(
 
 @kernel
 def vote_alpha(
-    plan: Plan, ground: Ground, samples: Array, light: NDArray[np.int32],
+    plan: Voters, ground: VotedExemplars, samples: Array, light: NDArray[np.int32],
     limbs: tuple[NDArray[np.int64], NDArray[np.int64]], opaque: NDArray[np.int64], weight: NDArray[np.int64],
     squares: NDArray[np.float64],
 ) -> None:  # fmt: skip
@@ -150,7 +150,7 @@ def vote_alpha(
 
 @kernel
 def vote_alpha_float(
-    plan: Plan, ground: Ground, values: Array, total: NDArray[np.float64], first: NDArray[np.int64],
+    plan: Voters, ground: VotedExemplars, values: Array, total: NDArray[np.float64], first: NDArray[np.int64],
     opaque: NDArray[np.float64], weight: NDArray[np.int64], squares: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Float pixels with opacity: as :func:`vote_alpha`, relative to the first voter.
@@ -189,7 +189,7 @@ def vote_alpha_float(
 
 @kernel
 def vote_label(
-    plan: Plan, ground: Ground, ranks: NDArray[np.int32], begin: int, end: int,
+    plan: Voters, ground: VotedExemplars, ranks: NDArray[np.int32], begin: int, end: int,
     slots: tuple[NDArray[np.int32], NDArray[np.int64]],
 ) -> bool:  # fmt: skip
     """Rows begin .. end - 1: add up the weight of every label that is heard; False where slots run out.

@@ -12,7 +12,7 @@ from ..image import Array, Kind, Plane
 from ..lazy import lazy
 from ..sourcemap import Mixing
 from .colour import Curve
-from .mixing import Floats, Integers, Labels, Mixer, Normals, Spread
+from .mixing import Floats, Integers, LabelMixer, Mixer, Normals, Spread
 from .normals import NormalCoding
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def mixer_of(
     if coding is not None:
         return Normals(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
-        return Labels.of(samples)
+        return LabelMixer.of(samples)
     # Kernels know no half floats; every half is a float32.
     light = (
         curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples)

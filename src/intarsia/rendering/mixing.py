@@ -18,7 +18,7 @@ from ..image import Array
 from .colour import Curve, code_shelf, code_steps
 from .mix_kernels import settle_label, settle_plain, vote_label, vote_plain, vote_relative
 from .normals import NormalCoding
-from .vote_kernels import Ground, Plan
+from .vote_kernels import VotedExemplars, Voters
 
 Weights = NDArray[np.int64]
 
@@ -26,7 +26,7 @@ Weights = NDArray[np.int64]
 class Mixer(Protocol):
     """What a plane needs to be rendered with a feather."""
 
-    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
         """Return codes (h, w, C) of a cell, and the weights (h, w)."""
 
     def average(self, codes: Array, s: int) -> Array:
@@ -58,7 +58,7 @@ class Spread:
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
 
 
-def cell_shape(plan: Plan) -> tuple[int, int]:
+def cell_shape(plan: Voters) -> tuple[int, int]:
     """Return the height and width of the cell that a plan is for."""
     return plan.labels.shape[0] - plan.feather, plan.labels.shape[1] - plan.feather
 
@@ -82,7 +82,7 @@ class Integers:
     curve: Curve
     spread: Spread | None
 
-    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         total = np.zeros((*shape, self.samples.shape[1]), np.int64)
         weight, squares = np.zeros(shape, np.int64), squares_for(self.spread, shape)
@@ -127,7 +127,7 @@ class Floats:
     curve: Curve
     spread: Spread | None
 
-    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         total = np.zeros((*shape, self.samples.shape[1]))
         first, weight, squares = (np.full(shape, -1), np.zeros(shape, np.int64), squares_for(self.spread, shape))
@@ -157,7 +157,7 @@ class Normals:
     light: Array  # (N, 3) vectors
     coding: NormalCoding
 
-    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         turn = self.coding.turn()
         total = np.zeros((*shape, 3), np.int64 if self.light.dtype.kind == "i" else np.float64)
@@ -189,19 +189,19 @@ class Normals:
 
 
 @dataclass(frozen=True)
-class Labels:
+class LabelMixer:
     """Names: the label with the largest weight, the smallest of equals."""
 
     ranks: NDArray[np.int32]  # (N,): place of a pixel's label among all labels in order
     names: Array  # (K, C)
 
     @classmethod
-    def of(cls, samples: Array) -> Labels:
+    def of(cls, samples: Array) -> LabelMixer:
         """Number the labels of pixels (N, C); several channels are one name."""
         names, ranks = np.unique(samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True)
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
-    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         out, weight = np.zeros(shape, np.int32), np.zeros(shape, np.int64)
         todo = [(0, shape[0], 4)]

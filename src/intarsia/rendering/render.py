@@ -34,7 +34,7 @@ from .mix_kernels import copy_cell
 from .mixers import coding_of, mixer_of
 from .mixing import Mixer
 from .normals import NormalCoding
-from .vote_kernels import Ground, make_plan
+from .vote_kernels import VotedExemplars, make_plan
 
 if TYPE_CHECKING:
     from . import finish, warped
@@ -143,7 +143,7 @@ class _Job:
     wrap: tuple[bool, bool]
     scale: int
     feather: int  # in px of the plane
-    ground: Ground
+    ground: VotedExemplars
     samples: Array  # (N, C) codes of all exemplars
     mixer: Mixer
     coding: NormalCoding | None

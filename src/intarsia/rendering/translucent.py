@@ -15,7 +15,7 @@ from ..image import Array
 from .colour import Curve
 from .mix_kernels import LIMB, vote_alpha, vote_alpha_float
 from .mixing import Spread, Weights, blocks, cell_shape, rounded_codes, rounded_light, squares_for
-from .vote_kernels import Ground, Plan
+from .vote_kernels import VotedExemplars, Voters
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class TranslucentIntegers:
     curve: Curve
     spread: Spread | None
 
-    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         colours = (*shape, self.samples.shape[1] - 1)
         limbs = (np.zeros(colours, np.int64), np.zeros(colours, np.int64))
@@ -72,7 +72,7 @@ class TranslucentFloats:
     curve: Curve
     spread: Spread | None
 
-    def vote(self, plan: Plan, ground: Ground) -> tuple[Array, Weights]:
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
         shape = cell_shape(plan)
         total, first = np.zeros((*shape, self.samples.shape[1])), np.zeros((*shape, 2), np.int64)
         opaque, weight = np.zeros(shape), np.zeros(shape, np.int64)

@@ -20,14 +20,14 @@ from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
 
 
-class Ground(NamedTuple):
+class VotedExemplars(NamedTuple):
     """The exemplars laid end to end, so that one number names any pixel of any of them."""
 
     table: NDArray[np.int64]  # (n, 4): number of the first pixel, height, width, 1 if toroidal
     near: NDArray[np.uint16]  # (pixels,): distance to the nearest unusable pixel, capped; 0 where unusable
 
 
-class Plan(NamedTuple):
+class Voters(NamedTuple):
     """Who votes in one cell."""
 
     labels: NDArray[np.int32]  # (height + feather, width + feather): number of the group, -1 for no vote
@@ -65,7 +65,7 @@ def _merge(
 def make_plan(
     part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]], origin: tuple[int, int],
     exemplars: NDArray[np.int64], feather: int,
-) -> Plan:  # fmt: skip
+) -> Voters:  # fmt: skip
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
     Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
@@ -81,7 +81,7 @@ def make_plan(
     ox = np.where(toroidal, (table[:, OX] - j[:, 2] * origin[0] - j[:, 3] * origin[1]) % width, table[:, OX])
     key = (((table[:, WHICH] << 3) + table[:, POSE] << 26) + oy + (1 << 25) << 26) + ox + (1 << 25)
     order = np.lexsort((table[:, LEFT], key))
-    return Plan(labels, _merge(table, order, key, feather, labels), feather)
+    return Voters(labels, _merge(table, order, key, feather, labels), feather)
 
 
 @kernel
@@ -94,14 +94,14 @@ def _add_row(
 
 
 @kernel
-def scratch(plan: Plan) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def scratch(plan: Voters) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Make room for the column sums of a group, and for the hits of one row: column, weight, pixel read."""
     width = plan.labels.shape[1]
     return np.zeros(width + 2 * plan.feather + 2, np.int32), np.empty((3, width), np.int64)
 
 
 @kernel
-def open_group(plan: Plan, g: int, begin: int, end: int, columns: NDArray[np.int32]) -> tuple[int, int]:
+def open_group(plan: Voters, g: int, begin: int, end: int, columns: NDArray[np.int32]) -> tuple[int, int]:
     """Start counting the votes of a group in rows begin .. end - 1; returns the rows that hear it."""
     box, f = plan.groups[g], plan.feather
     columns[: box[RIGHT] - box[LEFT] + 2 * f + 2] = 0
@@ -114,8 +114,9 @@ def open_group(plan: Plan, g: int, begin: int, end: int, columns: NDArray[np.int
 
 @kernel
 def weigh_row(
-    plan: Plan, ground: Ground, g: int, y: int, first: int, columns: NDArray[np.int32], hits: NDArray[np.int64]
-) -> int:
+    plan: Voters, ground: VotedExemplars, g: int, y: int, first: int, columns: NDArray[np.int32],
+    hits: NDArray[np.int64],
+) -> int:  # fmt: skip
     """List the votes of group `g` in row `y` (rows must come in turn from `first`); returns how many hits."""
     box, f = plan.groups[g], plan.feather
     counts = columns[f + 1 :]

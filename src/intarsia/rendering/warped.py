@@ -24,7 +24,7 @@ from .catmull_rom_kernels import Reach
 from .colour import Curve
 from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes
 from .mixers import coding_of, mixer_of
-from .mixing import Labels, Mixer
+from .mixing import LabelMixer, Mixer
 from .normals import NormalCoding
 from .reading_kernels import read_labels, read_light, read_vectors
 from .warped_kernels import Part, WarpField, lay_part
@@ -143,7 +143,7 @@ class Vectors:
 class Names:
     """Labels: the largest share of the nearest pixels."""
 
-    labels: Labels
+    labels: LabelMixer
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Mask]:
         size = part.which.shape[0] - feather, part.which.shape[1] - feather
@@ -183,7 +183,7 @@ def _reader(plane: Plane, samples: Array, coding: NormalCoding | None, curve: Cu
     if coding is not None:
         return Vectors(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
-        return Names(Labels.of(samples))
+        return Names(LabelMixer.of(samples))
     # Kernels know no half floats, and need no more than one kind of whole numbers.
     plain = samples.astype(np.float32) if samples.dtype == np.float16 else samples
     light = curve.linear(plain)

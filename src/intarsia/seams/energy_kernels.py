@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..kernels.cuts import FLAT, GRADIENT_UNIT
 from ..kernels.jit import kernel
-from ..kernels.windows import place
+from ..kernels.windows import canvas_place
 
 HOLE = 255
 
@@ -25,7 +25,7 @@ class Pieces(NamedTuple):
 
 
 @kernel
-def apart(flat: Any, channels: int, a: int, b: int) -> int:
+def feature_distance(flat: Any, channels: int, a: int, b: int) -> int:
     """Return how far the features of two pixels of `flat` are apart, rounded up.
 
     Rounded up, distances keep the triangle inequality; a and b are numbers of pixels.
@@ -62,9 +62,9 @@ def meeting(flat: Any, channels: int, a: Any, b: Any, gradient: bool) -> int:
     Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With `gradient`
     the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down.
     """
-    cost = apart(flat, channels, a[0], b[0]) + apart(flat, channels, a[1], b[1])
+    cost = feature_distance(flat, channels, a[0], b[0]) + feature_distance(flat, channels, a[1], b[1])
     if gradient and cost > 0:
-        change = apart(flat, channels, a[0], a[1]) + apart(flat, channels, b[0], b[1])
+        change = feature_distance(flat, channels, a[0], a[1]) + feature_distance(flat, channels, b[0], b[1])
         cost = cost * GRADIENT_UNIT // (FLAT + change)
     return cost
 
@@ -99,18 +99,18 @@ def seam_prices(shown: Any, pieces: Any, box: Any, gradient: bool, prices: Any) 
     (variant, yx, wrap), (flat, table, usable, torus, channels) = shown, pieces
     height, width = variant.shape
     for i in range(box[2]):
-        y = place(box[0] + i, height, wrap[0])
+        y = canvas_place(box[0] + i, height, wrap[0])
         if y < 0:
             continue
         for j in range(box[3]):
-            x = place(box[1] + j, width, wrap[1])
+            x = canvas_place(box[1] + j, width, wrap[1])
             if x < 0:
                 continue
             here = source_at(variant, yx, table, channels, y, x)
             for k in range(2):
                 prices[y, x, k] = 0
-                ny = place(y + k, height, wrap[0])
-                nx = place(x + 1 - k, width, wrap[1])
+                ny = canvas_place(y + k, height, wrap[0])
+                nx = canvas_place(x + 1 - k, width, wrap[1])
                 if here < 0 or ny < 0 or nx < 0:
                     continue
                 there = source_at(variant, yx, table, channels, ny, nx)

@@ -259,7 +259,7 @@ class GraphcutGrowth:
 
     def paste(self, cut: Cut) -> None:
         """Write a cut into the map, and what its seams cost into the prices."""
-        recut_kernels.write(self.shown, self.pieces, cut.box, cut.pick, cut.take)
+        recut_kernels.write_cut(self.shown, self.pieces, cut.box, cut.pick, cut.take)
         y, x, h, w = cut.box
         self.note((y - 1, x - 1, h + 1, w + 1))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..kernels.jit import kernel
-from ..kernels.windows import place
+from ..kernels.windows import canvas_place
 from .energy_kernels import source_at, spot
 
 HOLE = 255
@@ -62,11 +62,11 @@ def shift_cost(shown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
     height, width = variant.shape
     total, count = 0, 0
     for i in range(0, box[2], step):
-        y = place(box[0] + i, height, wrap[0])
+        y = canvas_place(box[0] + i, height, wrap[0])
         if y < 0:
             continue
         for j in range(0, box[3], step):
-            x = place(box[1] + j, width, wrap[1])
+            x = canvas_place(box[1] + j, width, wrap[1])
             if x < 0:
                 continue
             old = source_at(variant, yx, table, channels, y, x)

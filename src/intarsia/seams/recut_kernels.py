@@ -20,8 +20,8 @@ import numpy as np
 
 from ..kernels.jit import kernel
 from ..kernels.maxflow import push_flow
-from ..kernels.windows import place
-from .energy_kernels import apart, meeting, source_at, spot
+from ..kernels.windows import canvas_place
+from .energy_kernels import feature_distance, meeting, source_at, spot
 
 HOLE = 255
 OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
@@ -39,9 +39,9 @@ def fix(shown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, stat
     height, width = variant.shape
     h, w = old.shape
     for i in range(h):
-        y = place(box[0] + i, height, wrap[0])
+        y = canvas_place(box[0] + i, height, wrap[0])
         for j in range(w):
-            x = place(box[1] + j, width, wrap[1])
+            x = canvas_place(box[1] + j, width, wrap[1])
             if old[i, j] < 0:
                 inside = 0 <= i - target[0] < target[2] and 0 <= j - target[1] < target[3]
                 state[i, j] = NEW if inside and new[i, j] >= 0 else ABSENT
@@ -53,7 +53,7 @@ def fix(shown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, stat
                     if old[a, b] >= 0 and new[a, b] < 0:
                         state[i, j] = OLD
                     continue
-                ny, nx = place(box[0] + a, height, wrap[0]), place(box[1] + b, width, wrap[1])
+                ny, nx = canvas_place(box[0] + a, height, wrap[0]), canvas_place(box[1] + b, width, wrap[1])
                 if ny >= 0 and nx >= 0 and variant[ny, nx] != HOLE:
                     state[i, j] = OLD
 
@@ -70,7 +70,8 @@ def pair_terms(pieces: Any, source: Any, gradient: bool, old: Any, new: Any, sta
     gap = np.empty((h, w), np.int32)
     for i in range(h):
         for j in range(w):
-            gap[i, j] = apart(flat, channels, old[i, j], new[i, j]) if old[i, j] >= 0 and new[i, j] >= 0 else -1
+            both = old[i, j] >= 0 and new[i, j] >= 0
+            gap[i, j] = feature_distance(flat, channels, old[i, j], new[i, j]) if both else -1
     for k in range(2):
         for i in range(h):
             for j in range(w):
@@ -194,9 +195,9 @@ def recut(
     old, new = np.empty((h, w), np.int64), np.empty((h, w), np.int64)
     source = np.empty((h, w, 3), np.int32)
     for i in range(h):
-        y = place(box[0] + i, height, wrap[0])
+        y = canvas_place(box[0] + i, height, wrap[0])
         for j in range(w):
-            x = place(box[1] + j, width, wrap[1])
+            x = canvas_place(box[1] + j, width, wrap[1])
             source[i, j, 0], source[i, j, 1], source[i, j, 2] = variant[y, x], yx[y, x, 0], yx[y, x, 1]
             old[i, j] = source_at(variant, yx, table, channels, y, x)
             new[i, j] = spot(table, usable, torus, channels, pick[0], pick[1] + i, pick[2] + j)
@@ -209,16 +210,16 @@ def recut(
 
 
 @kernel
-def write(shown: Any, pieces: Any, box: Any, pick: Any, take: Any) -> None:
+def write_cut(shown: Any, pieces: Any, box: Any, pick: Any, take: Any) -> None:
     """Write what `take` says of a patch into the map; `box` and `pick` as in :func:`recut`."""
     (variant, yx, wrap), table = shown, pieces.table
     height, width = variant.shape
     rows, columns = table[pick[0], 1], table[pick[0], 2]
     for i in range(take.shape[0]):
-        y = place(box[0] + i, height, wrap[0])
+        y = canvas_place(box[0] + i, height, wrap[0])
         for j in range(take.shape[1]):
             if take[i, j]:
-                x = place(box[1] + j, width, wrap[1])
+                x = canvas_place(box[1] + j, width, wrap[1])
                 variant[y, x] = pick[0]
                 yx[y, x, 0] = (pick[1] + i) % rows
                 yx[y, x, 1] = (pick[2] + j) % columns

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from .fourier_kernels import FAR, distance, insert, row_spans
+from .fourier_kernels import FAR, insert, row_spans, window_distance
 
 
 @kernel
@@ -24,7 +24,7 @@ def best_of(feats: Any, known: Any, posed: Any, rows: Any, found: Any) -> int:
         v, u, s = rows[k, 1], rows[k, 2], rows[k, 3]
         stride = table[v, 3] * channels
         worst = FAR if count < size else found[size - 1, 0]
-        d = distance(window, known, spans, flat, table[v, 0] + u * stride + s * channels, stride, 1, worst)
+        d = window_distance(window, known, spans, flat, table[v, 0] + u * stride + s * channels, stride, 1, worst)
         if d < worst:
             count = insert(found, min(count, size - 1), d, v, u, s)
     return count
@@ -65,7 +65,7 @@ def complete(
                 if np.float64(own[x]) - 2.0 * np.float64(cor[x]) > limit or not ok[x]:
                     continue
                 start = table[variant, 0] + y * stride + x * channels
-                d = distance(window, known[k], spans, flat, start, stride, 1, best)
+                d = window_distance(window, known[k], spans, flat, start, stride, 1, best)
                 if d < best:
                     counts[k] = insert(found[k], min(counts[k], found.shape[1] - 1), d, variant, y, x)
                     best = d

@@ -189,7 +189,7 @@ class PatchSearch:
 
     def _correlated(self, reduced: Reduced) -> dict[int, Any]:
         if self.exact:
-            return near.correlate(self, reduced)
+            return near.correlate_near(self, reduced)
         return {v: self.correlations(v, reduced) for v in range(len(self.coarse)) if self.valid[v].size}
 
     def windows(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> tuple[Array, Array]:

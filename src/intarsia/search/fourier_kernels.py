@@ -67,7 +67,7 @@ def correlate(spectra: Any, templates: Any, out: Any) -> None:
 
 
 @kernel
-def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any) -> int:
+def patch_distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any) -> int:
     """Write the squared distance at every position, NONE where no patch may begin; return the usual distance.
 
     distance = energy of the exemplar under the mask - 2 correlation + energy of the template. The usual distance
@@ -82,7 +82,7 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
             whole = np.int32(np.floor(cor[x] + HALF))
             value = np.int32(own[x] + np.int32(energy) - np.int32(2) * whole)
             d[x] = value if ok[x] else NONE
-    step = apart(h, w)
+    step = usual_step(h, w)
     sample = np.empty(((h + step - 1) // step) * ((w + step - 1) // step), np.int32)
     n = 0
     for y in range(0, h, step):
@@ -94,7 +94,7 @@ def distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any
 
 
 @kernel
-def apart(h: int, w: int) -> int:
+def usual_step(h: int, w: int) -> int:
     """How far apart the positions are, about 500, by which a usual distance is told."""
     return max(1, int(np.sqrt(h * w / 500.0)))
 
@@ -139,7 +139,7 @@ def short_list(correlated: Any, fee: Any, listed: Any) -> None:
     (penalty, weight, multiply), (best, counts, usual) = fee, listed
     dist = np.empty(valid.shape, np.int32)
     for k in range(len(slots)):
-        q = distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
+        q = patch_distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
         if usual[k] < 0:
             usual[k] = q
         unit = weight * max(usual[k], 0) >> 8
@@ -217,7 +217,9 @@ def squares(window: Any, flat: Any, a: Any, b: Any, n: int) -> Any:
 
 
 @kernel
-def distance(window: Any, known: Any, spans: Any, flat: Any, start: int, stride: int, step: int, limit: Any) -> Any:
+def window_distance(
+    window: Any, known: Any, spans: Any, flat: Any, start: int, stride: int, step: int, limit: Any
+) -> Any:
     """Sum the squared differences over the known pixels of every `step`-th row; stop once above `limit`.
 
     `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` apart. Plainly:
@@ -276,12 +278,12 @@ def refine(feats: Any, known: Any, posed: Any, among: Any, coarse: Any, factor: 
                 if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
                     continue
                 start = table[v, 0] + u * stride + s * channels
-                d = distance(window, known, spans, flat, start, stride, max(h // ROWS, 1), near)
+                d = window_distance(window, known, spans, flat, start, stride, max(h // ROWS, 1), near)
                 if d < near:
                     near, cy, cx = d, u, s
             y, x = cy, cx
         if y < rows and x < columns and ok[y * columns + x]:
-            d = distance(window, known, spans, flat, table[v, 0] + y * stride + x * channels, stride, 1, FAR)
+            d = window_distance(window, known, spans, flat, table[v, 0] + y * stride + x * channels, stride, 1, FAR)
             count = insert(found, count, d, v, y, x)
     return count
 

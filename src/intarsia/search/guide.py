@@ -66,11 +66,11 @@ class WindowGuide:
         self.windows = np.zeros((len(layout.rows), len(layout.columns)), np.int64)
         self._held: list[Array] = []
         if guide.is_labels:
-            ids = [numbered(s, guide.names) for s in guide.sources]
+            ids = [numbered_labels(s, guide.names) for s in guide.sources]
             for v in range(len(variants)):
                 posed = pose_array(ids[variants.exemplar[v]], int(variants.pose[v]))
                 self._held.append(label_sets(_padded(posed, variants.toroidal[v], layout.patch), layout.patch))
-            self.windows = self._window_sets(numbered(guide.target, guide.names))
+            self.windows = self._window_sets(numbered_labels(guide.target, guide.names))
         self.boundaries: Array = self.windows & (self.windows - 1) != 0
 
     def allowed(self, labels: int) -> list[Array]:
@@ -167,7 +167,7 @@ def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[i
     if not guide.is_labels:
         return best
     for number, (e, source) in enumerate(zip(exemplars, guide.sources, strict=True)):
-        ids = numbered(source, guide.names)
+        ids = numbered_labels(source, guide.names)
         for k in range(len(guide.names)):
             mine = ids == k if e.usable is None else (ids == k) & e.usable
             y, x, side = _largest_square(mine)
@@ -197,14 +197,14 @@ def _without_pure_patch(exemplars: Sequence[Exemplar], guide: Guide, patch: tupl
         return []
     missing = set(range(len(names)))
     for e, source in zip(exemplars, guide.sources, strict=True):
-        ids = _padded(numbered(source, names), e.toroidal, patch)
+        ids = _padded(numbered_labels(source, names), e.toroidal, patch)
         held = label_sets(ids, patch)
         held = held[valid_windows(ids.shape, e.usable, e.toroidal, patch)]
         missing -= {k for k in missing if bool((held == 1 << k).any())}
     return [names[k] for k in sorted(missing)]
 
 
-def numbered(plane: Plane, names: tuple[int, ...]) -> Array:
+def numbered_labels(plane: Plane, names: tuple[int, ...]) -> Array:
     """Number the labels in the order of `names`; all others share the next number."""
     pixels = plane.pixels.reshape(plane.height, plane.width).astype(np.int64)
     place = np.searchsorted(names, pixels)
@@ -216,7 +216,7 @@ def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
     """The guide as int16 channels of 0 .. ONE, beside the exemplars and over the canvas."""
     planes = [*guide.sources, guide.target]
     if guide.is_labels:
-        ids = [numbered(p, guide.names) for p in planes]
+        ids = [numbered_labels(p, guide.names) for p in planes]
         codes = [
             np.stack([_presence(i == k, guide.reach, wrap if n == len(ids) - 1 else Wrap.NONE)
                       for k in range(len(guide.names))], axis=2)

@@ -18,7 +18,7 @@ from .candidates import Candidates, Prices
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import Among
 from .guide import ONE, WindowGuide
-from .pyramid import LEVELS, PyramidSearch, scaled
+from .pyramid import LEVELS, PyramidSearch, to_level
 from .pyramid_kernels import Rung
 from .reduce_kernels import Listed
 
@@ -123,9 +123,9 @@ class GuidedSearch(Guided[PatchSearch]):
             if valid.size:
                 mine = pixels.correlated(v, search.correlations(v, pixels), valid)
                 labels = over.correlated(v, guide.correlations(v, over), valid)
-                guided_kernels.short_list(mine, labels, coarse_shares, scales, prices.of(v), listed)
+                guided_kernels.guided_short_list(mine, labels, coarse_shares, scales, prices.of(v), listed)
         found = np.empty((n, search.listed, 4), np.int64)
-        guided_kernels.refine_all(
+        guided_kernels.guided_refine_all(
             feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
             Among(search.flat_valid, search.offsets), best, counts, search.factor, found,
         )  # fmt: skip
@@ -165,7 +165,7 @@ class GuidedPyramid(Guided[PyramidSearch]):
             (feats, known), (wanted, inside) = stack[number], beside[number]
             level, labels = search.levels[number], guide.levels[number]
             shares = self._shares(known, inside)
-            here = usual if number == LEVELS else scaled(usual, sums, number)
+            here = usual if number == LEVELS else to_level(usual, sums, number)
             kept, many = best, found
             best = np.empty((n, (search.kept if number else search.listed) + 1, 4), np.int64)
             found = np.zeros(n, np.int64)
@@ -177,8 +177,8 @@ class GuidedPyramid(Guided[PyramidSearch]):
                         Listed(best, found, here),
                     )  # fmt: skip
         rows = np.empty((n, search.listed, 4), np.int64)
-        guided_kernels.refine_all(
+        guided_kernels.guided_refine_all(
             feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
             Among(search.flat_valid, search.offsets), np.ascontiguousarray(best[:, : search.listed]), found, 1, rows,
         )  # fmt: skip
-        return Candidates.of_all(rows, found, np.maximum(scaled(usual, sums, 0), 0).tolist(), feats, known)
+        return Candidates.of_all(rows, found, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from .fourier_kernels import FAR, HALF, NONE, distance, distances, insert, keep_best, row_spans
+from .fourier_kernels import FAR, HALF, NONE, insert, keep_best, patch_distances, row_spans, window_distance
 
 
 @kernel
-def joined(seam: Any, apart: Any, share: float) -> Any:
+def guided_cost(seam: Any, apart: Any, share: float) -> Any:
     """Return the cost of summed squares `seam` of pixels and `apart` of the guide, which counts `share`-fold."""
     if share == 0.0 or apart == 0:
         return np.int64(seam)
@@ -27,7 +27,7 @@ def joined(seam: Any, apart: Any, share: float) -> Any:
 def add_guide(dist: Any, correlation: Any, own: Any, energy: int, share: float, scale: float) -> None:
     """Turn squared distances (rows, columns) int32 into costs, `scale` times as large; NONE stays.
 
-    The guide's squared difference is own - 2 correlation + energy, as in :func:`fourier_kernels.distances`.
+    The guide's squared difference is own - 2 correlation + energy, as in :func:`fourier_kernels.patch_distances`.
     """
     h, w = dist.shape
     for y in range(h):
@@ -41,7 +41,7 @@ def add_guide(dist: Any, correlation: Any, own: Any, energy: int, share: float, 
 
 
 @kernel
-def short_list(correlated: Any, labels: Any, shares: Any, scales: Any, fee: Any, listed: Any) -> None:
+def guided_short_list(correlated: Any, labels: Any, shares: Any, scales: Any, fee: Any, listed: Any) -> None:
     """Put the best positions of one variant into the lists, as :func:`fourier_kernels.short_list` does, under a guide.
 
     `labels`: the guide, correlated as the pixels are; `shares`, `scales` (n,): see :func:`add_guide`.
@@ -50,7 +50,7 @@ def short_list(correlated: Any, labels: Any, shares: Any, scales: Any, fee: Any,
     (penalty, weight, multiply), (best, counts, usual) = fee, listed
     dist = np.empty(valid.shape, np.int32)
     for k in range(len(slots)):
-        q = distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
+        q = patch_distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
         if usual[k] < 0:
             usual[k] = q
         unit = int((weight * max(usual[k], 0) >> 8) * scales[k])
@@ -60,7 +60,7 @@ def short_list(correlated: Any, labels: Any, shares: Any, scales: Any, fee: Any,
 
 
 @kernel
-def refine(
+def guided_refine(
     feats: Any, known: Any, posed: Any, wanted: Any, inside: Any, labels: Any, share: float, among: Any, coarse: Any,
     factor: int, found: Any,
 ) -> int:  # fmt: skip
@@ -90,13 +90,13 @@ def refine(
                 if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
                     continue
                 at = u * stride + s
-                d = distance(window, known, spans, flat, table[v, 0] + at * channels, stride * channels, 1, near)
+                d = window_distance(window, known, spans, flat, table[v, 0] + at * channels, stride * channels, 1, near)
                 if d < near:
                     apart = np.int64(0)
                     if share > 0.0:
                         begin = guide_table[v, 0] + at * more
-                        apart = distance(target, inside, reach, guide_flat, begin, stride * more, 1, FAR)
-                    d = joined(d, apart, share)
+                        apart = window_distance(target, inside, reach, guide_flat, begin, stride * more, 1, FAR)
+                    d = guided_cost(d, apart, share)
                 if d < near:
                     near, cy, cx = d, u, s
             y, x, least = cy, cx, near
@@ -109,13 +109,13 @@ def refine(
 
 
 @kernel
-def refine_all(
+def guided_refine_all(
     feats: Any, known: Any, posed: Any, wanted: Any, inside: Any, labels: Any, shares: Any, among: Any, coarse: Any,
     counts: Any, factor: int, found: Any,
 ) -> None:  # fmt: skip
-    """Apply :func:`refine` to n windows; `counts` (n,) say how many candidates there are, before and after."""
+    """Apply :func:`guided_refine` to n windows; `counts` (n,) say how many candidates there are, before and after."""
     for k in range(len(feats)):
-        counts[k] = refine(
+        counts[k] = guided_refine(
             feats[k], known[k], posed, wanted[k], inside[k], labels, shares[k], among, coarse[k, : counts[k]], factor,
             found[k],
         )  # fmt: skip

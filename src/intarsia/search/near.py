@@ -37,7 +37,7 @@ def slacks(wrong: Array) -> Array:
     return np.where(wrong < FITS, 0, np.ceil(2.0 * wrong) + 2).astype(np.int64)
 
 
-def correlate(search: ReducedSearch, reduced: Reduced) -> dict[int, Near]:
+def correlate_near(search: ReducedSearch, reduced: Reduced) -> dict[int, Near]:
     """Correlate windows with all variants that have any patch, in the floats of their spectra."""
     found, norms = {}, np.sqrt(reduced.energies.astype(np.float64))
     for v, valid in enumerate(search.valid):
@@ -57,7 +57,7 @@ def rank(
         mine = reduced.only(again)
         mine = replace(mine, spectra=search.correlator.spectra(mine.templates.astype(np.float64)))
         some = tuple(table[again] for table in out)
-        _rank(search, feats[again], known[again], mine, correlate(search, mine), prices, some, near_kernels.ALL)
+        _rank(search, feats[again], known[again], mine, correlate_near(search, mine), prices, some, near_kernels.ALL)
         for whole, done in zip(out, some, strict=True):
             whole[again] = done
 
@@ -79,7 +79,7 @@ def _rank(
         if search.valid[v].size:
             least[v] = np.empty((len(feats), len(search.valid[v])), np.int64)
             mine = reduced.correlated(v, one.values, search.valid[v])
-            near_kernels.short_list(
+            near_kernels.near_short_list(
                 mine, one.slacks, search.wholes[v], templates, reduced.masks, prices.of(v), listed, least[v], doubtful,
                 most,
             )  # fmt: skip

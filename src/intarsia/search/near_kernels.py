@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from .fourier_kernels import FAR, HALF, NONE, apart, insert, row_spans, smallest, usual_of
+from .fourier_kernels import FAR, HALF, NONE, insert, row_spans, smallest, usual_of, usual_step
 
 AGAIN = 16  # so many products a position, on average, are quicker than a transform in doubles
 LEAST_AGAIN = 64
@@ -75,7 +75,7 @@ def product(picture: Any, template: Any, spans: Any, y: int, x: int) -> Any:
 
 
 @kernel
-def short_list(
+def near_short_list(
     correlated: Any, slacks: Any, picture: Any, templates: Any, masks: Any, fee: Any, listed: Any, least: Any,
     doubtful: Any, most: int,
 ) -> None:  # fmt: skip
@@ -129,14 +129,14 @@ def distance_row(correlation: Any, own: Any, energy: int, valid: Any, out: Any) 
 
 @kernel
 def usual_distance(rough: Any, exact: Any) -> int:
-    """The usual distance, as :func:`fourier_kernels.distances` tells it.
+    """The usual distance, as :func:`fourier_kernels.patch_distances` tells it.
 
     With a sample that is wrong by up to `slack` its quantile is so, too. What lies farther below it or above it does
     so in truth; the rest is needed in whole numbers, and all where the mean may be the larger one.
     """
     (correlation, own, energy, valid, slack), (picture, template, spans) = rough, exact
     h, w = valid.shape
-    step = apart(h, w)
+    step = usual_step(h, w)
     sample = np.empty(((h + step - 1) // step) * ((w + step - 1) // step), np.int32)
     places = np.empty(len(sample), np.int64)
     n, total = 0, np.int64(0)

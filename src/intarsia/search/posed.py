@@ -85,7 +85,7 @@ def isometry_ids(choice: str | tuple[int, ...]) -> tuple[int, ...]:
     return ISOMETRY_SETS[choice] if isinstance(choice, str) else choice
 
 
-def variants(
+def posed_exemplars(
     exemplars: Sequence[Exemplar],
     feats: Features,
     poses: tuple[int, ...],

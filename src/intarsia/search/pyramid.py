@@ -38,7 +38,7 @@ Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
+class PyramidLevel:
     """One level of the pyramid: posed exemplars at 1 / 2**level, and the windows' size there.
 
     ``flat`` and ``table`` as in PosedExemplars; ``allowed``: for every variant the positions from which a valid patch
@@ -99,9 +99,9 @@ class PyramidSearch:
             levels.append(replace(level, allowed=allowed))
         self.levels = levels
 
-    def _levels(self) -> list[Level]:
+    def _levels(self) -> list[PyramidLevel]:
         pictures = [self.variants.picture(v) for v in range(len(self.variants))]
-        out: list[Level] = []
+        out: list[PyramidLevel] = []
         for level in range(LEVELS + 1):
             if level:
                 pictures = [self._halved(p) for p in pictures]
@@ -111,7 +111,7 @@ class PyramidSearch:
             table = [(b, *p.shape[:2], p.shape[1]) for b, p in zip(begins.tolist(), pictures, strict=False)]
             reach = np.array([n // 2 + 1 for n in window], np.int64)  # a square of twice the side, and 1 px of slack
             flat = np.concatenate([p.ravel() for p in pictures]) if level else self.variants.flat
-            out.append(Level(flat, np.array(table, np.int64), [], window, reach))
+            out.append(PyramidLevel(flat, np.array(table, np.int64), [], window, reach))
         return out
 
     def _halved(self, picture: Array) -> Array:
@@ -121,7 +121,7 @@ class PyramidSearch:
         return out
 
     @staticmethod
-    def _allowed(v: int, level: Level, finer: Level) -> NDArray[np.bool_]:
+    def _allowed(v: int, level: PyramidLevel, finer: PyramidLevel) -> NDArray[np.bool_]:
         """Positions from which the search at the finer level finds one that is allowed."""
         shape = level.table[v, 1:3].tolist()
         rows, columns = (max(n - w + 1, 0) for n, w in zip(shape, level.window, strict=True))
@@ -151,7 +151,7 @@ class PyramidSearch:
             level, (feats, known) = self.levels[number], stack[number]
             size = self.kept if number else self.listed
             best, found = np.empty((n, size + 1, 4), np.int64), np.zeros(n, np.int64)
-            here = usual if number == LEVELS else scaled(usual, sums, number)
+            here = usual if number == LEVELS else to_level(usual, sums, number)
             for v, allowed in enumerate(level.allowed):
                 if not allowed.any():
                     continue
@@ -168,7 +168,7 @@ class PyramidSearch:
             feats, known, self.variants.posed, fourier_kernels.Among(self.flat_valid, self.offsets),
             np.ascontiguousarray(kept[:, : self.listed]), many, 1, rows,
         )  # fmt: skip
-        return Candidates.of_all(rows, many, np.maximum(scaled(usual, sums, 0), 0).tolist(), feats, known)
+        return Candidates.of_all(rows, many, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)
 
     def stack(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> list[tuple[Array, Array]]:
         """Features and known pixels of the windows at all levels, from fine to coarse."""
@@ -207,13 +207,13 @@ class PyramidSearch:
         pyramid_kernels.reduce_windows(feats, state, self.weights, loose, out, out_state)
         return out, out_state
 
-    def _cut(self, array: Array, level: Level) -> Array:
+    def _cut(self, array: Array, level: PyramidLevel) -> Array:
         """Take the window itself out of its reduced surroundings."""
         margin = MARGIN >> next(k for k, own in enumerate(self.levels) if own is level)
         return array[:, margin : margin + level.window[0], margin : margin + level.window[1]]
 
 
-def scaled(usual: Array, sums: Array, level: int) -> Array:
+def to_level(usual: Array, sums: Array, level: int) -> Array:
     """Return the usual distances of the coarsest level in units of another; `sums` (levels, n): known pixels."""
     return np.asarray(usual * sums[level] // np.maximum(sums[LEVELS], 1))
 

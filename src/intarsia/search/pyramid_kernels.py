@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from .fourier_kernels import FAR, distance, insert, row_spans
-from .guided_kernels import joined
+from .fourier_kernels import FAR, insert, row_spans, window_distance
+from .guided_kernels import guided_cost
 
 UNKNOWN, KNOWN, OUTSIDE = 0, 1, 2
 
@@ -117,7 +117,7 @@ def measure_all(window: Any, known: Any, flat: Any, frame: Any, allowed: Any, di
             dist[y, x] = -1
             if allowed[y, x]:
                 at = start + x * channels
-                dist[y, x] = distance(window, known, spans, flat, at, frame[3] * channels, 1, FAR)
+                dist[y, x] = window_distance(window, known, spans, flat, at, frame[3] * channels, 1, FAR)
 
 
 @kernel
@@ -173,7 +173,7 @@ def search_near(
                     seen[y, x] = k + 1
                     worst = best[k, len(best[k]) - 2, 0] if found[k] == len(best[k]) - 1 else FAR
                     at = start + x * channels
-                    d = distance(window, known[k], spans, flat, at, frame[3] * channels, 1, worst)
+                    d = window_distance(window, known[k], spans, flat, at, frame[3] * channels, 1, worst)
                     if d <= worst:  # a price only adds
                         cost = priced(d, row[min(x << level, counts.shape[1] - 1)], unit, multiply)
                         found[k] = keep(best[k], found[k], cost, v, y, x)
@@ -223,6 +223,6 @@ def search_guided(
             row = counts[min(y << level, counts.shape[0] - 1)]
             for x in range(allowed.shape[1]):
                 if near[y, x]:
-                    cost = joined(dist[y, x], apart[y, x], shares[k])
+                    cost = guided_cost(dist[y, x], apart[y, x], shares[k])
                     cost = priced(cost, row[min(x << level, counts.shape[1] - 1)], unit, multiply)
                     found[k] = keep(best[k], found[k], cost, v, y, x)

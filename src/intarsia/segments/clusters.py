@@ -66,7 +66,7 @@ class GroupTree:
         return out, np.array(groups, np.int32), parts.index(node)
 
 
-def group(labels: Int32, colours: NDArray[Any], depth: int = DEPTH) -> GroupTree:
+def group_tree(labels: Int32, colours: NDArray[Any], depth: int = DEPTH) -> GroupTree:
     """Group segments by their mean colour.
 
     Parameters

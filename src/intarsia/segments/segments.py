@@ -22,7 +22,7 @@ from ..analysis.elements import element_size
 from ..analysis.features import features
 from ..analysis.reduction import factor_for, reduced
 from ..exemplar import Exemplar
-from .clusters import GroupTree, group
+from .clusters import GroupTree, group_tree
 from .feature_group import FEWEST, FINE, Group, admitted, measured, size_and_gap, zone
 from .felzenszwalb import DEVIATION, NOWHERE, Int32, Int64, Mask, PixelGraph, even_colours, smoothed
 
@@ -183,7 +183,7 @@ def _scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int]
         blurred, done = smoothed(blurred, passes - done), passes
         graph = PixelGraph(blurred, mask)
         for slack in SLACKS:
-            yield (passes, slack), group(graph.segments(slack * unit), colours)
+            yield (passes, slack), group_tree(graph.segments(slack * unit), colours)
 
 
 def _candidates(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterator[_Candidate]:
@@ -200,7 +200,7 @@ def _of_group(winner: _Candidate, support: float, factor: int, shape: tuple[int,
     labels, groups, chosen = winner.tree.around(winner.node)
     patch = limited(-(-winner.size * factor // FINE), min(shape))
     return Segments(
-        enlarged(labels, factor, shape), groups, chosen, patch,
+        enlarged_labels(labels, factor, shape), groups, chosen, patch,
         zone(patch, (winner.gap * factor + FINE // 2) // FINE), SizeRule.SEGMENTS,
         (math.sqrt(winner.scale[0] / 2) * factor, float(winner.scale[1])), winner.energy, support,
         f"{winner.lists.count} elements of segments that look alike are the most even group of the size that most "
@@ -220,7 +220,7 @@ def _fallback(features: NDArray[np.int16], usable: Mask | None, tree: GroupTree 
         factor = shape[0] // labels.shape[0]
     patch = limited(element_size(features, usable).size, min(shape))
     return Segments(
-        enlarged(labels, factor, shape), groups, None, patch, zone(patch, patch // 3), SizeRule.AUTOCORRELATION,
+        enlarged_labels(labels, factor, shape), groups, None, patch, zone(patch, patch // 3), SizeRule.AUTOCORRELATION,
         None, 0.0, 0.0, f"{why} The size follows from the autocorrelation.", factor,
     )  # fmt: skip
 
@@ -230,7 +230,7 @@ def limited(patch: int, short: int) -> int:
     return max(1, min(max(patch, LEAST_PATCH), short // 2))
 
 
-def enlarged(labels: Int32, factor: int, shape: tuple[int, ...]) -> Int32:
+def enlarged_labels(labels: Int32, factor: int, shape: tuple[int, ...]) -> Int32:
     """Repeat every label factor x factor times; what is left over at the ends continues the last one."""
     if factor == 1:
         return labels

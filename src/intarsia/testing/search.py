@@ -14,7 +14,7 @@ from ..analysis.features import features
 from ..exemplar import Exemplar
 from ..image import Array
 from ..search.candidates import Candidates, Prices, Search
-from ..search.posed import PosedExemplars, variants
+from ..search.posed import PosedExemplars, posed_exemplars
 from ..sourcemap import HOLE
 from .cases import noise, texture
 
@@ -50,7 +50,7 @@ class SearchScene:
     @cached_property
     def variants(self) -> PosedExemplars:
         """The exemplars, posed and laid out for the windows."""
-        return variants(self.exemplars, features(self.exemplars), self.poses, self.patch)
+        return posed_exemplars(self.exemplars, features(self.exemplars), self.poses, self.patch)
 
     @cached_property
     def map(self) -> tuple[Array, Array]:

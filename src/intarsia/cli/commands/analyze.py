@@ -41,7 +41,7 @@ class Overlay(ParamType):
 
 
 @dataclass(frozen=True)
-class Pictures:
+class OverlayFiles:
     """The pictures to write of what was found."""
 
     overlays: tuple[tuple[str, str], ...]
@@ -78,7 +78,7 @@ PICTURES = (
     name="analyze",
     epilog="FILE may hold {stem}: with several exemplars every one has pictures of its own.",
 )
-@gathered(*PICTURES, into="pictures", make=Pictures)
+@gathered(*PICTURES, into="pictures", make=OverlayFiles)
 @input_options(EXEMPLARS)
 @gathered(
     opt("as_json", "--json", is_flag=True, help="Print what was found as a JSON object on stdout."),
@@ -86,7 +86,7 @@ PICTURES = (
     into="report", make=Report,
 )  # fmt: skip
 @click.option("--debug", is_flag=True, expose_value=False, hidden=True)
-def command(inputs: Inputs, pictures: Pictures, report: Report) -> None:
+def command(inputs: Inputs, pictures: OverlayFiles, report: Report) -> None:
     """Tell by which steps EXEMPLAR repeats, how large its elements are, how it is lit, and how to grow it.
 
     \b
@@ -126,31 +126,31 @@ def command(inputs: Inputs, pictures: Pictures, report: Report) -> None:
 
 
 @dataclass(frozen=True)
-class Plan:
+class AnalysisFiles:
     """The files of one exemplar: kinds of overlays, and planes of the best tile."""
 
     overlays: tuple[tuple[str, str], ...]
     tile: dict[str, str]
 
 
-def _plan(pictures: Pictures, found: dict[str, str], seen: set[str]) -> Plan:
+def _plan(pictures: OverlayFiles, found: dict[str, str], seen: set[str]) -> AnalysisFiles:
     """Name the files, and refuse what cannot be written before anything is looked at."""
     from ...files import format_of
     from ..exemplars import stem_of
-    from ..outputs import check_all, filled, plane_files
+    from ..outputs import check_all, filled_name, plane_files
 
     fields = {"stem": stem_of(found), "seed": 0, "method": "", "w": "", "h": ""}
-    overlays = tuple((kind, filled(path, fields)) for kind, path in pictures.overlays)
-    tile = {} if pictures.best_tile is None else plane_files(filled(pictures.best_tile, fields), found)
+    overlays = tuple((kind, filled_name(path, fields)) for kind, path in pictures.overlays)
+    tile = {} if pictures.best_tile is None else plane_files(filled_name(pictures.best_tile, fields), found)
     paths = [path for _, path in overlays] + list(tile.values())
     for path in paths:
         if path != "-":
             format_of(path)
     check_all(paths, pictures.force, seen)
-    return Plan(overlays, tile)
+    return AnalysisFiles(overlays, tile)
 
 
-def _write(found: Findings, plan: Plan, answer: dict[str, Any], force: bool) -> None:
+def _write(found: Findings, plan: AnalysisFiles, answer: dict[str, Any], force: bool) -> None:
     """Write the pictures of one exemplar, all or none, and tell where they are."""
     from ... import files
     from ..outputs import Staging

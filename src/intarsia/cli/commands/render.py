@@ -112,7 +112,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     from ...rendering.render import render
     from ...run import Run
     from ..exemplars import Shelf, sets_of, stem_of
-    from ..outputs import Staging, check_all, filled, plane_files
+    from ..outputs import Staging, check_all, filled_name, plane_files
 
     began = time.perf_counter()
     sets = sets_of(inputs, report)
@@ -121,7 +121,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     n = inputs.magnify
     x, y, width, height = view.window or (0, 0, smap.width * n, smap.height * n)
     part = Box(y // n, x // n, (y + height) // n, (x + width) // n)
-    out = filled(targets.out, {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
+    out = filled_name(targets.out, {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
     pictures = plane_files(out, sets[0])
     check_all(pictures.values(), targets.force, set())
     exemplars = Shelf([sets], inputs, report).get(0)
