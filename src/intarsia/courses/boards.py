@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,23 @@ from .wall_kernels import OPEN
 
 Array = NDArray[Any]
 
-LONG = 1024  # px from anchor to anchor
-LEAPS = 10  # leaps from every column
-OVERLAP = 10  # columns compared on each side of a leap
-SPARE = 32  # columns on each side of a leap in which its cut may wander
-LONGEST = 1024  # columns of a course that are used
-SMALL = 64  # columns of a course so short that it may leap from anywhere to anywhere
-LOOP = 45  # percent of its columns that a leap must at least go, so that no knot returns soon
-SHADE = 60  # what a change of colour counts, where a difference of single pixels counts 16
+LONG = 1024  # px from anchor to anchor; halved and doubled: leaps elsewhere, nothing is seen
+
+
+class Leaps(NamedTuple):
+    """How boards leap; seams are what leaps differ by on planks and on a knotted board of 320 px (docs/design/012)."""
+
+    keep: int = 10  # from every column, so that a walk is short; 5 and 20: the same
+    overlap: int = 10  # columns compared on each side; halved: seams of 48.7 instead of 47.0, doubled: 48.6 for 47.2
+    spare: int = 32  # columns on each side in which the cut may wander; halved: 55.7 for 47.2, doubled: 46.1
+    longest: int = 1024  # columns of a course that are used: the table of leaps takes 8 MiB of them
+    small: int = 64  # columns of a course that may leap from anywhere to anywhere; halved: the same
+    loop: int = 45  # percent of its columns that a leap goes at least: none returns soon; 22: 52.0, 60: 61.0 for 47.2
+    shade: int = 60  # a change of colour, where a difference of single pixels counts 16; 0: 56.8, 30: 54.4, 240: 46.1
+    fee: float = 0.1  # of leaps are cheaper than what each costs besides; halved and doubled: 8 % of pixels change
+
+
+LEAPS = Leaps()
 
 
 class Boards(Layout):
@@ -65,7 +74,7 @@ class Boards(Layout):
         first, here, there = self.anchor(i, s), self._shown(i, s), self._shown(i, s + 1)
         length = self.anchor(i, s + 1) - first
         known = costs[costs < chain_kernels.FAR]
-        fee = int(np.quantile(known, 0.1)) if len(known) else 1
+        fee = int(np.quantile(known, LEAPS.fee)) if len(known) else 1
         out = np.empty((length + 1, 3), np.int64)
         key = np.uint64(draw(self.seed, STAGE, 3, i, s))
         count = chain_kernels.leap(length, costs, leaps, np.array([here, there], np.int64), max(fee, 1), key, out)
@@ -80,7 +89,7 @@ class Boards(Layout):
 
     def _span(self, k: int) -> tuple[int, int]:
         x0, x1 = self.work.spans[k]
-        spare = max(0, x1 - x0 - LONGEST) // 2
+        spare = max(0, x1 - x0 - LEAPS.longest) // 2
         return x0 + spare, x1 - spare
 
     def _table(self, k: int) -> tuple[Array, Array, int]:
@@ -93,10 +102,10 @@ class Boards(Layout):
             y = (above[x] + below_[x] - tall) // 2 + np.arange(tall)[:, None]
             strip = self.picture[np.clip(y, 0, self.picture.shape[0] - 1), x]
             n = x1 - x0
-            half = max(1, min(SPARE, n // 6))
-            costs = chain_kernels.leap_costs(np.ascontiguousarray(strip), min(OVERLAP, half), half)
+            half = max(1, min(LEAPS.spare, n // 6))
+            costs = chain_kernels.leap_costs(np.ascontiguousarray(strip), min(LEAPS.overlap, half), half)
             costs[costs < chain_kernels.FAR] += _shades(strip, 2 * half)[costs < chain_kernels.FAR]
-            apart, keep = (1, n) if n <= SMALL else (LOOP * n // 100, LEAPS)
+            apart, keep = (1, n) if n <= LEAPS.small else (LEAPS.loop * n // 100, LEAPS.keep)
             self._leaps[k] = costs, chain_kernels.best_leaps(costs, apart, keep), half
         return self._leaps[k]
 
@@ -110,4 +119,4 @@ def _shades(strip: Array, wide: int) -> NDArray[np.int64]:
     before = (total[at] - total[first]) / np.maximum(at - first, 1)[:, None]
     after = (total[end] - total[at]) / np.maximum(end - at, 1)[:, None]
     gap = np.sqrt(((before[:, None] - after) ** 2).sum(axis=2))
-    return np.asarray(np.rint(SHADE * gap), np.int64)
+    return np.asarray(np.rint(LEAPS.shade * gap), np.int64)

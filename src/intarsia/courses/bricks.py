@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,30 @@ from .wall_kernels import FACE
 Array = NDArray[Any]
 Brick = tuple[int, int, int, int, int]
 
-MARGIN = 3  # px of a brick that the border of the exemplar cuts, left for the seam
-BROKEN = 0.3  # what is smaller than this share of the usual brick is none
-HALF = 0.45  # the least share of the usual brick that one cut by the border must show, where whole ones are few
-FEW, ENOUGH = 8, 16  # whole bricks; from which on none is shown that the border cuts
-LEANING = 2.5  # px by which the two ends of a brick may lie off the course
-STRAYING = 70  # how little its beds may look like mortar, of 255
-STACKED, UNUSUAL = 500, 240  # what joints cost that lie over one another, or as they never do in the exemplar
+class Sorting(NamedTuple):
+    """Which bricks of an exemplar are shown. Counts are of 16 walls of 512 px (docs/design/012)."""
+
+    margin: int = 3  # px at the border of the exemplar, left for the seam; halved and doubled: nothing is seen
+    broken: float = 0.3  # of the usual brick is the least; halved: one wall lays chips, doubled: 9 of 67 are lost
+    half: float = 0.45  # of it must be seen at the border, where whole ones are few; halved: slivers in four walls
+    least: float = 0.9  # of the shortest whole one, where they are many; halved: three walls show halved setts
+    few: int = 8  # whole bricks; halved: 859 pieces cut by the border are shown instead of 268, doubled: 343
+    enough: int = 16  # of them: none is shown that the border cuts; at 20 whole stones one piece in seven looked cut
+    straying: int = 70  # of 255 is what beds of a brick may look like; without it setts show two stones as one
+
+
+class Bond(NamedTuple):
+    """What joints cost by where those of other courses lie, in units of `Costs`; from the same 16 walls."""
+
+    stacked: int = 500  # one upon another; at 0 417 joints instead of 313, halved 125 for 123, doubled 87 for 83
+    unusual: int = 240  # as they never lie in the exemplar; at 0 a drawn English bond has 53 of 279 near others, not 22
+    rare: int = 60  # e times rarer than the most usual; halved: 293 upon others instead of 310, doubled 103 for 79
+    blur: float = 0.08  # of a brick, at least 1.5 px, smooths distances; halved 254 for 232, doubled 139 for 125
+    close: float = 0.1  # of all distances are smaller, and stacked; halved: 286 instead of 241, doubled: 182, not 258
+    beyond: int = 4  # times less count joints of the next course but one; halved 330 for 280, doubled 100 for 77
+
+
+SORTING, BOND = Sorting(), Bond()
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +82,7 @@ def bricks_of(work: Brickwork) -> Bricks | None:
     cut: list[Brick] = []
     for k in work.courses:
         names, at, (x0, x1) = work.of_course[k], places[k], work.spans[k]
-        half, begin, end = work.thickness // 2, x0 + MARGIN, x1 - MARGIN
+        half, begin, end = work.thickness // 2, x0 + SORTING.margin, x1 - SORTING.margin
         while at and at[0] < x0 + half:  # only half of the joint is there
             begin, names, at = max(begin, at[0] + half), names[1:], at[1:]
         while at and at[-1] >= x1 - half:
@@ -76,36 +93,30 @@ def bricks_of(work: Brickwork) -> Bricks | None:
     whole, cut = (_straight(work, [e for e in some if e[2] - e[1] >= 3]) for some in (whole, cut))
     lengths = np.array([b - a for _, a, b, _, _ in whole or cut])
     usual = float(np.median(lengths))
-    whole = [e for e in whole if e[2] - e[1] >= max(BROKEN * usual, 3)]
+    whole = [e for e in whole if e[2] - e[1] >= max(SORTING.broken * usual, 3)]
     if whole:
         usual = float(np.mean([e[2] - e[1] for e in whole]))
     shortest = min((e[2] - e[1] for e in whole), default=0)
-    least = HALF * usual if len(whole) < FEW else 0.9 * shortest
-    cut = [] if len(whole) >= ENOUGH else cut  # its end is straight, and its corners are sharp
+    least = SORTING.half * usual if len(whole) < SORTING.few else SORTING.least * shortest
+    cut = [] if len(whole) >= SORTING.enough else cut  # its end is straight, and its corners are sharp
     table = np.array(whole + [e for e in cut if e[2] - e[1] >= max(least, 3)], np.int64).reshape(-1, 5)
     if not len(table) or not (table[:, 3] != FACE).any():
         return None
     beside, common = _costs(_distances(places, 1), usual)
     beyond, _ = _costs(_distances(places, 2), usual)
-    return Bricks(table, usual, max(2, int(min(least, HALF * usual))), beside, beyond // 4, common)
+    return Bricks(table, usual, max(2, int(min(least, SORTING.half * usual))), beside, beyond // BOND.beyond, common)
 
 
 def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
-    """Leave out bricks that lean off the courses, or whose beds leave the mortar, while enough are left."""
-    if len(some) <= FEW:
+    """Leave out bricks whose beds leave the mortar, while enough are left."""
+    if len(some) <= SORTING.few:
         return some
     off = []
     for k, a, b, _, _ in some:
-        x = np.arange(a, b)
-        lean = (work.beds[k][x] + work.beds[k + 1][x]) / 2 - x * work.line.slope[0] / work.line.slope[1]
-        third = max(1, len(x) // 3)
-        beds = np.clip(np.stack([work.beds[k][x], work.beds[k + 1][x]]), 0, work.faces.shape[0] - 1)
-        off.append((abs(lean[-third:].mean() - lean[:third].mean()), work.faces[beds, x].mean()))
-    good = [e for e, (lean, face) in zip(some, off, strict=True) if lean <= LEANING and face <= STRAYING]
-    if len(good) >= FEW:
-        return good
-    order = sorted(range(len(some)), key=lambda n: off[n][0] / LEANING + off[n][1] / STRAYING)
-    return [some[n] for n in sorted(order[:FEW])]
+        beds = np.clip(work.beds[k : k + 2, a:b], 0, work.faces.shape[0] - 1)
+        off.append(work.faces[beds, np.arange(a, b)].mean())
+    least = max(SORTING.straying, sorted(off)[SORTING.few - 1])
+    return [e for e, face in zip(some, off, strict=True) if face <= least]
 
 
 def _places(work: Brickwork, k: int) -> list[int]:
@@ -135,10 +146,10 @@ def _costs(distances: list[int], usual: float) -> tuple[NDArray[np.int64], int]:
         return np.zeros(reach, np.int64), int(usual / 2)
     seen = np.array([d for d in distances if d < reach], np.int64)
     count = np.bincount(seen, minlength=reach).astype(np.float64)
-    density = gaussian_filter1d(count, max(1.5, 0.08 * usual), mode="reflect")
+    density = gaussian_filter1d(count, max(1.5, BOND.blur * usual), mode="reflect")
     common = int(np.argmax(density))
-    cost = np.clip(-60 * np.log((density + 1e-9) / density.max()), 0, UNUSUAL)
-    low = max(float(np.quantile(np.array(distances), 0.1)), 1.0)
+    cost = np.clip(-BOND.rare * np.log((density + 1e-9) / density.max()), 0, BOND.unusual)
+    low = max(float(np.quantile(np.array(distances), BOND.close)), 1.0)
     d = np.arange(reach)
-    cost += np.where(d < low, STACKED * (1 - d / low), 0)
+    cost += np.where(d < low, BOND.stacked * (1 - d / low), 0)
     return np.asarray(np.rint(cost), np.int64), common

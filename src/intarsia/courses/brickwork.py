@@ -6,7 +6,7 @@ A course runs along x here, from bed to bed; whoever has courses that stand upri
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +19,23 @@ from .mortar import FACE, levelled, model, mortar_at
 
 Array = NDArray[Any]
 
-OUTSIDE = 0.1  # share of the pitch by which a bed may lie outside the exemplar
-STRAY = 0.22  # share of the pitch by which a bed may leave its line
-ROUNDS = 3  # times that mortar and beds are found anew from one another
-PHASES = 12  # phases that are tried
-COARSE = 24  # px of pitch from which on single pixels are not trusted
-LOW = 150  # a joint's crossing costs at most so much a pixel, of 255
-DEPTH = 60  # and that much less than what is on both sides
-LEAST_SPAN = 4  # columns of a course
+class Finding(NamedTuple):
+    """How beds and joints are found. What halving and doubling does is of 16 walls (docs/design/012)."""
+
+    outside: float = 0.1  # of the pitch a bed may lie outside the exemplar; halved: 44 repeats for 32, doubled: as is
+    stray: float = 0.22  # of the pitch a bed may leave its line; halved: 117 joints of 129, doubled: false courses
+    pull: int = 40  # of 255 is paid for straying so far; at 0 3 joints of 18 are lost, at 160 6 of 88 are invented
+    rounds: int = 3  # times that mortar and beds are found from one another; at 1 507 joints lie over others for 310
+    phases: int = 12  # are tried; halved: one wall finds 21 joints of 26, doubled: as is
+    coarse: int = 24  # px of pitch: px are averaged above it; never: one course of 5 is lost, always: 75 joints of 148
+    low: int = 150  # of 255 a joint's crossing costs at most; halved: 271 joints of 310; 255: boards get joints
+    depth: int = 60  # and so much less than both sides; halved: 436 joints, not 349 (invented), doubled: 270, not 366
+    apart: int = 4  # joints lie a course's height / apart from one another; halved 1 of 16 changes, doubled 2
+    readable: tuple[int, int] = (7, 8)  # of a course must be usable; 15/16 and 3/4: one straightened wall changes
+    least_span: int = 4  # columns of a course: fewer have no inside; halved and doubled: nothing
+
+
+FINDING = Finding()
 
 
 @dataclass(frozen=True)
@@ -89,11 +98,11 @@ def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:
     down, aside = vector if vector[0] > 0 else (-vector[0], -vector[1])
     pitch = round((down * down + aside * aside) / down)
     best, found = -1.0, Line(0, pitch, (-aside, down))
-    for n in range(PHASES):
-        line = Line(n * pitch // PHASES, pitch, (-aside, down))
+    for n in range(FINDING.phases):
+        line = Line(n * pitch // FINDING.phases, pitch, (-aside, down))
         faces, _ = model(smooth, usable, _lines(line, usable.shape), pitch / UNIT)
         _, score = model(smooth, usable, _beds(faces, line), pitch / UNIT)
-        if score > best * 1.0001:
+        if score > best * 1.0001:  # no last bit of the linear algebra decides
             best, found = score, line
     return found
 
@@ -101,27 +110,32 @@ def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:
 def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> Brickwork:
     """Find beds, mortar and joints; MethodError where no course is whole."""
     height = len(picture)
-    size = 3 if vector[0] ** 2 + vector[1] ** 2 > (COARSE * UNIT) ** 2 else 1
+    size = 3 if vector[0] ** 2 + vector[1] ** 2 > (FINDING.coarse * UNIT) ** 2 else 1
     smooth = uniform_filter(picture.astype(np.int32), (size, size, 1))
     line = line_of(smooth, usable, vector)
     beds = _lines(line, usable.shape)
-    for _ in range(ROUNDS):
+    for _ in range(FINDING.rounds):
         faces, _ = model(smooth, usable, beds, line.pitch / UNIT)
         beds = _beds(faces, line)
     line = _resolved(line, beds, height)
     faces = levelled(faces, line.pitch // UNIT)
     courses, spans = [], {}
-    out = OUTSIDE * line.pitch / UNIT
+    out = FINDING.outside * line.pitch / UNIT
     for k in range(len(beds) - 1):
         inside = (beds[k] >= -out) & (beds[k + 1] <= height + out)
         inside &= _readable(usable, beds[k], beds[k + 1])
         span = _longest(inside)
-        if span[1] - span[0] >= LEAST_SPAN:
+        if span[1] - span[0] >= FINDING.least_span:
             courses.append(k)
             spans[k] = span
     if not courses:
         raise MethodError("the exemplar holds no whole course; give a larger exemplar, or use method repeat.")
-    joints, of_course = _joints(faces, beds, courses, spans)
+    found, of_course = list[Array](), dict[int, list[int]]()
+    for k in courses:
+        across = joints_across(faces, beds[k], beds[k + 1], spans[k])
+        of_course[k] = list(range(len(found), len(found) + len(across)))
+        found += across
+    joints = np.array(found, np.int64).reshape(-1, height)
     return Brickwork(line, beds, courses, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
 
 
@@ -150,7 +164,7 @@ def _lines(line: Line, shape: tuple[int, int]) -> NDArray[np.int64]:
 
 def _beds(faces: Array, line: Line) -> NDArray[np.int64]:
     """The beds near their lines."""
-    reach = max(1, int(STRAY * line.pitch / UNIT))
+    reach = max(1, int(FINDING.stray * line.pitch / UNIT))
     return np.stack([_bed(faces, row, reach) for row in _lines(line, faces.shape)])
 
 
@@ -160,7 +174,7 @@ def _bed(faces: Array, line: Array, reach: int) -> NDArray[np.int64]:
     offsets = np.arange(-reach, reach + 1)
     y = line[:, None] + offsets
     cost = faces[np.clip(y, 0, height - 1), np.arange(width)[:, None]].astype(np.int64)
-    cost += 40 * offsets**2 // reach**2
+    cost += FINDING.pull * offsets**2 // reach**2
     cost[(y < 0) | (y >= height)] = FACE // 2
     return np.asarray(line + paths.cheapest(cost) - reach, np.int64)
 
@@ -171,7 +185,8 @@ def _readable(usable: Array, above: Array, below: Array) -> NDArray[np.bool_]:
     good = np.concatenate([np.zeros((1, usable.shape[1]), np.int64), np.cumsum(usable, axis=0)])
     x = np.arange(usable.shape[1])
     top, end = np.clip(above, 0, height), np.clip(below, 0, height)
-    return np.asarray((good[end, x] - good[top, x]) * 8 >= 7 * np.maximum(end - top, 1))
+    part, whole = FINDING.readable
+    return np.asarray((good[end, x] - good[top, x]) * whole >= part * np.maximum(end - top, 1))
 
 
 def _longest(inside: Array) -> tuple[int, int]:
@@ -182,21 +197,6 @@ def _longest(inside: Array) -> tuple[int, int]:
     runs = edges.reshape(-1, 2)
     best = runs[np.argmax(runs[:, 1] - runs[:, 0])]
     return int(best[0]), int(best[1])
-
-
-def _joints(
-    faces: Array, beds: Array, courses: list[int], spans: dict[int, tuple[int, int]]
-) -> tuple[NDArray[np.int64], dict[int, list[int]]]:
-    """Find the joints across each course: paths in mortar, with faces on both sides."""
-    height = faces.shape[0]
-    found: list[Array] = []
-    of_course: dict[int, list[int]] = {}
-    for k in courses:
-        of_course[k] = []
-        for path in joints_across(faces, beds[k], beds[k + 1], spans[k]):
-            of_course[k].append(len(found))
-            found.append(path)
-    return (np.stack(found) if found else np.zeros((0, height), np.int64)), of_course
 
 
 def joints_across(faces: Array, above: Array, below: Array, span: tuple[int, int]) -> list[NDArray[np.int64]]:
@@ -213,7 +213,7 @@ def joints_across(faces: Array, above: Array, below: Array, span: tuple[int, int
     up, down = paths.accumulate(cost[: half + 1]), paths.accumulate(cost[half:][::-1].copy())
     profile = (up[-1] + down[-1] - cost[half]) // len(v)
     joints = []
-    for at in _minima(profile, tall // 4):
+    for at in _minima(profile, tall // FINDING.apart):
         path = np.concatenate([paths.trace(up, at), paths.trace(down, at)[::-1][1:]]) + x0
         rows = middle[at + x0] + v
         path += int(np.median(_middles(faces, rows, path)))
@@ -238,19 +238,18 @@ def _minima(profile: Array, apart: int) -> list[int]:
     padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)
     from scipy.signal import find_peaks  # it is slow to import
 
-    at, _ = find_peaks(FACE - padded, height=FACE - LOW, prominence=DEPTH, distance=max(1, apart))
+    at, _ = find_peaks(FACE - padded, height=FACE - FINDING.low, prominence=FINDING.depth, distance=max(1, apart))
     return [int(x) - 1 for x in at]
 
 
 def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
-    """The median width of the joints, px."""
-    height = faces.shape[0]
+    """The median width of the joints in the middle half of their courses, px."""
     widths: list[int] = []
     for k, some in of_course.items():
+        top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
+        quarter = max(1, (end - top) // 4)
         for j in some:
-            top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
-            quarter = max(1, (end - top) // 4)
-            for y in range(max(0, top + quarter), min(height, end - quarter)):
+            for y in range(max(0, top + quarter), min(len(faces), end - quarter)):
                 a, b = mortar_at(faces[y], int(joints[j, y]))
                 widths += [b - a] if b > a else []
     return int(np.median(widths)) if widths else 4

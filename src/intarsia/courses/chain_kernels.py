@@ -9,9 +9,9 @@ import numpy as np
 from ..kernels.draws import below, draw
 from ..kernels.jit import kernel
 
-FAR = np.int64(1) << 60
-STRETCH = 8  # what a px counts by which the joints of a chain are widened or narrowed
-SLIVER = 3000  # what the shortest of all pieces counts
+FAR = np.int64(1) << 60  # more than any chain costs
+STRETCH = 8  # a px by which joints are widened or narrowed; halved: 3.8 px on 10 walls instead of 3.0, doubled: 2.1
+SLIVER = 3000  # the shortest of all pieces; at 0 six wrapped walls cut theirs to a third; halved and doubled: the same
 
 
 @kernel
@@ -22,8 +22,8 @@ def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: An
     `joint` (length + 1,): what a joint costs by where it lies; `pair` (K, K): what one after another costs;
     `closing` (K,): before what follows the chain. `rules`: the first element; by how many px the chain may miss
     its length; the least px that the last element may be cut to, and what cutting it costs; what an element costs
-    that was shown two before; which element follows the chain, or -1. The last element may be cut, so that there
-    always is a chain.
+    that was shown two or three before; which element follows the chain, or -1. The last element may be cut, so that
+    there always is a chain.
     """
     first, slack, least, cut, again = rules[0], rules[1], rules[2], rules[3], rules[4]
     following = rules[5]
@@ -43,10 +43,8 @@ def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: An
                 if v > length + slack:
                     continue
                 cost = best[u, k] + pair[k, m] + joint[u] + start[m, u]
-                if m == before:
+                if m in (before, third):
                     cost += again
-                elif m == third:
-                    cost += again // 2
                 if cost < best[v, m]:
                     best[v, m], back[v, m] = cost, k
     end, last, tail, least_cost = 0, first, -1, FAR

@@ -7,7 +7,7 @@ half-way between, then the others: each knows those around it that came before, 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +22,27 @@ from .wall_kernels import FACE
 
 Array = NDArray[Any]
 
-LONG = 512  # px from anchor to anchor
-HAND = 16  # bricks that a chain chooses among
-TURN = 100  # what a brick costs that it is not the turn of
-TWICE, AGAIN, NEAR = 2000, 1500, 500  # what it costs to show a brick twice in a row; soon again; near itself
-LOOSE = 15  # two bricks that are no neighbours in the exemplar
-ODD, TALL = 150, 80  # bricks of courses of other lengths; much longer ones than usual
-BORDER, CUT = 30, 250  # a brick cut by the border of the exemplar; cut to fit
-NEVER = 1_000_000
-NEARBY = 2.5  # usual bricks that a brick keeps away from itself
+LONG = 512  # px from anchor to anchor; halved: repeats in brick walls rise from 46 to 59, doubled: they stay
+LEAST_LONG = 8  # usual bricks from anchor to anchor; halved: 25 joints lie over others instead of 9, doubled: 8
+HAND = 16  # bricks that a chain chooses among; halved: 73 joints over others instead of 40, doubled: 29 in more time
+NEARBY = 2.5  # usual bricks that a brick keeps away from itself; halved: 816 returns instead of 608, doubled: 528
+NEVER = 1_000_000  # more than any chain costs
+
+
+class Costs(NamedTuple):
+    """What a chain pays; only their ratios count. Counts are sums over 16 walls of 512 px (docs/design/012)."""
+
+    turn: int = 100  # a brick that it is not the turn of: the unit; without it a third fewer bricks are used
+    again: int = 2000  # a brick shown one or two before: at 0 1590 of them instead of 654; halved and doubled: the same
+    near: int = 500  # a brick beside itself; halved: 730 instead of 652 near themselves, doubled: 138 instead of 150
+    loose: int = 15  # bricks that are no neighbours in the exemplar; at 0: 2666 such pairs instead of 2404, at 60: 2399
+    odd: int = 150  # bricks of courses of other lengths; at 0 a drawn English bond mixes 118 pairs instead of 32
+    border: int = 30  # a brick cut by the border of the exemplar; halved: 379 are shown instead of 339, doubled: 266
+    cut: int = 250  # a brick cut to fit; halved: 50 cut ones instead of 42, doubled: the same on 13 walls of 16
+    drawn: int = 60  # up to so much by chance, at anchors; halved and doubled: other places, nothing is seen
+
+
+COSTS = Costs()
 
 
 class Chains(Layout):
@@ -38,7 +50,7 @@ class Chains(Layout):
 
     def __init__(self, work: Brickwork, bricks: Bricks, rows: CourseRows, seed: int) -> None:
         usual = max(bricks.usual, 1.0)
-        super().__init__(rows, seed, round(max(8, round(LONG / usual)) * usual * UNIT))  # whole bricks keep a bond
+        super().__init__(rows, seed, round(max(LEAST_LONG, round(LONG / usual)) * usual * UNIT))  # whole bricks
         self.bricks = bricks
         own = {k: bricks.sizes[bricks.table[:, 0] == k] for k in work.courses}
         self.mean = np.array([own[k].mean() for k in bricks.table[:, 0]])
@@ -62,7 +74,7 @@ class Chains(Layout):
     def _late(self, i: int, s: int, place: int, room: int) -> int:
         """Where its joint lies best above and below those that are there."""
         choices = [int((m + 0.5) * self.bricks.usual) for m in range(max(1, int(room / self.bricks.usual)))]
-        drawn = [below(60, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
+        drawn = [below(COSTS.drawn, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
         late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
         return int(late[np.argmin(self._joints(self._around_anchor(i, s), late + place) + np.array(drawn))])
 
@@ -105,9 +117,10 @@ class Chains(Layout):
         pair = self._pairs(hand)
         n, t, _ = self.named(i, s + 1)
         following = self._hand(n, t)[0]
+        turn = hand.index(following) if following in hand else -1
         follow = self._pairs([*hand, following])[:-1, -1]
         slack = 1 + int(length / self.bricks.usual)
-        rules = np.array([0, slack, self.bricks.least, CUT, AGAIN, _at(hand, following)], np.int64)
+        rules = np.array([0, slack, self.bricks.least, COSTS.cut, COSTS.again, turn], np.int64)
         joint = self._joints(around, np.arange(length + 1) + first)
         out = np.empty((length + 2, 3), np.int64)
         start = self._starts(hand, around, first, length)
@@ -126,11 +139,11 @@ class Chains(Layout):
         """What it costs that one brick follows another."""
         left, right, mean = self.bricks.table[hand, 3], self.bricks.table[hand, 4], self.mean[hand]
         apart = np.abs(mean[:, None] - mean) / self.bricks.usual
-        cost = LOOSE + np.rint(ODD * np.minimum(apart, 1)).astype(np.int64)
+        cost = COSTS.loose + np.rint(COSTS.odd * np.minimum(apart, 1)).astype(np.int64)
         cost[(right[:, None] == left) & (left != FACE)] = 0
         cost[(right[:, None] == FACE) & (left == FACE)] = NEVER
         names = np.array(hand)
-        cost[names[:, None] == names] = TWICE
+        cost[names[:, None] == names] = COSTS.again
         return np.ascontiguousarray(cost, np.int64)
 
     def _starts(
@@ -139,11 +152,10 @@ class Chains(Layout):
         """What each brick costs by the column that it begins at."""
         count, usual = len(hand), self.bricks.usual
         turn = (np.arange(length + 1) / usual).astype(np.int64)
-        cost = TURN * ((np.arange(count)[:, None] - turn) % count) // count
-        sizes, table = self.bricks.sizes[hand], self.bricks.table[hand]
-        cost += (BORDER * ((table[:, 3] == FACE) | (table[:, 4] == FACE)) + TALL * (sizes > 1.6 * usual))[:, None]
+        cost = COSTS.turn * ((np.arange(count)[:, None] - turn) % count) // count
+        cost += COSTS.border * (self.bricks.table[hand, 3:] == FACE).any(axis=1)[:, None]
         reach = int(NEARBY * usual)
-        fall = NEAR * (reach - np.abs(np.arange(-reach, reach + 1))) ** 2 // max(reach, 1) ** 2
+        fall = COSTS.near * (reach - np.abs(np.arange(-reach, reach + 1))) ** 2 // max(reach, 1) ** 2
         places = {brick: k for k, brick in enumerate(hand)}
         for off, chain in around:
             for p in chain:
@@ -152,7 +164,3 @@ class Chains(Layout):
                 if p.brick in places and low < high:
                     cost[places[p.brick], low:high] += fall[low - at : high - at] // off
         return np.ascontiguousarray(cost, np.int64)
-
-
-def _at(hand: list[int], brick: int) -> int:
-    return hand.index(brick) if brick in hand else -1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,19 @@ from scipy.ndimage import uniform_filter
 Array = NDArray[Any]
 
 FACE = 255  # what a pixel of a face counts; one of mortar counts 0
-NOISE = 16.0  # variance that every channel is thought to have at least
-SHARP = 4096  # the largest weight of a channel, in whole numbers
+class Mortar(NamedTuple):
+    """How mortar is told from faces. What halving and doubling does is of 16 walls (docs/design/012)."""
+
+    noise: float = 16.0  # variance of a channel at least; at 1 2 joints of 25 are lost, at 256 one course of 5
+    near: int = 1  # tenths of the way from mortar to faces that are still mortar; at 0 one wall loses a joint of 43,
+    far: int = 8  # and all face; at 7 one loses two of 25
+    middle: tuple[int, int] = (3, 7)  # tenths of a course are faces; (4, 6): 54 joints of 113, (1, 9): all walls differ
+    dull: int = FACE // 3  # the least of a face: it is raised to a full one; halved and doubled: nothing is seen
+    sharp: int = 4096  # the largest weight of a channel: whole numbers, so that no last bit decides
+    least: int = 4  # px of each are the fewest to compare; halved and doubled: nothing
+
+
+MORTAR = Mortar()
 
 
 def model(smooth: Array, usable: NDArray[np.bool_], beds: Array, pitch: float) -> tuple[NDArray[np.int16], float]:
@@ -25,20 +36,19 @@ def model(smooth: Array, usable: NDArray[np.bool_], beds: Array, pitch: float) -
     height, width = usable.shape
     mortar, face = _along(beds, height, width) & usable, _between(beds, height, width, pitch) & usable
     plain = np.full(usable.shape, FACE, np.int16)
-    if mortar.sum() < 4 or face.sum() < 4:
+    if min(mortar.sum(), face.sum()) < MORTAR.least:
         return plain, 0.0
     one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
     a, b = np.median(one, axis=0), np.median(two, axis=0)
     spread = np.atleast_2d(np.cov(one, rowvar=False) + np.cov(two, rowvar=False)) / 2
-    weights = np.linalg.solve(spread + NOISE * np.eye(smooth.shape[2]), b - a)
+    weights = np.linalg.solve(spread + MORTAR.noise * np.eye(smooth.shape[2]), b - a)
     score = float((weights * (b - a)).sum())
     if score < 1e-9:
         return plain, 0.0
-    whole = np.rint(weights * (SHARP / np.abs(weights).max())).astype(np.int64)
+    whole = np.rint(weights * (MORTAR.sharp / np.abs(weights).max())).astype(np.int64)
     low, high = int((a * whole).sum()), int((b * whole).sum())
     value = (smooth.astype(np.int64) * whole).sum(axis=2) - low
-    # A tenth of the way is still mortar, eight tenths are all face.
-    faces = (value * 10 - (high - low)) * FACE // (7 * max(high - low, 1))
+    faces = (value * 10 - MORTAR.near * (high - low)) * FACE // ((MORTAR.far - MORTAR.near) * max(high - low, 1))
     return np.asarray(np.clip(faces, 0, FACE), np.int16), score
 
 
@@ -57,8 +67,9 @@ def _between(beds: Array, height: int, width: int, pitch: float) -> NDArray[np.b
     """The pixels in the middle of the courses."""
     on = np.zeros((height, width), bool)
     x = np.arange(width)
+    first, last = MORTAR.middle
     for above, below in pairwise(beds):
-        for part in np.linspace(0.3, 0.7, max(2, int(pitch * 0.4))):
+        for part in np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10))):
             y = np.rint(above + part * (below - above)).astype(np.int64)
             ok = (y >= 0) & (y < height)
             on[y[ok], x[ok]] = True
@@ -68,10 +79,10 @@ def _between(beds: Array, height: int, width: int, pitch: float) -> NDArray[np.b
 def levelled(faces: Array, pitch: int) -> NDArray[np.int16]:
     """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
     side = max(3, 2 * pitch)
-    part = faces > FACE // 3
+    part = faces > MORTAR.dull
     count = uniform_filter(part.astype(np.float64), side)
     mean = uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
-    factor = FACE / np.clip(mean, 0.6 * FACE, FACE)
+    factor = FACE / np.clip(mean, MORTAR.dull, FACE)
     return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
 
 

@@ -7,7 +7,7 @@ remains is a polynomial of few numbers, rounded, so that no last bit of a transf
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,18 +19,31 @@ Floats = NDArray[np.float64]
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
-TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses
-SHORTEST, LONGEST = 6, 3  # px of the shortest wave, and how often the longest one fits into the shorter side
-WINDOWS = 5  # windows along each side, in which pitch and direction are measured
-SPREAD = 0.35  # how far the wave of a window may be from that of the whole
-WAVES = 2  # waves of the whole that are tried
+TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
+
+
+class Following(NamedTuple):
+    """How a wave is followed. Halved and doubled on 16 pictures, 11 of walls, tiles and stones (docs/design/012).
+
+    "1 px": pixels of the straight exemplar move by that at most.
+    """
+
+    shortest: int = 6  # px of a wave; 3 and 12: the same
+    longest: int = 3  # times the longest one fits into the shorter side; 2: the same, 6: three walls follow others
+    windows: int = 5  # along each side, in which pitch and direction are measured; 3: chain mail is lost, 9: the same
+    spread: float = 0.35  # of its length a window's wave may be off; halved: chain mail is lost, doubled: three bend
+    waves: int = 2  # of the whole are tried; 1: cobbles follow a worse one, 4: scales a false one
+    finer: int = 3  # times finer than windows need are spectra sampled; 2: chain mail is lost, 6: 1 px
+    rounds: int = 5  # times that phases are measured and fitted; 3: a fan is 9 % off, 10: blue tiles are lost
+    stray: float = 0.2  # courses: phases this far off count half; halved: scales follow a false wave, doubled: 1 px
+    doubt: float = 0.1  # waves off by this share count half; halved and doubled: 1 px
+    ridge: float = 0.02  # keeps what windows do not tell near nothing; halved and doubled: 1 px
+    faint: float = 0.001  # the same for phases; halved: blue tiles are lost, doubled: a wall of 193 px is 2 px off
+    fits: int = 4  # times that weights follow from what is left over; halved and doubled: 1 px
+
+
 SQUARES = 6  # terms up to the second degree
-FINER = 3  # spectra are sampled so many times finer than windows need
-ROUNDS = 5  # times that phases are measured and fitted
-STRAY = 0.2  # courses: phases this far off count half
-DOUBT = 0.1  # waves off by this share count half
-RIDGE, FAINT_RIDGE = 0.02, 0.001  # keep what windows do not tell near to nothing
-FITS = 4  # times that weights follow from what is left over
+FOLLOWING = Following()
 
 
 @dataclass(frozen=True)
@@ -112,14 +125,14 @@ def _spectra(layers: Floats) -> Spectra:
     side = max(16, min(height, width) // 2)
     hann = np.sin(np.pi * (np.arange(side) + 0.5) / side) ** 2
     powers, middles = [], []
-    for y in np.linspace(0, height - side, WINDOWS).astype(int):
-        for x in np.linspace(0, width - side, WINDOWS).astype(int):
+    for y in np.linspace(0, height - side, FOLLOWING.windows).astype(int):
+        for x in np.linspace(0, width - side, FOLLOWING.windows).astype(int):
             part = layers[:, y : y + side, x : x + side]
             part = (part - part.mean(axis=(1, 2), keepdims=True)) * (hann[:, None] * hann)
-            power = (np.abs(rfft2(part, (FINER * side, FINER * side))) ** 2).sum(axis=0)
+            power = (np.abs(rfft2(part, (FOLLOWING.finer * side, FOLLOWING.finer * side))) ** 2).sum(axis=0)
             powers.append(fftshift(power, axes=0))
             middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
-    rows = fftshift(fftfreq(FINER * side))
+    rows = fftshift(fftfreq(FOLLOWING.finer * side))
     return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1])
 
 
@@ -127,17 +140,18 @@ def _waves(spectra: Spectra, shape: tuple[int, ...]) -> list[tuple[float, float]
     """The strongest waves of all windows together, cycles per px (y, x)."""
     rows, columns = spectra.rows, spectra.columns
     length = np.hypot(rows, columns)
-    ok = (length <= 1 / SHORTEST) & (length >= LONGEST / min(shape[1:])) & ((columns > 0) | (rows > 0))
+    ok = (length <= 1 / FOLLOWING.shortest) & (length >= FOLLOWING.longest / min(shape[1:]))
+    ok &= (columns > 0) | (rows > 0)
     total = np.where(ok, spectra.powers.mean(axis=0), 0)
     found: list[tuple[float, float]] = []
-    for _ in range(WAVES):
+    for _ in range(FOLLOWING.waves):
         i, j = np.unravel_index(int(total.argmax()), total.shape)
         if total[i, j] <= 0:
             break
         y, x = float(rows[i, 0]), float(columns[j])
         found.append((y, x))
         for sign in (1, -1):  # the half plane ends somewhere: both ends of a wave may be seen
-            total[np.hypot(rows - sign * y, columns - sign * x) < SPREAD * length[i, j]] = 0
+            total[np.hypot(rows - sign * y, columns - sign * x) < FOLLOWING.spread * length[i, j]] = 0
     return found
 
 
@@ -153,7 +167,7 @@ def _followed(layers: Floats, spectra: Spectra, wave: tuple[float, float]) -> Ph
         layers = np.ascontiguousarray(layers.swapaxes(1, 2))
         height, width = width, height
     strength = 0.0
-    for n in range(ROUNDS):
+    for n in range(FOLLOWING.rounds):
         if fit is None:
             return None
         angle = Phase(fit, upright, 0.0).at(samples(height)[:, None], samples(width)) / TURN
@@ -169,7 +183,7 @@ def _from_windows(
     length = float(np.hypot(*wave))
     near = np.zeros(spectra.powers.shape[1:], bool)
     for sign in (1, -1):
-        near |= np.hypot(spectra.rows - sign * wave[0], spectra.columns - sign * wave[1]) < SPREAD * length
+        near |= np.hypot(spectra.rows - sign * wave[0], spectra.columns - sign * wave[1]) < FOLLOWING.spread * length
     design, target, sure = [], [], []
     for power, (y, x) in zip(spectra.powers, spectra.middles, strict=True):
         part = np.where(near, power, 0)
@@ -183,14 +197,14 @@ def _from_windows(
             target.append(sign * f[k] * shape[k] / 2)
             sure.append(float(part[i, j]) ** 0.5)
     a, b, base = np.array(design), np.array(target), np.rint(1000 * np.array(sure) / max(*sure, 1e-12))
-    ridge = RIDGE * np.array([0.0, 0.0] + [1.0] * (SQUARES - 3))
-    return (0, *_fit(a, b, base, ridge, DOUBT * length * min(shape) / 2), *([0] * (len(TERMS) - SQUARES)))
+    ridge = FOLLOWING.ridge * np.array([0.0, 0.0] + [1.0] * (SQUARES - 3))
+    return (0, *_fit(a, b, base, ridge, FOLLOWING.doubt * length * min(shape) / 2), *([0] * (len(TERMS) - SQUARES)))
 
 
 def _fit(a: Floats, b: Floats, sure: Floats, ridge: Floats, scale: float) -> list[int]:
-    """Least squares a x = b in 1 / TURN, x near 0 by `ridge`; what leaves `scale` over counts half as sure."""
+    """Least squares a x = b in 1 / TURN, near 0 by `ridge`; what leaves `scale` over counts half as `sure`."""
     w = sure
-    for _ in range(FITS):
+    for _ in range(FOLLOWING.fits):
         left = np.einsum("ki,kj,k->ij", a, a, w) + np.diag(ridge) * w.sum()
         factors = np.linalg.solve(left, np.einsum("ki,k,k->i", a, b, w))
         w = np.maximum(np.rint(sure / (1 + ((a @ factors - b) / scale) ** 2)), 1)
@@ -226,8 +240,8 @@ def _moved(layers: Floats, angle: Floats, step: int, fit: tuple[int, ...]) -> tu
     t = (2 * (across + step) - width) / width + 0 * down[:, None]
     a = np.stack([s.ravel() ** i * t.ravel() ** j for i, j in TERMS], axis=1)
     base = np.rint(1000 * size.ravel() / size.max())
-    ridge = FAINT_RIDGE * np.array([0.0] * 3 + [1.0] * (len(TERMS) - 3))
-    return tuple(f + d for f, d in zip(fit, _fit(a, off.ravel(), base, ridge, STRAY), strict=True)), strength
+    ridge = FOLLOWING.faint * np.array([0.0] * 3 + [1.0] * (len(TERMS) - 3))
+    return tuple(f + d for f, d in zip(fit, _fit(a, off.ravel(), base, ridge, FOLLOWING.stray), strict=True)), strength
 
 
 def _begins(n: int, step: int) -> NDArray[np.int64]:

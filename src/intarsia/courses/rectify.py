@@ -10,7 +10,7 @@ Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); h
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +25,22 @@ from .phase import TURN, Phase, phases, samples
 
 Array = NDArray[Any]
 
-WORK_SIDE = 256  # px: larger exemplars are reduced to it, to be looked at
-LEAST_MOVE = 1.0  # px: less is not worth a change
-LEAST_STRENGTH = 0.02  # share of an exemplar that its courses must make up
-NARROWEST, WIDEST = 0.5, 2.0  # how much wider a course may become
-STEEPEST = 0.35  # courses that lean more would be sheared too much
-LEAN = 256  # joints lean by whole multiples of 1 / LEAN
-STRONG = 0.05  # share of the edges that count as joints
+WORK_SIDE = 256  # px: larger exemplars are reduced to it, to be looked at, as waves of 6 px are the shortest followed
+LEAN = 256  # joints lean by whole multiples of 1 / LEAN: a unit
+
+
+class Bending(NamedTuple):
+    """Which courses are laid straight; halved and doubled on the 16 pictures of `Following` (docs/design/012)."""
+
+    move: float = 1.0  # px: less is not worth a change: pixels move by whole ones
+    strength: float = 0.02  # share of an exemplar that its courses make up; halved: the same, doubled: three are lost
+    narrowest: float = 0.5  # times as wide may a course become; 0.25: scales are bent, 0.7: two are lost
+    widest: float = 2.0  # and that; as above with 4 and 1.4
+    steepest: float = 0.35  # px down for each along: more would be sheared; halved: the same, doubled: scales are
+    strong: float = 0.05  # share of the edges that count as joints; halved and doubled: joints lean by other 1 / LEAN
+
+
+BENDING = Bending()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +84,7 @@ def _straight(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Straight
     factor = factor_for(picture.shape, WORK_SIDE)
     small, mask = reduced(picture, exemplar.usable, factor)
     for phase in phases(pictures(small, mask)):
-        if phase.strength < LEAST_STRENGTH:
+        if phase.strength < BENDING.strength:
             return None
         found = _laid(exemplar, picture, phase, factor)
         if found is not None:
@@ -93,9 +102,9 @@ def _laid(exemplar: Exemplar, picture: Array, phase: Phase, factor: int) -> Stra
     at = np.rint(phase.at(samples(height, seen[0])[:, None], samples(width, seen[1]))).astype(np.int64)
     pitch, slope, off = _flat(at)
     steps = np.diff(at, axis=0) * pitch
-    if steps.min() < TURN * NARROWEST or steps.max() > TURN * WIDEST:
+    if steps.min() < TURN * BENDING.narrowest or steps.max() > TURN * BENDING.widest:
         return None
-    if abs(slope) > STEEPEST or max(off, abs(slope) * width) < LEAST_MOVE:
+    if abs(slope) > BENDING.steepest or max(off, abs(slope) * width) < BENDING.move:
         return None
     lean = _lean(picture, usable)
     yx, inside = _moved(at, round(pitch * 256), lean)
@@ -128,7 +137,7 @@ def _lean(picture: Array, usable: NDArray[np.bool_]) -> int:
     steep = usable & (square > 4 * (across * across).sum(axis=2))
     if steep.sum() < 100:
         return 0
-    strong = steep & (square >= np.sort(square[steep])[-max(100, int(STRONG * steep.sum()))])
+    strong = steep & (square >= np.sort(square[steep])[-max(100, int(BENDING.strong * steep.sum()))])
     return int(np.rint(-LEAN * int((across * along).sum(axis=2)[strong].sum()) / max(int(square[strong].sum()), 1)))
 
 

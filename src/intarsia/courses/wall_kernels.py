@@ -17,8 +17,8 @@ import numpy as np
 from ..kernels.jit import kernel
 from ..kernels.paths import least_cut
 
-FACE, OPEN = -1, -2
-UNREADABLE = 1 << 20
+FACE, OPEN = -1, -2  # names, beside the numbers of joints
+UNREADABLE = 1 << 20  # more than any cut costs without it: a hundred times the largest distance of two pixels
 STEP = 8  # what a pixel beyond its joint counts at least
 
 
