@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,15 +35,23 @@ from ..tiles.tiling import unlikeness
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
 MIDDLE = 320  # and segments on its middle;
-COMPARED = 1024  # periods are compared in the middle
-NAMES = 16  # a picture of so few colours holds names, not light
-RIGHT = 9  # neighbours of 10 that must be equal in a picture of names
-PARTLY = 0.6  # a lattice by which less than this share of the exemplar repeats,
-LOOSE = 1.0  # and whose points are missed by so many px (rms), is loose
-ROWS = 3  # so many rows that agree by
-HINT = 0.045  # better than what lies between them are a hint of order
-ALONG = 0.1  # of the pitch of rows: a vector that leads so little aside runs along them
-SAMPLED = 1 << 18  # px in which colours are counted
+COMPARED = 1024  # periods are compared in the middle: so a large exemplar is judged in 8 s
+SAMPLED = 1 << 18  # px in which colours are counted: a few ms
+
+
+class Signs(NamedTuple):
+    """What is taken for a sign of something; each was halved and doubled on 92 textures (docs/design/012)."""
+
+    names: int = 16  # a picture of so few colours holds names, not light: what palettes of labels and pixel art have
+    equal: int = 9  # neighbours of 10 are equal in such a picture; a definition: names lie in patches
+    partly: float = 0.6  # of the exemplar must repeat by a lattice; 0.4: scales and pavers are cut, 0.9: three are lost
+    loose: float = 1.0  # px (rms) by which points are missed; halved: the same, doubled: scales and pavers are cut
+    rows: int = 3  # that agree are a hint of order; 2: clouds and a manhole have it, 6: six textures lose it
+    hint: float = 0.045  # so much better than what lies between them; halved: the same, doubled: six textures lose it
+    along: float = 0.1  # of the pitch: a vector that leads so little aside runs along rows; 0 to 0.4: the same
+
+
+SIGNS = Signs()
 
 
 @dataclass(frozen=True)
@@ -67,7 +75,7 @@ def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
 
 def _loose(found: Lattice) -> bool:
     """Whether elements only lie about where a lattice says: cut from element to element they do not fit."""
-    return found.repeats < PARTLY and found.residual >= LOOSE
+    return found.repeats < SIGNS.partly and found.residual >= SIGNS.loose
 
 
 def _holds_rows(two: Lattice, rows: Lattice) -> bool:
@@ -79,7 +87,7 @@ def _holds_rows(two: Lattice, rows: Lattice) -> bool:
         return False
     ((y, x),) = rows.vectors
     steps = sorted(abs(v * y + u * x) / (y * y + x * x) for v, u in two.vectors)
-    return steps[0] < ALONG and abs(steps[1] - 1) < ALONG
+    return steps[0] < SIGNS.along and abs(steps[1] - 1) < SIGNS.along
 
 
 class Facts:
@@ -121,10 +129,10 @@ class Facts:
         codes = np.zeros(seen.shape[:2], np.uint64)
         for c in range(seen.shape[2]):
             codes = codes * np.uint64(65599) + seen[..., c].astype(np.uint64)
-        if not 2 <= len(np.unique(codes)) <= NAMES:
+        if not 2 <= len(np.unique(codes)) <= SIGNS.names:
             return False
         equal = int((codes[1:] == codes[:-1]).sum()) + int((codes[:, 1:] == codes[:, :-1]).sum())
-        return 10 * equal >= RIGHT * max(2 * codes.size - sum(codes.shape), 1)
+        return 10 * equal >= SIGNS.equal * max(2 * codes.size - sum(codes.shape), 1)
 
     @cached_property
     def lattices(self) -> Lattices:
@@ -143,8 +151,8 @@ class Facts:
     @property
     def ordered(self) -> bool:
         """Whether its elements lie in rows, or about where a lattice says, but too loosely to grow by it."""
-        rows = (one for one in self.lattices.ranked if one.kind == "1-D" and one.points >= ROWS)
-        loose = self.lattices.accepted is not None or any(one.contrast >= HINT for one in rows)
+        rows = (one for one in self.lattices.ranked if one.kind == "1-D" and one.points >= SIGNS.rows)
+        loose = self.lattices.accepted is not None or any(one.contrast >= SIGNS.hint for one in rows)
         return self.lattice is None and loose
 
     @cached_property

@@ -9,23 +9,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..lattice.vectors import UNIT
 from .facts import Facts
 
-EQUAL = 0.15  # periods that differ less are one picture, repeated
-FINE_SIDE = 12  # grain: elements or segments of at most 1/12 of the shorter side,
-FINE_ELEMENT = 0.55  # and of at most so much of what correlates
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
-FEW_ELEMENTS = 3.0  # across the exemplar: with fewer, repeats show, whatever is done
-FEW = 12  # elements in all of the exemplar: with fewer, repeats show more than seams
-SEEN = 10  # of 12 directions must show where elements end: else a slow change of tone hides it, and size is a guess
-VARIED = 0.3  # the price of a repeat in that case
 VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
-FEW_PERIODS = 2.0
 MIXED = 1 << 18  # px of an exemplar that is analysed for corrections in a few seconds
-SMALL = 32  # px
+
+
+class Bounds(NamedTuple):
+    """What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one.
+
+    Each was halved and doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
+    """
+
+    equal: float = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
+    fine: int = 12  # grain: elements or segments of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
+    few: int = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
+    seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
+    usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
+    across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
+    periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
+    side: int = 32  # px, less is told of; halved and doubled: the same
+
+
+BOUNDS = Bounds()
 
 
 @dataclass(frozen=True)
@@ -73,23 +83,18 @@ def _free(f: Facts) -> bool:
 
 
 def _clouded(f: Facts) -> bool:
-    return (
-        f.lattice is None
-        and f.element.found < SEEN
-        and FINE_SIDE * f.segment[0] <= f.side
-        and f.segment[0] <= FINE_ELEMENT * f.element.size
-    )
+    return f.lattice is None and f.element.found < BOUNDS.seen and BOUNDS.fine * f.segment[0] <= f.side
 
 
 def _repeats(f: Facts) -> bool:
     """Whether repeats would show more than seams: few elements to choose from, or only the spots of a fine grain."""
-    fine = FINE_SIDE * f.element.size <= f.side
-    return _free(f) and f.element.found >= SEEN and not f.ordered and (f.elements < FEW or fine)
+    fine = BOUNDS.fine * f.element.size <= f.side
+    return _free(f) and f.element.found >= BOUNDS.seen and not f.ordered and (f.elements < BOUNDS.few or fine)
 
 
 def _turns(f: Facts) -> bool:
     """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
-    seen = _free(f) and f.element.found >= SEEN and not f.ordered and not f.regions.two
+    seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered and not f.regions.two
     return seen and set(TURNED) <= set(f.symmetry)
 
 
@@ -148,8 +153,8 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: ("Its courses converge or bow; laid straight they repeat by a lattice, and are grown straight.",),
     ),
     ChoiceRule(
-        "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {EQUAL}",
-        lambda f: _two(f) and f.variation < EQUAL, _lattice, lambda f: (_differ(f), "So one of them is enough."),
+        "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {BOUNDS.equal}",
+        lambda f: _two(f) and f.variation < BOUNDS.equal, _lattice, lambda f: (_differ(f), "So one of them is enough."),
     ),
     ChoiceRule(
         "periods", "near-regular", "a lattice of two vectors",
@@ -162,7 +167,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "grain", "segment-based",
-        "no lattice, and segments of at most 1/12 of the side and 0.55 of its elements, of which the ends are not seen",
+        "no lattice, and segments of at most 1/12 of the side, and elements of which the ends are not seen",
         _clouded, _nothing,
         lambda f: (
             "It repeats by no lattice.",
@@ -179,7 +184,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "turnable", "graphcut", "no lattice, no hint of rows, and it looks the same turned by quarters",
-        _turns, lambda f: {"isometries": TURNED} | ({"usage": VARIED} if _repeats(f) else {}),
+        _turns, lambda f: {"isometries": TURNED} | ({"usage": BOUNDS.usage} if _repeats(f) else {}),
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",
@@ -188,12 +193,14 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "repeats-show", "graphcut",
-        f"no lattice, no hint of rows, and fewer than {FEW} elements, or grain of at most 1/{FINE_SIDE} of the side",
-        _repeats, lambda f: {"usage": VARIED},
+        f"no lattice, no hint of rows, and fewer than {BOUNDS.few} elements, or grain of at most 1/{BOUNDS.fine} of "
+        "the side",
+        _repeats, lambda f: {"usage": BOUNDS.usage},
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",
-            f"{'Few of them' if f.elements < FEW else 'Spots of its grain'} would return often: repeats are dear.",
+            ("Few of them" if f.elements < BOUNDS.few else "Spots of its grain")
+            + " would return often: repeats are dear.",
         ),
     ),
     ChoiceRule(
@@ -223,15 +230,15 @@ RULES: tuple[ChoiceRule, ...] = (
 def warnings_of(f: Facts) -> tuple[str, ...]:
     """What no method can mend, in sentences that say what to do."""
     out: list[str] = []
-    if f.side < SMALL:
+    if f.side < BOUNDS.side:
         out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
     if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
         return tuple(out)
-    if f.side >= SMALL and f.lattice is not None:
+    if f.side >= BOUNDS.side and f.lattice is not None:
         longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
-        if f.side < FEW_PERIODS * longest:
+        if f.side < BOUNDS.periods * longest:
             out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
-    elif f.side >= SMALL and f.across < FEW_ELEMENTS:
+    elif f.side >= BOUNDS.side and f.across < BOUNDS.across:
         out.append(
             f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
             "a larger exemplar varies more."
