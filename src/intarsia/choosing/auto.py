@@ -10,7 +10,7 @@ The rules are in ``rules.py``, the measurements in ``facts.py``, the trials in `
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import chosen, expect, whole_within
@@ -158,11 +158,7 @@ class Auto:
                 break
         if not found:
             raise refused or ParameterError(self._none(facts))
-        first = found[0]
-        return Choice(
-            first.method, first.rule, first.why, rules.warnings_of(facts), facts, self.trials, first.given,
-            tuple(found[1:]),
-        )  # fmt: skip
+        return replace(found[0], warnings=rules.warnings_of(facts), others=tuple(found[1:]))
 
     def leading(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
         """Return the choice that leads, its method with the known parameters alone, which are also `given`."""

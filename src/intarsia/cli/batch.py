@@ -78,7 +78,7 @@ class Batch:
         """Say what would be made."""
         as_json = []
         for order in self.orders:
-            self._warn(order)
+            self.shelf.warn(*order.warnings)
             about = self._about(order, None) | {
                 "exemplars": recipe_exemplars(scene_of(self.shelf, order.lot, self.wish, order.guide).exemplars),
                 "patches": order.patches,
@@ -88,7 +88,7 @@ class Batch:
             as_json.append(about)
             patches = "" if about["patches"] is None else f"{about['patches']} patches, "
             self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
-            explain(self.report, about, order.choice.warnings if order.choice else ())
+            explain(self.report, about, order.warnings)
         self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
 
     def carry_out(self, threads: int | None) -> None:
@@ -136,17 +136,25 @@ class Batch:
             if order.distance_map is not None and probe is not None and probe.maps is not None:
                 write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
             staging.commit()
-        self._warn(order)
+        self.shelf.warn(*order.warnings)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         self.report.note(f"{order.line}, {clock['total']:.1f} s")
         about = self._about(order, grown) | seams
-        explain(self.report, about, order.choice.warnings if order.choice else ())
+        explain(self.report, about, order.warnings)
         return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
-        """What JSON says of a result, and of how its method was chosen."""
-        about = _about(order, self.wish.wrap, grown)
+        """What JSON says of a result, x before y, and of how its method was chosen."""
+        files = [{"path": path, "holds": name} for name, path in order.pictures.items()]
+        more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
+        files += [{"path": p, "holds": w} for p, w in more if p is not None]
+        about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": self.wish.wrap}
+        about |= method_as_json(order.method if grown is None else grown.method, order.blend)
+        if order.times > 1:
+            about["magnify"] = order.times
+        if grown is not None:
+            about["exemplars"] = grown.recipe["exemplars"]
         if order.choice is None:
             return about
         choice = order.choice if grown is None or grown.choice is None else grown.choice
@@ -165,11 +173,6 @@ class Batch:
             deep = plane.pixels.dtype if self.targets.depth is None else np.dtype(dtype_of(self.targets.depth))
             total += plane.height * plane.width * order.size[0] * order.size[1] // area * plane.channels * deep.itemsize
         return total
-
-    def _warn(self, order: Order) -> None:
-        """Tell what speaks against the exemplar, once."""
-        for line in () if order.choice is None else order.choice.warnings:
-            self.shelf.warn(line)
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
         begin, plan = self.wish.begin, order.plan(scene)
@@ -213,15 +216,3 @@ def distance_plane(maps: list[Any], path: str) -> Plane:
     whole = distance_map.side_by_side(maps)
     pixels = distance_map.as_16_bit(whole) if path.lower().endswith(".png") else whole
     return Plane(pixels, Kind.DATA, Transfer.LINEAR)
-
-
-def _about(order: Order, wrap: str, grown: Synthesis | None) -> dict[str, Any]:
-    """What JSON says of a result, x before y."""
-    files = [{"path": path, "holds": name} for name, path in order.pictures.items()]
-    more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
-    files += [{"path": p, "holds": w} for p, w in more if p is not None]
-    about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": wrap}
-    about |= method_as_json(order.method if grown is None else grown.method, order.blend)
-    if order.times > 1:
-        about["magnify"] = order.times
-    return about if grown is None else about | {"exemplars": grown.recipe["exemplars"]}

@@ -89,10 +89,11 @@ class Shelf:
         holes = self._wish.begin.holes
         return hole_of(holes[number if len(holes) > 1 else 0], self.lots[number][0], base, name)
 
-    def warn(self, line: str) -> None:
-        """Tell of something that may be wrong, once."""
-        if line not in self._report.warnings:
-            self._report.warn(line)
+    def warn(self, *lines: str) -> None:
+        """Tell of what may be wrong, once."""
+        for line in lines:
+            if line not in self._report.warnings:
+                self._report.warn(line)
 
     def _read(self, found: Set, number: int, n: int) -> Exemplar:
         begin = None if self._wish is None or n else self._wish.begin

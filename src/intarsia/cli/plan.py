@@ -62,6 +62,11 @@ class Order:
         return Plan(scene, self.method, self.blend, self.choice)
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """What speaks against the exemplar, where the method was chosen."""
+        return () if self.choice is None else self.choice.warnings
+
+    @property
     def line(self) -> str:
         """What a person wants to know of it."""
         width, height = self.size
