@@ -28,7 +28,7 @@ class Leaps(NamedTuple):
     spare: int = 32  # columns on each side in which the cut may wander; halved: 55.7 for 47.2, doubled: 46.1
     longest: int = 1024  # columns of a course that are used: the table of leaps takes 8 MiB of them
     small: int = 64  # columns of a course that may leap from anywhere to anywhere; halved: the same
-    loop: int = 45  # percent of its columns that a leap goes at least: none returns soon; 22: 52.0, 60: 61.0 for 47.2
+    loop: int = 45  # percent of its columns that a leap goes at least, or knots return; 22: 52.0, 60: 61.0 for 47.2
     shade: int = 60  # a change of colour, where a difference of single pixels counts 16; 0: 56.8, 30: 54.4, 240: 46.1
     fee: float = 0.1  # of leaps are cheaper than what each costs besides; halved and doubled: 8 % of pixels change
 

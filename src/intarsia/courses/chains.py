@@ -55,17 +55,11 @@ class Chains(Layout):
         own = {k: bricks.sizes[bricks.table[:, 0] == k] for k in work.courses}
         self.mean = np.array([own[k].mean() for k in bricks.table[:, 0]])
 
-    def _rank(self, i: int, s: int) -> int:
-        return self.rows.rank(self.named(i, s)[0])
-
     def _around(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
         """The chains around that came before: how many courses off, and their pieces."""
-        own, found = self.rows.rank(i), list[tuple[int, list[Piece]]]()
-        for off in (-2, -1, 1, 2):
-            for part in (s - 1, s, s + 1):
-                if self._rank(i + off, part) < own:
-                    found.append((abs(off), self.chain(i + off, part)))
-        return found
+        around = [(off, part) for off in (-2, -1, 1, 2) for part in (s - 1, s, s + 1)]
+        before = [p for p in around if self.rows.rank(self.named(i + p[0], p[1])[0]) < self.rows.rank(i)]
+        return [(abs(off), self.chain(i + off, part)) for off, part in before]
 
     def _around_anchor(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
         """The same for an anchor; none where leaning courses meet others once around, for both would wait."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -33,8 +34,10 @@ def model(smooth: Array, usable: NDArray[np.bool_], beds: Array, pitch: float) -
     Fisher's linear discriminant between the pixels on the beds (n, W) and those in the middle between them. The
     weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
     """
-    height, width = usable.shape
-    mortar, face = _along(beds, height, width) & usable, _between(beds, height, width, pitch) & usable
+    first, last = MORTAR.middle
+    parts = np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10)))
+    between = (np.rint(a + part * (b - a)).astype(np.int64) for a, b in pairwise(beds) for part in parts)
+    mortar, face = _on([*(beds - 1), *beds], usable.shape, 1) & usable, _on(between, usable.shape, 0) & usable
     plain = np.full(usable.shape, FACE, np.int16)
     if min(mortar.sum(), face.sum()) < MORTAR.least:
         return plain, 0.0
@@ -52,27 +55,13 @@ def model(smooth: Array, usable: NDArray[np.bool_], beds: Array, pitch: float) -
     return np.asarray(np.clip(faces, 0, FACE), np.int16), score
 
 
-def _along(beds: Array, height: int, width: int) -> NDArray[np.bool_]:
-    """The pixels on the beds."""
-    on = np.zeros((height, width), bool)
-    x = np.arange(width)
-    for bed in beds:
-        for dy in (-1, 0):
-            ok = (bed + dy >= 1) & (bed + dy < height - 1)
-            on[(bed + dy)[ok], x[ok]] = True
-    return on
-
-
-def _between(beds: Array, height: int, width: int, pitch: float) -> NDArray[np.bool_]:
-    """The pixels in the middle of the courses."""
-    on = np.zeros((height, width), bool)
-    x = np.arange(width)
-    first, last = MORTAR.middle
-    for above, below in pairwise(beds):
-        for part in np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10))):
-            y = np.rint(above + part * (below - above)).astype(np.int64)
-            ok = (y >= 0) & (y < height)
-            on[y[ok], x[ok]] = True
+def _on(rows: Iterable[Array], shape: tuple[int, int], rim: int) -> NDArray[np.bool_]:
+    """The pixels of some rows (W,), those of the rim above and below left out."""
+    on = np.zeros(shape, bool)
+    x = np.arange(shape[1])
+    for y in rows:
+        ok = (y >= rim) & (y < shape[0] - rim)
+        on[y[ok], x[ok]] = True
     return on
 
 
