@@ -40,7 +40,8 @@ class Limits(NamedTuple):
     least: float = 0.05  # confidence K; halved: two walls of free bricks get two, doubled: two lattices are lost
     courses: float = 0.145  # contrast of rows; halved: rows are hinted at on five more, doubled: two walls lost
     two: float = 0.18  # and where only two rows are seen; halved: the same, doubled: a pavement of loose setts is lost
-    few: float = 0.2  # contrast asked of 2 or 3 points; at 0 a wall of free bricks gets two vectors, 0.4: one more cell
+    pair: float = 0.5  # contrast asked of two points; 0.2: a wall of 96 px, seen to five bricks, gets a false lattice
+    few: float = 0.2  # and of three; at 0 a wall of free bricks gets two vectors, 0.4: one more cell
     everywhere: float = 0.6  # of the parts must repeat by them; 0.4: setts beside slabs get a lattice, 0.8: as is
     parts: float = 0.4  # and by all others; halved: knitted wool gets a false one, 0.6: a floor is lost
     rows: float = 0.45  # and by rows; 0.4: planks at 45 degrees are rows, 0.6: a wall is lost
@@ -149,7 +150,7 @@ def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit, pr
 
 
 def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
-    if points < 2 or contrast < LIMITS.few:
+    if points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few):
         return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
     if parts < LIMITS.everywhere:
         return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
