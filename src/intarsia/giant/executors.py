@@ -114,7 +114,8 @@ class Cluster:
 
     def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
         distributed, deaths, rest = extra("distributed"), 0, iter(cells)
-        died = (distributed.KilledWorker, distributed.client.FutureCancelledError)
+        lost = distributed.comm.CommClosedError  # a worker died while the task was sent to it
+        died = (distributed.KilledWorker, distributed.client.FutureCancelledError, lost)
         todo = deque(islice(rest, 1))  # handed out, and not back yet
         while todo:
             try:

@@ -51,7 +51,7 @@ class SearchBuffers(NamedTuple):
 
     sums: NDArray[np.float32]
     exact: NDArray[np.float64]
-    template_distance: NDArray[np.int64]
+    distance: NDArray[np.int64]
     variant: NDArray[np.int64]
     position: NDArray[np.int64]
 
