@@ -48,17 +48,17 @@ def grown(marks: Any, target: Any, method: Any = METHOD, **given: Any) -> Any:
 
 def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[NaiveGuide]:
     """The plain twin's guide: full stacks, and scales that follow from the definition."""
-    sites = exemplar_stack(e, Look.of(method))
+    stack = exemplar_stack(e, Look.of(method))
     (source,), target = codes_of(guide, ia.Wrap.NONE)
-    beside = stack_of(without_gaps(source, e), sites.count, e.toroidal)
-    over = stack_of(target, sites.count, False)
+    beside = stack_of(without_gaps(source, e), stack.count, e.toroidal)
+    over = stack_of(target, stack.count, False)
     unit = (min(source.shape[2], 2) if guide.is_labels else source.shape[2]) * FULL**2
     if guide.is_labels and not guide.reach:
         for stack in (beside, over):
             stack[:EDGE] = [np.concatenate([finer, stack[EDGE]], axis=2) for finer in stack[:EDGE]]
     enough, out = unit // 16 if guide.is_labels else int(unit / 16 / max(guide.weight, 1) ** 2), []
-    for number in range(sites.count):
-        level = sites.levels[min(number, len(sites.levels) - 1)]
+    for number in range(stack.count):
+        level = stack.levels[min(number, len(stack.levels) - 1)]
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
         may = level.site.open.reshape(-1, level.stride)[inner] > 0
         table = level.site.table.reshape(len(may) + 2 * level.border, level.stride, -1)[inner][may].astype(float)
@@ -249,15 +249,15 @@ def test_a_lattice_is_kept_to() -> None:
 def test_a_pin_is_stronger_than_the_guide_on_coarse_levels() -> None:
     marks = regions(96, 96)
     e, target = painted(marks), np.zeros((96, 96), np.uint8)
-    sites, guide = exemplar_stack(e, Look()), Guide(labels(marks), labels(target))
+    stack, guide = exemplar_stack(e, Look()), Guide(labels(marks), labels(target))
     pinned = ia.ParallelControllable(pin=((40, 70, 48, 48, 20),))
-    asked = StackGuide(Canvas(96, 96, guide=guide), sites)
-    descent = Descent(sites, Corrections.of(pinned._decided(e)), 1, STAGE, asked)
+    asked = StackGuide(Canvas(96, 96, guide=guide), stack)
+    descent = Descent(stack, Corrections.of(pinned._decided(e)), 1, STAGE, asked)
     spans = descent._spans(Span(0, 96, 0), Span(0, 96, 0))
     assert spans[0][0].start == -Corrections.of(pinned._decided(e)).margin - 1
     coords = descent.window(Span(0, 96, 0), Span(0, 96, 0), ONE)
     assert coords.shape == (96, 96, 2)
-    free = Descent(sites, Corrections.of(METHOD._decided(e)), 1, STAGE, StackGuide(Canvas(96, 96, guide=guide), sites))
+    free = Descent(stack, Corrections.of(METHOD._decided(e)), 1, STAGE, StackGuide(Canvas(96, 96, guide=guide), stack))
     assert (free.window(Span(0, 96, 0), Span(0, 96, 0), ONE) != coords).any()
 
 

@@ -34,10 +34,10 @@ def toy(height: int = 21, width: int = 18, *, toroidal: bool = False, channels: 
 
 def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynthesis:
     """The plain twin on the exemplar's own features and jump sets."""
-    sites, rules = exemplar_stack(e, Look.of(method)), Corrections.of(method)
+    stack, rules = exemplar_stack(e, Look.of(method)), Corrections.of(method)
     levels = []
     far = depths(e)
-    for level in sites.levels:
+    for level in stack.levels:
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
         if method.neighbourhood == "appearance":
             picture = unpacked_words(level.site.packed, level.stride)[inner]
@@ -51,7 +51,7 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(method.subpasses**0.5)
     return NaiveSynthesis(
-        (e.height, e.width), levels, sites.count, rules.spread, rules.factor, method.passes, side, method.rule,
+        (e.height, e.width), levels, stack.count, rules.spread, rules.factor, method.passes, side, method.rule,
         seed, STAGE, DRAWN,
     )  # fmt: skip
 
@@ -324,14 +324,14 @@ def test_pixels_snap_where_there_is_a_lattice() -> None:
 def test_subpasses_settle_what_swings() -> None:
     """Corrected all at once, more pixels still move from the sixth pass to the seventh."""
     e, n = Exemplar.of(texture(64, 64, 3, 8)), 256
-    sites = exemplar_stack(e, Look(k=2))
+    stack = exemplar_stack(e, Look(k=2))
     start = ia.ParallelControllable(jitter=(1, 1, 0.5), passes=0).window([e], Box(0, 0, n, n), 3, ONE).yx
     moving = []
     for subpasses in (1, 4):
         maps = []
         for passes in (6, 7):
             rules = Corrections((0,), 1024, passes, subpasses, "near")
-            done = Descent(sites, rules, 0, STAGE)._corrected(start, 0, (Span(0, n, 0), Span(0, n, 0)), ONE)
+            done = Descent(stack, rules, 0, STAGE)._corrected(start, 0, (Span(0, n, 0), Span(0, n, 0)), ONE)
             edge = 60 - rules.margin
             maps.append(done[edge : len(done) - edge, edge : len(done) - edge])
         moving.append((maps[0] != maps[1]).any(axis=2).mean())

@@ -201,7 +201,7 @@ def test_any_of_the_n_best_is_chosen_and_no_other(n: int) -> None:
     method = ia.PatchSampling(patch=4, overlap=3, candidates=n, **PLAIN)
     growth = grown(bytes_of(25, 25), (20, 20), patch=4, overlap=3, **PLAIN)
     at = np.array([growth.at((1, 1))], np.int64)
-    work = growth.patchwork
+    work = growth.growing
     found = growth.finder.find(work.variant, work.yx, at, (False, False), growth.repetition.search_prices)
     picks = [method.choose(growth, (1, 1), found[0], k << 32, []) for k in range(0, 1 << 32, 1 << 25)]
     assert set(picks) == {tuple(row[1:]) for row in found[0].rows[:n].tolist()}

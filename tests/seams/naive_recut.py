@@ -27,7 +27,7 @@ class NaiveMap:
     wraps: tuple[bool, bool]
     gradient: bool = False
 
-    def shown(self, v: int, y: int, x: int) -> Source | None:
+    def grown(self, v: int, y: int, x: int) -> Source | None:
         """The pixel of a variant, if there is one that may be shown."""
         h, w = self.usable[v].shape
         if self.toroidal[v]:
@@ -37,7 +37,7 @@ class NaiveMap:
     def on(self, source: Source, dy: int, dx: int) -> Source:
         """What a piece shows one step further; its own pixel where it does not go on."""
         v, y, x = source
-        return self.shown(v, y + dy, x + dx) or source
+        return self.grown(v, y + dy, x + dx) or source
 
     def apart(self, a: Source, b: Source) -> int:
         """Distance of two pixels, rounded up."""
@@ -160,7 +160,7 @@ def naive_shift_cost(
             if naive.wraps[axis]:
                 at[axis] %= naive.size[axis]
         old = sources.get((at[0], at[1]))
-        new = naive.shown(pick[0], pick[1] + i, pick[2] + j)
+        new = naive.grown(pick[0], pick[1] + i, pick[2] + j)
         if old is not None and new is not None:
             p, q = (naive.pictures[v][y, x].astype(int) for v, y, x in (old, new))
             gaps.append(int(((p - q) ** 2).sum()))

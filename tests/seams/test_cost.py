@@ -19,7 +19,7 @@ def slowly(e: Exemplar, smap: SourceMap) -> int:
     pose = np.zeros((smap.height, smap.width), int) if smap.pose is None else smap.pose
     total, tone = 0, {}
 
-    def shown(y: int, x: int) -> np.ndarray | None:
+    def grown(y: int, x: int) -> np.ndarray | None:
         if e.toroidal:
             return picture[y % e.height, x % e.width]
         return picture[y, x] if 0 <= y < e.height and 0 <= x < e.width else None
@@ -35,7 +35,7 @@ def slowly(e: Exemplar, smap: SourceMap) -> int:
             if (a + first[0], b + first[1]) == (c, d) and pose[y, x] == pose[v, u]:
                 continue
             here, there = picture[a, b], picture[c, d]
-            over, back = shown(a + first[0], b + first[1]), shown(c - second[0], d - second[1])
+            over, back = grown(a + first[0], b + first[1]), grown(c - second[0], d - second[1])
             total += int(np.abs((here if over is None else over) - there).sum())
             total += int(np.abs(here - (there if back is None else back)).sum())
             step = (here if over is None else over) - there + (0 if back is None else here - back)

@@ -24,7 +24,7 @@ from intarsia.analysis import features
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
-from intarsia.kernels.windows import Shown
+from intarsia.kernels.windows import Grown
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.settings import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
@@ -57,7 +57,7 @@ class Scene:
         self.variant = np.full(size, HOLE, np.uint8)
         self.yx = np.zeros((*size, 2), np.int32)
         self.locked = rng.random(size) < 0.05
-        self.shown = Shown(self.variant, self.yx, self.wraps)
+        self.shown = Grown(self.variant, self.yx, self.wraps)
         for _ in range(6):
             v, y0, x0 = int(rng.integers(2)), int(rng.integers(-3, 8)), int(rng.integers(-3, 8))
             for y, x in product(range(y0, y0 + 6), range(x0, x0 + 5)):
@@ -220,7 +220,7 @@ def test_all_shifts_at_once_are_all_shifts_one_by_one(masked: bool) -> None:
     usable[3:6, 15:] = not masked
     e = Exemplar.of(texture(22, 19, 3, 5), usable=usable)
     grown = patches_growth.Growth(PatchSettings((8, 9), (3, 3)), [e], Canvas(30, 33, Wrap.X))
-    work, search = grown.patchwork, grown.finder
+    work, search = grown.growing, grown.finder
     work.variant[4:20, 3:30] = 0
     work.yx[4:20, 3:30] = np.moveaxis(np.indices((16, 27)) * 5 % 15, 0, 2)
     entire = EntireSearch(search, pieces_of(grown.variants, [e]))
@@ -326,14 +326,14 @@ def test_the_books_are_kept() -> None:
     e = Exemplar.of(texture(40, 40, 1, 7))
     method = ia.Graphcut(patch=12, overlap=4, seam="gradient").resolved([e], Canvas(50, 44))
     growth = patches_growth.Growth(method.patch_settings(0), [e], Canvas(50, 44))
-    stitching = graphcut.GraphcutGrowth(growth, method.stitch)
-    stitching.fill(1, 2, ia.Run(1))
-    assert stitching.total == naive_total(e, growth.map(ia.Blend(0)), True)
-    before = stitching.total
-    saved = stitching.refine(1, 2, ia.Run(1), 30)
+    sewing = graphcut.GraphcutGrowth(growth, method.stitch)
+    sewing.fill(1, 2, ia.Run(1))
+    assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), True)
+    before = sewing.total
+    saved = sewing.refine(1, 2, ia.Run(1), 30)
     assert saved
     assert min(saved) > 0
-    assert stitching.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), True)
+    assert sewing.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), True)
 
 
 def test_an_exemplar_put_on_itself_has_no_seams() -> None:
@@ -355,23 +355,23 @@ def test_a_bad_seam_is_covered() -> None:
     grain = (texture(60, 60, 1, 4)[:, :, 0] % 8).astype(np.uint8)
     e = Exemplar.of(stripes + grain)
     growth = patches_growth.Growth(PatchSettings((30, 30), (10, 10)), [e], Canvas(60, 60))
-    work = growth.patchwork
+    work = growth.growing
     work.variant[:] = 0
     work.yx[:] = np.moveaxis(np.indices((60, 60)), 0, 2)
     work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
-    stitching = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0, tries=4))
-    before = stitching.total
-    assert sum(stitching.refine(3, 5, ia.Run(1), 40)) >= before * 9 // 10
-    assert stitching.total <= before // 10
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0, tries=4))
+    before = sewing.total
+    assert sum(sewing.refine(3, 5, ia.Run(1), 40)) >= before * 9 // 10
+    assert sewing.total <= before // 10
 
 
 def test_a_try_more_is_never_dearer_in_the_first_window() -> None:
     """Of the placements drawn the one with the cheapest cut is kept."""
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    stitching = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, randomness=1.0))
-    stitching.paste(stitching.tried((0, 0, 16, 16), 1, filling=True)[0])
-    cuts = stitching.tried((0, 10, 16, 16), 2, filling=True)
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, randomness=1.0))
+    sewing.paste(sewing.tried((0, 0, 16, 16), 1, filling=True)[0])
+    cuts = sewing.tried((0, 10, 16, 16), 2, filling=True)
     assert len({cut.pick for cut in cuts}) == len(cuts) == 6
     fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=2, randomness=1.0))
     assert [c.pick for c in fewer.tried((0, 10, 16, 16), 2, filling=True)] == [c.pick for c in cuts[:2]]

@@ -94,7 +94,7 @@ def test_threads_change_no_byte(isometries: str) -> None:
     assert outs[0][1].patches > 0
     again = Repairing(repair_of(outs[0][0].method, made.exemplars, 1), made.exemplars, Canvas(70, 66, ia.Wrap.Y),
                       outs[0][0].map)  # fmt: skip
-    assert again.stitching.total == outs[0][1].after
+    assert again.sewing.total == outs[0][1].after
 
 
 def test_the_wrapped_border_stays_as_good_as_the_inside() -> None:
@@ -110,7 +110,7 @@ def test_the_wrapped_border_stays_as_good_as_the_inside() -> None:
             steps = np.abs(np.roll(pixels, -1, axis) - pixels).mean(axis=1 - axis)
             border[axis] += steps[-1]
             worst[axis] += steps[:-1].max()
-            lines = work.stitching.prices[:, :, 1 - axis].sum(axis=1 - axis)
+            lines = work.sewing.prices[:, :, 1 - axis].sum(axis=1 - axis)
             seams[axis] += lines[-1]
             inside[axis] += lines[:-1].max()
     assert (border <= 1.1 * worst).all()
@@ -214,10 +214,10 @@ def test_what_a_pass_works_on_is_its_own() -> None:
         columns = np.arange(x - work.margin - 1, x + 14 + work.margin + 1) % 96
         read[np.ix_(np.unique(rows), columns)] += 1
     assert read.max() == 1
-    work.growth.patchwork.locked[40:44] = True
-    before = work.growth.patchwork.locked.copy()
+    work.growth.growing.locked[40:44] = True
+    before = work.growth.growing.locked.copy()
     assert work.cover(wave, ONE)
-    assert (work.growth.patchwork.locked == before).all()
+    assert (work.growth.growing.locked == before).all()
 
 
 def test_a_repair_ends() -> None:

@@ -135,10 +135,10 @@ class Scene:
         self.growth = Growth(settings, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = round(1023**2 * (0.30 + 0.59 + 0.11) / 0.59)  # the range in every channel, as channels count
         self.weight = weight
-        for array, top in ((self.growth.patchwork.yx[:, :, 0], 40), (self.growth.patchwork.yx[:, :, 1], 45)):
+        for array, top in ((self.growth.growing.yx[:, :, 0], 40), (self.growth.growing.yx[:, :, 1], 45)):
             array[:] = rng.integers(0, top, (12, 12))
-        self.growth.patchwork.variant[:] = 0
-        self.growth.patchwork.variant[4:, 4:] = HOLE
+        self.growth.growing.variant[:] = 0
+        self.growth.growing.variant[4:, 4:] = HOLE
 
     @property
     def guided(self) -> Any:
@@ -146,13 +146,13 @@ class Scene:
         return self.growth.guided
 
     def found(self) -> Any:
-        work = self.growth.patchwork
+        work = self.growth.growing
         at = np.zeros((1, 2), np.int64)
         return self.guided.find([(0, 0)], work.variant, work.yx, at, self.growth.repetition.search_prices)[0]
 
     def cost(self, v: int, u: int, s: int) -> float:
         """(d + alpha g)**2 in the units of the search, straight from the definition."""
-        work, variants = self.growth.patchwork, self.growth.variants
+        work, variants = self.growth.growing, self.growth.variants
         seam, n = 0, 0
         for i in range(12):
             for j in range(12):
@@ -209,7 +209,7 @@ class TestCost:
 
     def test_where_nothing_is_known_labels_alone_decide(self) -> None:
         scene = Scene(2.0, "exact")
-        scene.growth.patchwork.variant[:] = HOLE
+        scene.growth.growing.variant[:] = HOLE
         (allowed,) = scene.guided.allowed[0b11]
         counts = [
             int((scene.marks[u : u + 12, s : s + 12] != scene.target).sum())

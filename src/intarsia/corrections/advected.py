@@ -91,13 +91,13 @@ def at_home(coords: Array, exemplar: Exemplar, home: Array) -> Array:
 class TornPlaces:
     """How torn places of a map are corrected; the levels of an exemplar, the rules, and how the canvas closes."""
 
-    sites: ExemplarStack
+    stack: ExemplarStack
     rules: Corrections
     closed: Closed  # around the canvas: along y, along x
 
     def mended(self, yx: Array, torn: Bools, top: int, run: Run) -> Array:
         """Correct torn pixels, first every 2**top-th of them with its surroundings, at last all."""
-        for level in range(min(top, len(self.sites.levels) - 1), 0, -1):
+        for level in range(min(top, len(self.stack.levels) - 1), 0, -1):
             yx, torn = self._coarse(yx, torn, level, run)
         return self._corrected(yx, _wider(torn, AROUND, self.closed), 0, self.closed, run)
 
@@ -117,7 +117,7 @@ class TornPlaces:
         squares = (found[:, None, :, None] + away[None, :, None]).reshape(rows * h, columns * h, 2)
         inside = changed.repeat(h, axis=0).repeat(h, axis=1)
         out, torn = yx.copy(), torn.copy()
-        squares = at_home(squares, self.sites.exemplar, self.sites.home)
+        squares = at_home(squares, self.stack.exemplar, self.stack.home)
         out[: rows * h, : columns * h][inside] = squares[inside]
         torn[: rows * h, : columns * h] |= inside
         return out, torn
@@ -126,7 +126,7 @@ class TornPlaces:
         """Run the passes of a level; only pixels `where` may change. What a subpass finds is written at its end."""
         if not where.any():
             return yx
-        place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
+        place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
         site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
         yx = np.array(yx, np.int32)
         padded = np.empty((yx.shape[0] + 2 * REACH, yx.shape[1] + 2 * REACH), np.int32)
@@ -154,7 +154,7 @@ class TornPlaces:
 
     def _padded(self, yx: Array, h: int, closed: Closed) -> Array:
         """The map with two px more on all sides: around the torus, or what continues the border, in the exemplar."""
-        exemplar = self.sites.exemplar
+        exemplar = self.stack.exemplar
         for axis, around in enumerate(closed):
             n = yx.shape[axis]
             at = np.arange(-REACH, n + REACH)

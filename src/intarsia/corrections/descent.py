@@ -82,7 +82,7 @@ class Corrections:
 class Descent:
     """A window of the endless map, from the coarsest level to the finest."""
 
-    sites: ExemplarStack
+    stack: ExemplarStack
     rules: Corrections
     seed: int
     stage: int
@@ -141,13 +141,13 @@ class Descent:
     @cached_property
     def _mended(self) -> int:
         """How many levels are corrected: up to the coarsest one on which pixels were moved."""
-        most = len(self.sites.levels)
+        most = len(self.stack.levels)
         moved = [level + 1 for level in range(most) if self.rules.spread(level)]
         return max([min(ALWAYS, most), *moved])
 
     def _scattered(self, level: int) -> bool:
         """Whether a level is that of the large pieces, half the exemplar, and they are moved."""
-        return level == self.sites.count - 2 and level >= self._mended and self.rules.spread(level) > 0
+        return level == self.stack.count - 2 and level >= self._mended and self.rules.spread(level) > 0
 
     def _margin(self, level: int) -> int:
         if level < self._mended:  # a guide reads 1 px around before the first correction
@@ -157,14 +157,14 @@ class Descent:
     def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
         spans = [(rows.wider(self._margin(0)), cols.wider(self._margin(0)))]
-        for level in range(1, self.sites.count):
+        for level in range(1, self.stack.count):
             above = [span.above().wider(self._margin(level)) for span in spans[-1]]
             spans.append((above[0], above[1]))
         return spans
 
     def _first(self, every: list[tuple[Span, Span]], frame: Array | None) -> Array:
         """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
-        room, top, spans = self._room, self.sites.count - 1, every[-1]
+        room, top, spans = self._room, self.stack.count - 1, every[-1]
         places = places_of(top, every)
         if frame is not None:
             start = origins(frame, places[0], places[1], room.size, room.lattice)
@@ -178,9 +178,9 @@ class Descent:
 
     @cached_property
     def _room(self) -> Room:
-        exemplar = self.sites.exemplar
+        exemplar = self.stack.exemplar
         size = np.array([exemplar.height, exemplar.width, exemplar.toroidal], np.int64)
-        return Room(size, self.sites.home, _whole_lattice(self.rules.lattice))
+        return Room(size, self.stack.home, _whole_lattice(self.rules.lattice))
 
     def _handed_down(
         self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None
@@ -210,12 +210,12 @@ class Descent:
         """Show features where they were dragged to, on coarse levels only: what is finer follows from them."""
         for pin in self.rules.pins if level >= FREE else ():
             periods = spans[0][0].period, spans[0][1].period
-            pinned(coords, places_of(level, spans), periods, pin, self.sites.exemplar, frame)
+            pinned(coords, places_of(level, spans), periods, pin, self.stack.exemplar, frame)
         return coords
 
     @cached_property
     def _calm(self) -> Array:
-        exemplar = self.sites.exemplar
+        exemplar = self.stack.exemplar
         return self.rules.shares.over_exemplar(exemplar.height, exemplar.width)
 
     def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
@@ -227,7 +227,7 @@ class Descent:
             spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
         free = not len(self._room.lattice) or level < FREE
         for number in range(drawn):
-            state = np.uint64(seed_state(self.seed, self.stage, level + number * self.sites.count))
+            state = np.uint64(seed_state(self.seed, self.stage, level + number * self.stack.count))
             descend(coords, axes[0], axes[1], state, spread, free, self._room, out[number])
         if drawn > 1:
             choices, out = out, np.empty_like(out[:1])
@@ -238,7 +238,7 @@ class Descent:
         self, coords: Array, level: int, spans: tuple[Span, Span], run: Run, frame: Array | None = None
     ) -> Array:
         """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
-        place, side = self.sites.levels[level], round(self.rules.subpasses**0.5)
+        place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
         site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
         if self.wanted is not None:
             site = self.wanted.beside(site, level)

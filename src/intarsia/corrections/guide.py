@@ -45,20 +45,20 @@ class StackGuide:
         only what lies far from all boundaries would do for the inside of a region, and repeat.
     """
 
-    def __init__(self, canvas: Canvas, sites: ExemplarStack) -> None:
+    def __init__(self, canvas: Canvas, stack: ExemplarStack) -> None:
         assert canvas.guide is not None
-        exemplar = sites.exemplar
-        self._sites, self._weight, self._wraps = sites, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
+        exemplar = stack.exemplar
+        self._sites, self._weight, self._wraps = stack, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
         closed = (exemplar.toroidal, exemplar.toroidal)
         (source,), self._target = codes_of(canvas.guide, canvas.wrap)
         source, channels = without_gaps(source, exemplar), source.shape[2]
         self.unit = (min(channels, 2) if canvas.guide.is_labels else channels) * FULL * FULL
         strict = 1.0 if canvas.guide.is_labels else max(self._weight, 1.0)
         self.enough = int(self.unit / (ENOUGH * strict) ** 2)
-        self._edge = min(EDGE, sites.count - 1) if canvas.guide.is_labels and not canvas.guide.reach else 0
+        self._edge = min(EDGE, stack.count - 1) if canvas.guide.is_labels and not canvas.guide.reach else 0
         whole = [np.arange(exemplar.height), np.arange(exemplar.width)]
-        shown = stacked(source, [whole] * sites.count, closed, self._edge)
-        self._choices = [_choice(values, _open(sites, level)) for level, values in enumerate(shown)]
+        shown = stacked(source, [whole] * stack.count, closed, self._edge)
+        self._choices = [_choice(values, _open(stack, level)) for level, values in enumerate(shown)]
         self._asked: list[Array] = []
 
     def lay(self, places: list[list[Array]]) -> None:
@@ -103,13 +103,13 @@ def _variance(vectors: Array) -> float:
     return max((len(some) * int((some * some).sum()) - int((total * total).sum())) / len(some) ** 2, 1.0)
 
 
-def _open(sites: ExemplarStack, level: int) -> Array:
+def _open(stack: ExemplarStack, level: int) -> Array:
     """Where candidates of a level may lie: (H, W), 1 or 0; on levels that are not corrected that of the coarsest."""
-    exemplar = sites.exemplar
+    exemplar = stack.exemplar
     height, width = exemplar.height, exemplar.width
-    if not sites.levels:
+    if not stack.levels:
         return np.ones((height, width), np.uint8) if exemplar.usable is None else exemplar.usable.astype(np.uint8)
-    place = sites.levels[min(level, len(sites.levels) - 1)]
+    place = stack.levels[min(level, len(stack.levels) - 1)]
     rows, cols = (slice(place.border, place.border + n) for n in (height, width))
     return np.ascontiguousarray(place.site.open.reshape(-1, place.stride)[rows, cols])
 

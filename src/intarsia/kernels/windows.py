@@ -17,7 +17,7 @@ HOLE = 255
 OLD, FREE, NEW = 0, 1, 2
 
 
-class Shown(NamedTuple):
+class Grown(NamedTuple):
     """What a growing map shows."""
 
     variant: NDArray[np.uint8]  # (H, W): number of the posed exemplar, HOLE where nothing is known
@@ -41,12 +41,12 @@ def canvas_place(at: int, length: int, wrap: bool) -> int:
 
 
 @kernel
-def gather_window(shown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> int:
+def gather_window(grown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> int:
     """Read the features under a window into `feats` (h, w, C), and into `known` where there are any.
 
     Returns the number of known pixels.
     """
-    (variant, yx, wrap), (flat, table) = shown, posed
+    (variant, yx, wrap), (flat, table) = grown, posed
     height, width = variant.shape
     h, w, channels = feats.shape
     count = 0
@@ -70,10 +70,10 @@ def gather_window(shown: Any, posed: Any, y0: int, x0: int, feats: Any, known: A
 
 
 @kernel
-def gather_all(shown: Any, posed: Any, at: Any, feats: Any, known: Any) -> None:
+def gather_all(grown: Any, posed: Any, at: Any, feats: Any, known: Any) -> None:
     """Apply :func:`gather_window` to the windows that begin at `at` (n, 2)."""
     for k in range(len(at)):
-        gather_window(shown, posed, at[k, 0], at[k, 1], feats[k], known[k])
+        gather_window(grown, posed, at[k, 0], at[k, 1], feats[k], known[k])
 
 
 @kernel
@@ -90,14 +90,14 @@ def known_beside(variant: Any, y0: int, x0: int, wrap: Any, i: int, j: int, h: i
 
 
 @kernel
-def mark(shown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> None:
+def mark(grown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> None:
     """Say of every pixel of a window whether it must stay, must be new, or may be either.
 
     It must stay where it is locked, or lies on the window's edge beside a known pixel outside: the cut then
     runs inside the window, where both sides are known. It must be new where nothing is known, or where it
     touches such a pixel, for the same reason.
     """
-    variant, wrap = shown.variant, shown.wrap
+    variant, wrap = grown.variant, grown.wrap
     height, width = variant.shape
     h, w = known.shape
     for i in range(h):
@@ -127,7 +127,7 @@ def mark(shown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> N
 
 
 @kernel
-def cut_in_middle(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take: Any) -> None:
+def cut_in_middle(grown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take: Any) -> None:
     """Cut straight through the middle of the seam: old pixels stay in its outer half (Multrus 2003, B.1.4).
 
     `seam` (2,): rows and columns of the seams. An old pixel stays where it is locked, or lies within half a seam
@@ -135,7 +135,7 @@ def cut_in_middle(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: A
     larger one: the cut lies at the same place whichever of two windows is laid first. At the upper right corner
     only the top counts, as in a raster scan, where nothing lies to the right.
     """
-    variant, wrap = shown.variant, shown.wrap
+    variant, wrap = grown.variant, grown.wrap
     height, width = variant.shape
     h, w = known.shape
     rows, columns = (seam[0] + 1) // 2, (seam[1] + 1) // 2
@@ -155,9 +155,9 @@ def cut_in_middle(shown: Any, locked: Any, y0: int, x0: int, known: Any, seam: A
 
 
 @kernel
-def write_patch(shown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
+def write_patch(grown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
     """Write the patch of variant `v` at (u, s) into the window, wherever `take` says so and the canvas reaches."""
-    (variant, yx, wrap), table = shown, posed.table
+    (variant, yx, wrap), table = grown, posed.table
     height, width = variant.shape
     rows, columns = table[v, 1], table[v, 2]
     for i in range(take.shape[0]):
@@ -183,7 +183,7 @@ def write_patch(shown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int
 
 @kernel
 def paste(
-    shown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, feats: Any, known: Any,
+    grown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, feats: Any, known: Any,
     gradient: bool,
 ) -> None:  # fmt: skip
     """Cut the patch of variant `v` at (u, s) into the window at (y0, x0) along the cheapest seam.
@@ -195,7 +195,7 @@ def paste(
     h, w, channels = feats.shape
     take = np.ones((h, w), np.uint8)
     state = np.empty((h, w), np.uint8)
-    mark(shown, locked, y0, x0, known, state)
+    mark(grown, locked, y0, x0, known, state)
     if known.any():
         new = np.empty((h, w, channels), np.int16)
         for i in range(h):
@@ -209,14 +209,14 @@ def paste(
                         feats[i, j, c] = new[i, j, c]
         right, down = seam_costs(feats, new, gradient)
         min_cut(state, right, down, take)
-    write_patch(shown, posed, y0, x0, v, u, s, take)
+    write_patch(grown, posed, y0, x0, v, u, s, take)
 
 
 @kernel
 def overlay(
-    shown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, known: Any, seam: Any
+    grown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, known: Any, seam: Any
 ) -> None:
     """Lay the patch of variant `v` at (u, s) into the window, cut straight in the middle of its seams."""
     take = np.empty(known.shape, np.uint8)
-    cut_in_middle(shown, locked, y0, x0, known, seam, take)
-    write_patch(shown, posed, y0, x0, v, u, s, take)
+    cut_in_middle(grown, locked, y0, x0, known, seam, take)
+    write_patch(grown, posed, y0, x0, v, u, s, take)

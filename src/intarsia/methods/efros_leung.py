@@ -109,13 +109,13 @@ class _Outward:
         self.window = np.array(window, np.int64)
         self.taps = np.array(_taps(window), np.int64)
         self.ground = neighbourhoods.ground(neighbourhoods.layers(variants, exemplars), _reach(window), _reach(window))
-        self.patchwork = growing_map.GrowingMap.begin(variants, canvas, 0)
+        self.growing = growing_map.GrowingMap.begin(variants, canvas, 0)
         self.wraps = canvas.wrap.y, canvas.wrap.x
         heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
         self.first = max(int(heavy.sum()), 4) * variants.channels
-        if not (self.patchwork.variant != sourcemap.HOLE).any():
+        if not (self.growing.variant != sourcemap.HOLE).any():
             self._sow()
-        self.unknown = int((self.patchwork.variant == sourcemap.HOLE).sum())
+        self.unknown = int((self.growing.variant == sourcemap.HOLE).sum())
 
     def _sow(self) -> None:
         """Lay 3 x 3 px of the exemplar into the middle of the canvas."""
@@ -127,13 +127,13 @@ class _Outward:
             for dx in (-1, 0, 1):
                 y, x = middle[0] + dy, middle[1] + dx
                 if 0 <= y < self.canvas.height and 0 <= x < self.canvas.width:
-                    self.patchwork.variant[y, x] = v
-                    self.patchwork.yx[y, x] = (position // stride + dy) % height, (position % stride + dx) % width
+                    self.growing.variant[y, x] = v
+                    self.growing.yx[y, x] = (position // stride + dy) % height, (position % stride + dx) % width
 
     def batches(self) -> list[list[Any]]:
         """List the pixels of the next layer: batches of groups, the pixels of a group do not see one another."""
-        pixels = outward_kernels.layer(self.patchwork.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
-        rank = outward_kernels.ranks(pixels, self.patchwork.variant.shape, self.window, *self.wraps)
+        pixels = outward_kernels.layer(self.growing.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
+        rank = outward_kernels.ranks(pixels, self.growing.variant.shape, self.window, *self.wraps)
         order = np.argsort(rank, kind="stable")
         groups = np.split(pixels[order], np.flatnonzero(np.diff(rank[order])) + 1)
         groups = [g[k : k + AT_ONCE] for g in groups for k in range(0, len(g), AT_ONCE)]
@@ -145,7 +145,7 @@ class _Outward:
 
         def part(pixels: Any) -> None:
             outward_kernels.fill(
-                self.patchwork.variant, self.patchwork.yx, pixels, self.taps, self.patchwork.variants.channels,
+                self.growing.variant, self.growing.yx, pixels, self.taps, self.growing.variants.channels,
                 self.ground, *self.wraps, round(self.method.tolerance * 65536), self.first, np.uint64(self.seed), STAGE,
             )  # fmt: skip
 
@@ -158,7 +158,7 @@ class _Outward:
 
     def map(self) -> sourcemap.SourceMap:
         """The map as far as it has grown."""
-        return self.patchwork.map(self.exemplars, self.canvas, self.method.blend)
+        return self.growing.map(self.exemplars, self.canvas, self.method.blend)
 
 
 def _taps(window: tuple[int, int]) -> list[tuple[int, int, int]]:

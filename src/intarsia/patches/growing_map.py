@@ -66,7 +66,7 @@ class GrowingMap:
     ) -> None:
         """Cut the patch `pick` (variant, row, column) into the window at `at` along the cheapest seam."""
         windows.paste(
-            windows.Shown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick,
+            windows.Grown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick,
             found.feats, found.known, gradient,
         )  # fmt: skip
 
@@ -75,7 +75,7 @@ class GrowingMap:
     ) -> None:
         """Lay the patch `pick` into the window at `at`, cut straight in the middle of seams of `seam` px."""
         windows.overlay(
-            windows.Shown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick, known,
+            windows.Grown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick, known,
             seam,
         )  # fmt: skip
 

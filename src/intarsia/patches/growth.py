@@ -82,8 +82,8 @@ class Growth:
         priced = usage and rule is RepetitionRule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(self.finder, self.layout, usage, distance, prices, rule)
-        self.patchwork = GrowingMap.begin(self.variants, canvas, rim)
-        windows = self.patchwork.open_windows(self.layout, wanted)
+        self.growing = GrowingMap.begin(self.variants, canvas, rim)
+        windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
         if self.guided is not None and self.guided.guidance.guide.is_labels:
             self.repetition.apart(self.guided.guidance.groups(self.finder))
@@ -91,7 +91,7 @@ class Growth:
             windows &= ~self.guided.guidance.boundaries
         self.waves = waves(self.layout, windows)
         if canvas.start is not None:
-            self.repetition.note_start(self.patchwork.variant, self.patchwork.yx)
+            self.repetition.note_start(self.growing.variant, self.growing.yx)
 
     def _finder(self, listed: int) -> Search:
         settings, patch = self.settings, self.layout.patch
@@ -140,11 +140,11 @@ class Growth:
 
     def cutting(self, gradient: bool = False) -> Join:
         """What joins patches along the cheapest seam, by colour difference, or that divided by the `gradient`."""
-        return lambda at, pick, found: self.patchwork.cut_in(at, pick, found, self.layout, gradient)
+        return lambda at, pick, found: self.growing.cut_in(at, pick, found, self.layout, gradient)
 
     def map(self, blend: Blend) -> SourceMap:
         """The map, once all is filled."""
-        return self.patchwork.map(self.exemplars, self.canvas, blend)
+        return self.growing.map(self.exemplars, self.canvas, blend)
 
     def draft(self) -> SourceMap:
         """The map as far as it has grown: a copy."""
@@ -164,7 +164,7 @@ class Growth:
     def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
         """Answer the run's probe where its pixel is about to be filled."""
         probe = run.probe
-        if probe is None or probe.maps is not None or self.patchwork.variant[probe.y, probe.x] != HOLE:
+        if probe is None or probe.maps is not None or self.growing.variant[probe.y, probe.x] != HOLE:
             return
         for window, candidates in zip(wave, found, strict=True):
             y, x = self.at(window)
@@ -191,7 +191,7 @@ class Growth:
         def part(begin: int) -> None:
             self._check()
             stop, prices = min(begin + size, len(wave)), self.repetition.search_prices
-            where = (self.patchwork.variant, self.patchwork.yx, at[begin:stop], self.layout.wraps)
+            where = (self.growing.variant, self.growing.yx, at[begin:stop], self.layout.wraps)
             if self.guided is not None:
                 found[begin:stop] = self.guided.find(wave[begin:stop], *where[:3], prices)
             elif self.settings.repeats.distance and isinstance(self.finder, PatchSearch):
@@ -209,7 +209,7 @@ class Growth:
         """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
         rows = found.rows.copy()
         weigh_edge(
-            self.patchwork.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
+            self.growing.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
             self.variants.table, rows,
         )  # fmt: skip
         return replace(found, rows=rows)

@@ -101,7 +101,7 @@ class Scan:
             0 if canvas.wrap.x else left << (levels - 1),
         )
         self.size = canvas.height + self.margin[0], canvas.width + self.margin[1]
-        self.patchwork = GrowingMap.begin(self.variants, canvas, 0)
+        self.growing = GrowingMap.begin(self.variants, canvas, 0)
         self.total = sum(-(-self.size[0] // (1 << k)) * -(-self.size[1] // (1 << k)) for k in range(levels))
         self.done = 0
         self.level = levels
@@ -182,9 +182,9 @@ class Scan:
         torus, (top, left) = self._current(), self.margin
         if self.level == 0:
             done = torus.done[top:, left:]
-            self.patchwork.variant[:] = np.where(done, torus.variant[top:, left:], HOLE)
-            self.patchwork.yx[:] = np.where(done[:, :, None], torus.yx[top:, left:], 0)
-        return self.patchwork.map(self.exemplars, self.canvas, blend)
+            self.growing.variant[:] = np.where(done, torus.variant[top:, left:], HOLE)
+            self.growing.yx[:] = np.where(done[:, :, None], torus.yx[top:, left:], 0)
+        return self.growing.map(self.exemplars, self.canvas, blend)
 
     def _current(self) -> Torus:
         assert self.torus is not None
@@ -217,7 +217,7 @@ class Scan:
         known = np.full(self.size, HOLE, np.uint8)
         at = np.zeros((*self.size, 2), np.int32)
         top, left = self.margin
-        known[top:, left:], at[top:, left:] = self.patchwork.variant, self.patchwork.yx
+        known[top:, left:], at[top:, left:] = self.growing.variant, self.growing.yx
         known, at = known[::step, ::step], at[::step, ::step] // step
         done |= known != HOLE
         variant[done], yx[done] = known[done], at[done]

@@ -30,7 +30,7 @@ class Constraints:
     """
 
     def __init__(self, growth: Growth, guide: Guide | None, distance: int) -> None:
-        self.work, self.variants, self.wraps = growth.patchwork, growth.variants, growth.layout.wraps
+        self.work, self.variants, self.wraps = growth.growing, growth.variants, growth.layout.wraps
         self.distance, self.guide = distance, guide
         self.any = guide is not None or distance > 0
         self.sizes = [(e.height, e.width) for e in growth.exemplars]
@@ -58,8 +58,8 @@ class Constraints:
         size = self.variants.table[pick[0], 1:3]
         yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
         yx = (yx % size).astype(np.int32)  # beyond an exemplar that does not continue nothing is taken
-        shown, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
-        return shown, which
+        grown, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
+        return grown, which
 
     def _around(self, box: Box, px: int) -> tuple[Array, ...]:
         """Index of a box and `px` around it, within the canvas or round it."""

@@ -90,13 +90,13 @@ def beside(
 
 
 @kernel
-def seam_prices(shown: Any, pieces: Any, box: Any, gradient: bool, prices: Any) -> None:
+def seam_prices(grown: Any, pieces: Any, box: Any, gradient: bool, prices: Any) -> None:
     """Write into `prices` (H, W, 2) what the map costs between each pixel of a box and its right and lower neighbour.
 
     `box`: first row, first column, rows and columns; it may reach over borders. 0 where a piece goes on, in holes
     and at borders.
     """
-    (variant, yx, wrap), (flat, table, usable, torus, channels) = shown, pieces
+    (variant, yx, wrap), (flat, table, usable, torus, channels) = grown, pieces
     height, width = variant.shape
     for i in range(box[2]):
         y = canvas_place(box[0] + i, height, wrap[0])

@@ -110,7 +110,7 @@ class EntireSearch:
         feats = np.empty((1, size[0] * f, size[1] * f, self.variants.channels), np.int16)
         known = np.empty(feats.shape[:3], np.uint8)
         first = at[0] - beyond[0] * f, at[1] - beyond[1] * f
-        windows.gather_window(windows.Shown(variant, yx, wraps), self.variants.posed, *first, feats[0], known[0])
+        windows.gather_window(windows.Grown(variant, yx, wraps), self.variants.posed, *first, feats[0], known[0])
         here, mask = np.empty((1, len(search.axes), *size), np.float32), np.empty((1, *size), np.float32)
         reduce_kernels.coarse_templates(feats, known, f, search.mean, search.axes, search.clip, here, mask)
         map_ = here[0].astype(np.float64)
@@ -139,7 +139,7 @@ class EntireSearch:
         around = size[0] - patch[0], size[1] - patch[1]
         step = max(1, max(size[0] + around[0], size[1] + around[1]) // SAMPLES)
         placement_kernels.follow(
-            windows.Shown(variant, yx, wraps), self.pieces, at, patch, all_.valid[v], around, self._factor, step, rows
+            windows.Grown(variant, yx, wraps), self.pieces, at, patch, all_.valid[v], around, self._factor, step, rows
         )  # fmt: skip
         return rows[rows[:, 0] >= 0]
 

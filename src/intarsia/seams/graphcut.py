@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..analysis.sums import window_sums
 from ..analysis.variance import spreads
 from ..draws import draw
-from ..kernels.windows import Shown
+from ..kernels.windows import Grown
 from ..patches.growing_map import random_patch
 from ..patches.growth import Growth, Pick
 from ..run import Run
@@ -88,10 +88,10 @@ class GraphcutGrowth:
     def __init__(self, growth: Growth, stitch: GraphcutSettings, bar: Bar | None = None) -> None:
         self.growth, self.stitch, self.variants, self.bar = growth, stitch, growth.variants, bar
         self.pieces = pieces_of(growth.variants, growth.exemplars)
-        work = growth.patchwork
+        work = growth.growing
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
         self.wraps = growth.layout.wraps
-        self.shown = Shown(self.variant, self.yx, self.wraps)
+        self.grown = Grown(self.variant, self.yx, self.wraps)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         self._step = max(4, math.isqrt(self.variant.size) // SAMPLES)
         self._variance = max(_variance(p, e.usable) for p, e in zip(
@@ -170,7 +170,7 @@ class GraphcutGrowth:
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
         count = np.empty(len(found.rows), np.int64)
-        placement_kernels.repeats(self.shown, self.pieces, box, found.rows, self._step, count)
+        placement_kernels.repeats(self.grown, self.pieces, box, found.rows, self._step, count)
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(found.rows[:, 0] + count * price // placement_kernels.ONE)
 
@@ -241,7 +241,7 @@ class GraphcutGrowth:
             kept = self.locked[index]
             self.locked[index] = kept | self.bar(window, patch)
         change = recut_kernels.recut(
-            self.shown, self.locked, self.pieces, window, (inner[0], inner[1], inner[2], inner[3]), patch,
+            self.grown, self.locked, self.pieces, window, (inner[0], inner[1], inner[2], inner[3]), patch,
             self.stitch.gradient, take,
         )  # fmt: skip
         if index is not None:
@@ -259,13 +259,13 @@ class GraphcutGrowth:
 
     def paste(self, cut: Cut) -> None:
         """Write a cut into the map, and what its seams cost into the prices."""
-        recut_kernels.write_cut(self.shown, self.pieces, cut.box, cut.pick, cut.take)
+        recut_kernels.write_cut(self.grown, self.pieces, cut.box, cut.pick, cut.take)
         y, x, h, w = cut.box
         self.note((y - 1, x - 1, h + 1, w + 1))
 
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
-        energy_kernels.seam_prices(self.shown, self.pieces, box, self.stitch.gradient, self.prices)
+        energy_kernels.seam_prices(self.grown, self.pieces, box, self.stitch.gradient, self.prices)
 
 
 def likelihood(x: Array) -> Array:

@@ -14,14 +14,14 @@ NEAR = 3  # a repeat beside the window counts this much more
 
 
 @kernel
-def repeats(shown: Any, pieces: Any, box: Any, rows: Any, step: int, out: Any) -> None:
+def repeats(grown: Any, pieces: Any, box: Any, rows: Any, step: int, out: Any) -> None:
     """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
     the candidates. Every `step`-th pixel of the canvas is looked at. Within one and a half windows of the middle a
     repeat counts up to NEAR times more. What merely goes on from the canvas is no repeat.
     """
-    (variant, yx, wrap), table, torus = shown, pieces.table, pieces.torus
+    (variant, yx, wrap), table, torus = grown, pieces.table, pieces.torus
     height, width = variant.shape
     h, w = box[2], box[3]
     reach = 3 * max(h, w) // 2 + 1
@@ -52,13 +52,13 @@ def repeats(shown: Any, pieces: Any, box: Any, rows: Any, step: int, out: Any) -
 
 
 @kernel
-def shift_cost(shown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
+def shift_cost(grown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
     """Return the mean squared difference, times 256, of the map and a piece where both are known; -1: nowhere.
 
     `box`: the part of the canvas that is looked at, every `step`-th pixel of it; `pick`: the variant, and its row and
     column at the first pixel, which may lie outside it.
     """
-    (variant, yx, wrap), (flat, table, usable, torus, channels) = shown, pieces
+    (variant, yx, wrap), (flat, table, usable, torus, channels) = grown, pieces
     height, width = variant.shape
     total, count = 0, 0
     for i in range(0, box[2], step):
@@ -84,7 +84,7 @@ def shift_cost(shown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
 
 @kernel
 def follow(
-    shown: Any, pieces: Any, at: Any, size: Any, valid: Any, around: Any, factor: int, step: int, rows: Any
+    grown: Any, pieces: Any, at: Any, size: Any, valid: Any, around: Any, factor: int, step: int, rows: Any
 ) -> None:
     """Move each candidate of `rows` to the best place within a coarse px of it, and write what that costs.
 
@@ -99,7 +99,7 @@ def follow(
             for b in range(s - factor + 1, s + factor):
                 if not (0 <= a < valid.shape[0] and 0 <= b < valid.shape[1] and valid[a, b]):
                     continue
-                cost = shift_cost(shown, pieces, box, (v, a - around[0], b - around[1]), step)
+                cost = shift_cost(grown, pieces, box, (v, a - around[0], b - around[1]), step)
                 if cost >= 0 and (best < 0 or cost < best):
                     best = cost
                     rows[k, 2], rows[k, 3] = a, b

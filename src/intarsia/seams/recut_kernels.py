@@ -28,14 +28,14 @@ OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
 
 
 @kernel
-def fix(shown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, state: Any) -> None:
+def fix(grown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, state: Any) -> None:
     """Say of every pixel of a window whether it stays, becomes new, may be either, or is left out.
 
     Holes of the `target` (first row and column in the window, rows, columns) become new, others are left out. A
     pixel stays where it is locked, where the patch does not reach, or does not reach a known neighbour, and at the
     window's edge beside known pixels outside.
     """
-    variant, wrap = shown.variant, shown.wrap
+    variant, wrap = grown.variant, grown.wrap
     height, width = variant.shape
     h, w = old.shape
     for i in range(h):
@@ -181,7 +181,7 @@ def cut_change(terms: Any, out: Any) -> int:
 
 @kernel
 def recut(
-    shown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, gradient: bool, out: Any
+    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, gradient: bool, out: Any
 ) -> int:
     """Cut a patch into a window of the map, old seams remembered: which pixels to take, and what it costs.
 
@@ -190,7 +190,7 @@ def recut(
     by how much the seams become dearer; negative where the patch covers seams that cost more than its own.
     """
     h, w = out.shape
-    (variant, yx, wrap), (_, table, usable, torus, channels) = shown, pieces
+    (variant, yx, wrap), (_, table, usable, torus, channels) = grown, pieces
     height, width = variant.shape
     old, new = np.empty((h, w), np.int64), np.empty((h, w), np.int64)
     source = np.empty((h, w, 3), np.int32)
@@ -202,7 +202,7 @@ def recut(
             old[i, j] = source_at(variant, yx, table, channels, y, x)
             new[i, j] = spot(table, usable, torus, channels, pick[0], pick[1] + i, pick[2] + j)
     state = np.empty((h, w), np.uint8)
-    fix(shown, locked, box, target, old, new, state)
+    fix(grown, locked, box, target, old, new, state)
     terms = np.empty((h, w, 2, 3), np.int32)
     pair_terms(pieces, source, gradient, old, new, state, terms)
     least_cut(state, terms, out)
@@ -210,9 +210,9 @@ def recut(
 
 
 @kernel
-def write_cut(shown: Any, pieces: Any, box: Any, pick: Any, take: Any) -> None:
+def write_cut(grown: Any, pieces: Any, box: Any, pick: Any, take: Any) -> None:
     """Write what `take` says of a patch into the map; `box` and `pick` as in :func:`recut`."""
-    (variant, yx, wrap), table = shown, pieces.table
+    (variant, yx, wrap), table = grown, pieces.table
     height, width = variant.shape
     rows, columns = table[pick[0], 1], table[pick[0], 2]
     for i in range(take.shape[0]):

@@ -79,7 +79,7 @@ def repaired(
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
     """
     work = Repairing(repair, exemplars, canvas, smap)
-    before, patches = work.stitching.total, 0
+    before, patches = work.sewing.total, 0
     for number in range(repair.passes):
         run.tick(number, repair.passes, work.growth.draft)
         wave = work.worst.apart(work.around)
@@ -87,7 +87,7 @@ def repaired(
             break
         patches += work.cover(wave, run)
     run.tick(repair.passes, repair.passes, work.growth.draft)
-    return Repaired(work.growth.map(smap.blend), before, work.stitching.total, patches)
+    return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
 
 
 class Repairing:
@@ -98,12 +98,12 @@ class Repairing:
         settings = PatchSettings(repair.patch, overlap, weights=repair.weights, isometries=repair.isometries, rim=1)
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
         self.growth = Growth(settings, exemplars, whole)
-        self.growth.patchwork.locked[:] = kept(canvas.start, smap)
+        self.growth.growing.locked[:] = kept(canvas.start, smap)
         self.bars = Constraints(self.growth, canvas.guide, repair.distance)
         self.margin = min(repair.patch) // REACH
         stitch = GraphcutSettings(margin=self.margin)
-        self.stitching = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
-        self.worst = WorstSeams(self.stitching.prices, self.growth.layout.patch, self.stitching.wraps)
+        self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
+        self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
 
     @property
     def around(self) -> int:
@@ -121,14 +121,14 @@ class Repairing:
             if cut is None:
                 self.worst.give_up(cell)
             elif not self.bars.returns(cut.box, cut.pick, cut.take):  # what this pass laid before counts, too
-                self.stitching.paste(cut)
+                self.sewing.paste(cut)
                 laid.append(cut)
         self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
     def _found(self, boxes: list[Box], run: Run) -> list[Candidates]:
         """The candidates that fit around the middles of windows, which do not touch one another."""
-        sewn, search = self.stitching, self.growth.finder
+        sewn, search = self.sewing, self.growth.finder
         assert isinstance(search, PatchSearch)
         prices, at = sewn.search_prices(), np.array([box[:2] for box in boxes], np.int64)
         middles = [sewn.middle(box) for box in boxes]
@@ -147,10 +147,10 @@ class Repairing:
 
     def _best(self, box: Box, found: Candidates) -> Cut | None:
         """The first of the best candidates that makes the seams cheaper."""
-        price = self.stitching.priced(box, found)
+        price = self.sewing.priced(box, found)
         for k in np.argsort(price, kind="stable")[:TRIES].tolist():
             _, variant, u, s = found.rows[k].tolist()
-            cut = self.stitching.cut(box, (variant, u, s), self.margin)
+            cut = self.sewing.cut(box, (variant, u, s), self.margin)
             if cut.change < 0:
                 return cut
         return None

@@ -196,7 +196,7 @@ class PatchSearch:
         """Read what the windows that begin at `at` hold: features (n, h, w, C), and where there are any."""
         n, (h, w) = len(at), self.patch
         feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
-        windows.gather_all(windows.Shown(variant, yx, wrap), self.variants.posed, at, feats, known)
+        windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at, feats, known)
         return feats, known
 
     def reduce(self, feats: Array, known: Array, near_by: bool = False) -> Reduced:

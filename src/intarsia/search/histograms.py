@@ -115,7 +115,7 @@ class SegmentSearch:
         """Return the patches drawn for the windows that begin at `at` (n, 2), best first; repeats cost nothing."""
         n, (h, w) = len(at), self.patch
         feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
-        windows.gather_all(windows.Shown(variant, yx, wrap), self.variants.posed, at, feats, known)
+        windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at, feats, known)
         found = []
         for k, (y, x) in enumerate(at.tolist()):
             rows = np.zeros((0, 4), np.int64)

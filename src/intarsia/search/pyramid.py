@@ -175,7 +175,7 @@ class PyramidSearch:
         n, channels = len(at), self.variants.channels
         size = [side + 2 * MARGIN for side in self.patch]
         feats, state = np.empty((n, *size, channels), np.int16), np.empty((n, *size), np.uint8)
-        windows.gather_all(windows.Shown(variant, yx, wrap), self.variants.posed, at - MARGIN, feats, state)
+        windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at - MARGIN, feats, state)
         inner = tuple(slice(MARGIN, MARGIN + side) for side in self.patch)
         stack = [(feats[:, *inner].copy(), state[:, *inner].copy())]
         for k, (y, x) in enumerate((at - MARGIN).tolist()):
