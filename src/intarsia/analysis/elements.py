@@ -10,7 +10,7 @@ Source: no paper; our own rule, chosen by eye and by measurement on 12 photograp
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,26 @@ from .variance import principal_axes
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-DIRECTIONS = 12
-LEAST_SIDE = 8  # a smaller one has no lags to look at
-LIMIT = 0.4  # of the short side: from larger elements no patch could vary its choice
-LOW = 0.1  # a dip of the correlation counts below this
-CONTRAST = 4096  # steps per standard deviation of the component that is measured
-GRAIN = 100_000  # correlation steps per 1: rounding errors of FFTs are far below one step
+DIRECTIONS = 12  # of a half circle, 15 degrees each
+LEAST_SIDE = 8  # a smaller one has no lags to look at; halved and doubled: the same on 92 textures
+CONTRAST = 4096  # steps per standard deviation of the component that is measured: a unit; 256: all sizes as they are
+GRAIN = 100_000  # correlation steps per 1, above rounding errors of FFTs; halved or doubled: a size differs, 1000: 39
+LEAST_SHARE = 1 / 32  # of all pairs of px, that a lag of a masked exemplar must compare; 0 to 1/16: the same on 92
+
+
+class Looked(NamedTuple):
+    """How the size is read. Halved and doubled on 92 textures: sizes that differ by a tenth, and other rules."""
+
+    low: float = 0.1  # a dip counts below this; halved: 10 sizes and 2 rules, doubled: 8 and 1; at 0 34 and 6
+    limit: float = 0.4  # of the short side, so that patches can vary their choice; halved: 59 and 12, doubled: 12 and 0
+    large: float = 0.75  # quantile of directions, so that long stones count; halved: 68 and 3, 1: 55 and 2
+    light: float = 0.25  # of the short side, sigma: wider is light; halved: 14 and 5, doubled: 3 and 2
+    smooth: float = 1.5  # px, sigma over lags; halved: 13 and 4, doubled: 27 and 2
+    unseen: float = 0.5  # of the short side: what shows no dip is as large; halved: 8 and 0, doubled: the same
+    noise: float = 0.1  # of the largest deviation: a channel of less is not lifted; 0 to 0.2: one size, 0.5: 14
+
+
+LOOKED = Looked()
 
 
 @dataclass(frozen=True)
@@ -86,7 +100,7 @@ def element_size(features: NDArray[np.int16], usable: Mask | None = None) -> Ele
     if component is None:
         return _guess(short)
     side = min(component.shape)
-    correlation = _autocorrelation(_band_pass(component, weight, side / 4), weight, side // 2)
+    correlation = _autocorrelation(_band_pass(component, weight, LOOKED.light * side), weight, side // 2)
     if correlation is None:
         return _guess(short)
     lags = [lag * factor for lag in _first_dips(correlation)]
@@ -99,11 +113,11 @@ def _guess(short: int) -> ElementSize:
 
 
 def _summary(lags: list[int], short: int, factor: int) -> ElementSize:
-    sizes = np.array([2.0 * lag if lag else short / 2 for lag in lags])
-    limit = max(1, int(LIMIT * short))
+    sizes = np.array([2.0 * lag if lag else LOOKED.unseen * short for lag in lags])
+    limit = max(1, int(LOOKED.limit * short))
     third = DIRECTIONS // 2
     width, height = np.median(sizes[[-1, 0, 1]]), np.median(sizes[[third - 1, third, third + 1]])
-    size = np.quantile(sizes, 0.75)
+    size = np.quantile(sizes, LOOKED.large)
     height, width, size = (min(limit, max(1, int(v + 0.5))) for v in (height, width, size))
     return ElementSize(height, width, size, tuple(lags), sum(lag > 0 for lag in lags), factor)
 
@@ -134,9 +148,9 @@ def _first_component(colours: NDArray[Any], weight: Floats | None) -> Floats | N
     mean = x.sum(axis=0) / n
     covariance = x.T @ x / n - np.outer(mean, mean)
     deviation = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
-    if deviation.max() ** 2 < 0.25 / n:
+    if deviation.max() ** 2 < 0.25 / n:  # less than one px that differs by 1
         return None
-    deviation = np.maximum(deviation, 0.1 * deviation.max())  # a channel of mere noise is not lifted
+    deviation = np.maximum(deviation, LOOKED.noise * deviation.max())
     correlation = covariance / np.outer(deviation, deviation)
     vector = principal_axes(correlation, 1)[1][0]
     component: Floats = np.rint((colours.astype(np.float64) - mean) @ (vector / deviation) * CONTRAST)
@@ -176,9 +190,9 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
     here = product[reach, reach] / pairs[reach, reach]
     if here < 1e-6:
         return None
-    few = pairs < max(4.0, pairs[reach, reach] / 32)
+    few = pairs < LEAST_SHARE * pairs[reach, reach]
     correlation = np.where(few, 1.0, product / np.maximum(pairs, 1.0) / here)
-    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, 1.5))
+    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, LOOKED.smooth))
     return smooth
 
 
@@ -198,6 +212,6 @@ def _first_dips(correlation: Floats) -> list[int]:
     lag = np.arange(reach + 1)
     profile = np.rint(GRAIN * _between(correlation, reach + np.sin(angle) * lag, reach + np.cos(angle) * lag))
     # A profile starts high: where it first rises again from a low value, there it has its first low minimum.
-    dip = (profile[:, :-1] < LOW * GRAIN) & (profile[:, 1:] > profile[:, :-1])
+    dip = (profile[:, :-1] < LOOKED.low * GRAIN) & (profile[:, 1:] > profile[:, :-1])
     dip[:, 0] = False  # lag 0 is the pattern on itself: the smoothing pulls it down for one-pixel patterns
     return [int(np.argmax(row)) for row in dip]

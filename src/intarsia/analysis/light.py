@@ -25,10 +25,12 @@ PARTS = 8  # along each side: parts are averaged, so that what is measured is sl
 TERMS = 5  # of a polynomial of order 2, but for its mean
 LEAST_SHARE = 0.3  # of the differences between parts that must be a slope,
 LEAST_FACTOR = 1.4  # and how many times brighter it must be on one side than on the other: half a stop
-EXTREMES = (2, 98)  # percent
+EXTREMES = (2, 98)  # percent: a corner of the polynomial alone is no slope
 DARK = 1e-3  # of the largest luminance: darker px count as this dark
-MOST_ORDER = 4
-COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE,
+MOST_ORDER = 4  # of the polynomial, 14 terms: what bends more often is the texture
+COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE: solvers differ in the last bits,
+EVEN = 1e-12  # variance of log luminance: what rounding leaves of one brightness
+ALIKE = 1e-10  # terms that so few parts do not tell apart count as one; products of doubles are exact to 1e-15
 GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms differ by a bit between machines
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -200,9 +202,9 @@ def _surface(luminance: Floats, usable: Mask | None, order: int, parts: int | No
     middle = chosen.mean(axis=1, keepdims=True)
     centred, target = chosen - middle, wanted - wanted.mean()
     total = float(target @ target)
-    if total <= 1e-12 * len(target):
+    if total <= EVEN * len(target):
         return np.zeros(luminance.shape), 0.0
-    factors = np.linalg.lstsq(centred @ centred.T, centred @ target, rcond=1e-10)[0]
+    factors = np.linalg.lstsq(centred @ centred.T, centred @ target, rcond=ALIKE)[0]
     left = target - factors @ centred
     # From here on one after the other, in whole multiples of 1 / COARSE: sums of products differ between machines.
     surface = np.zeros(luminance.shape)

@@ -24,14 +24,15 @@ from .features import Features, features, posed
 from .reduction import block_sums, blocks
 from .usable import valid_windows
 
-STAGE = 93
-SIDE = 5  # of the patches compared, cells
-SCALES = (1, 2, 4)  # px of a cell
-BLOCKS = (3, 4, 5)  # squares along an axis of the checkerboards
-SAMPLES = 3000  # patches of each half at most
-LEAST_SAMPLES = 50
-DIRECTIONS = 28  # random projections, beside four ramps
-SLACK = (4, 3)  # so many times farther apart is still alike; with 1.2 some isotropic noise would be refused
+STAGE = 93  # keeps these draws apart from those of others
+# Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).
+SIDE = 5  # of the patches compared, cells; 3: four, 9: eight
+SCALES = (1, 2, 4)  # px of a cell; without the last three allow more, with 8 none differs
+BLOCKS = (3, 4, 5)  # squares along an axis of the checkerboards; 3 alone: four, 3 to 8: three, 6 to 10: eight
+SAMPLES = 3000  # patches of each half at most; halved: one, doubled: five
+LEAST_SAMPLES = 50  # fewer have no statistics; 1 to 400: the same, it matters for small exemplars
+DIRECTIONS = 28  # random projections, beside four ramps; halved: three, doubled: one
+SLACK = (4, 3)  # so many times farther apart is still alike; 7 / 6: 13, 5 / 3: seven; 1.2 refuses noise
 SUBGROUPS: tuple[tuple[int, ...], ...] = (
     (0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 6), (0, 3, 4, 6), (0, 5, 6, 7), (0, 1), (0, 2), (0, 3), (0, 4), (0, 6), (0,),
 )  # fmt: skip

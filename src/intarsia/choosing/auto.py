@@ -29,7 +29,7 @@ else:
     rules = lazy("intarsia.choosing.rules")
 
 AUTO_METHOD = "auto"
-MOST_TRIALS = 64
+MOST_TRIALS = 64  # a limit of time: each is a whole picture
 
 
 @dataclass(frozen=True, eq=False)

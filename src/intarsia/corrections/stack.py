@@ -36,7 +36,7 @@ from .appearance import (
 from .correction_kernels import MIDDLE, Site
 from .outlines import Outlines
 
-CLOUDS = 16  # px
+CLOUDS = 16  # px: what is wider is no grain; it is cloudy where this makes up three tenths
 SAMPLE = 8192  # neighbourhoods that the axes of the tree are measured on
 APART = 0.05  # of the exemplar's longer side: nearer ones are no jumps
 LEAVES = 8  # of the tree, looked into for one pixel

@@ -10,7 +10,7 @@ Source: Lopez Recas 2011, section 3.3 (peaks, pairs, reduction); regions of domi
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,18 @@ LOOKED_AT = 1000  # strongest peaks whose dominance is known
 EQUAL = 10_000  # millionths: peaks that differ less are equally high
 WAVES = 10  # spectral peaks that are paired, of each picture
 LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
+
+
+class Sensible(NamedTuple):
+    """What the pairs of a lattice must be like. Bounds of what a picture can show."""
+
+    cells: float = 0.6  # of the picture: the largest cell, so that a second one is begun in it
+    overlap: int = 200  # thousandths of the pixels must meet in an offset that is a peak
+    parallel: float = 1e-7  # squared cycles per px: waves of one direction span no lattice
+    far: float = 1e6  # px: no picture is so large
+
+
+SENSIBLE = Sensible()
 
 
 def canonical(vectors: Int64) -> Int64:
@@ -53,11 +65,14 @@ def canonical(vectors: Int64) -> Int64:
 
 
 def sensible(vectors: Int64, height: int, width: int) -> NDArray[np.bool_]:
-    """Say which reduced pairs could be the lattice of a picture: not too short, not flat, some cells in it."""
+    """Say which reduced pairs could be the lattice of a picture: not too short, and some cells in it.
+
+    Reduced vectors meet at 60 degrees or more.
+    """
     lengths = np.sqrt((vectors * vectors).sum(axis=2).astype(np.float64)) / UNIT
     area = np.abs(vectors[:, 0, 0] * vectors[:, 1, 1] - vectors[:, 0, 1] * vectors[:, 1, 0]) / UNIT**2
-    flat = area < 0.25 * lengths[:, 0] * lengths[:, 1]
-    result: NDArray[np.bool_] = (lengths[:, 0] >= SHORTEST) & ~flat & (area > 0) & (area <= 0.6 * height * width)
+    room = SENSIBLE.cells * height * width
+    result: NDArray[np.bool_] = (lengths[:, 0] >= SHORTEST) & (area > 0) & (area <= room)
     return result
 
 
@@ -68,7 +83,7 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
     lattice dominates a cell, what lies between its peaks does not.
     """
     smooth = found.smooth
-    i, j = _maxima(smooth, found.share >= 200).T
+    i, j = _maxima(smooth, found.share >= SENSIBLE.overlap).T
     value = smooth[i, j].astype(np.int64)
     at = np.stack([i, j], axis=1) - (smooth.shape[0] // 2, smooth.shape[1] // 2)
     square = (at * at).sum(axis=1)
@@ -146,14 +161,14 @@ def candidates(found: CorrelationMap, waves: list[Floats], height: int, width: i
         i, j = np.triu_indices(len(f), 1)
         a, b = f[i], f[j]
         determinant = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        good = np.abs(determinant) > 1e-7
+        good = np.abs(determinant) > SENSIBLE.parallel
         a, b, determinant = a[good], b[good], determinant[good]
         # The vectors v with v1.a = 1, v1.b = 0, v2.a = 0, v2.b = 1.
         v1 = np.stack([b[:, 1], -b[:, 0]], axis=1) / determinant[:, None]
         v2 = np.stack([-a[:, 1], a[:, 0]], axis=1) / determinant[:, None]
         pairs.append(np.stack([v1, v2], axis=1))
     whole = np.concatenate(pairs)
-    whole = whole[np.abs(whole).max(axis=(1, 2), initial=0) < 1e6]
+    whole = whole[np.abs(whole).max(axis=(1, 2), initial=0) < SENSIBLE.far]
     return distinct(canonical(np.rint(UNIT * whole).astype(np.int64)), height, width)
 
 

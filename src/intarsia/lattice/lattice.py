@@ -32,7 +32,7 @@ Mask = NDArray[np.bool_]
 Int64 = NDArray[np.int64]
 Rule = Literal["contrast", "courses"]
 
-LEAST_SIDE = 16  # px: a smaller exemplar has no room for a lattice
+LEAST_SIDE = 16  # px: four of the shortest vectors; a smaller exemplar has no room for a lattice
 SHOWN = 5  # candidates that are reported
 FAMILY = 6  # best lattices whose double and half cells are tried as well
 

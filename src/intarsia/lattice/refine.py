@@ -17,8 +17,12 @@ from .shift_kernels import best_shift
 Mask = NDArray[np.bool_]
 Int64 = NDArray[np.int64]
 
-WINDOW = 512  # px: side of what is compared
-POINTS = 12  # lattice points looked at
+WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
+POINTS = 12  # lattice points looked at: two of each direction
+ANGLES = 6  # directions of a half circle, 30 degrees each, over which they are spread
+FARTHEST = 0.5  # of each side: the other half is left to compare
+SPARE = 2  # px besides those that one px of the reduced copy stands for: the peak may lie beside its px
+SPANNED = 0.5  # the determinant of whole numbers is 0 where all points lie in a row, 1 or more else
 
 
 def refined(features: NDArray[np.int16], usable: Mask | None, vectors: Int64, factor: int) -> Int64 | None:
@@ -30,7 +34,7 @@ def refined(features: NDArray[np.int16], usable: Mask | None, vectors: Int64, fa
     mask = np.ones((1, 1), np.bool_) if usable is None else usable
     rows, right = [], []
     found = np.empty(2)
-    radius = factor + 2
+    radius = factor + SPARE
     for index in _furthest(vectors, height, width):
         at = (np.array(index) @ vectors) / UNIT
         if best_shift(features, mask, np.rint(at).astype(np.int64), radius, WINDOW, found):
@@ -42,7 +46,7 @@ def refined(features: NDArray[np.int16], usable: Mask | None, vectors: Int64, fa
 def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
     """Lattice points that leave half of each side to compare, the furthest first, spread over directions."""
     n = len(vectors)
-    most = [max(1, int(0.5 * max(height, width) * UNIT / math.hypot(*v))) for v in vectors]
+    most = [max(1, int(FARTHEST * max(height, width) * UNIT / math.hypot(*v))) for v in vectors]
     found = []
     for a in range(most[0] + 1):
         for b in range(-most[1], most[1] + 1) if n == 2 else (0,):
@@ -50,8 +54,8 @@ def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
             if index <= (0, 0)[:n]:
                 continue
             y, x = (np.array(index) @ vectors) / UNIT
-            if abs(y) <= 0.5 * height and abs(x) <= 0.5 * width:
-                angle = math.floor(6 * (math.atan2(y, x) % math.pi) / math.pi)
+            if abs(y) <= FARTHEST * height and abs(x) <= FARTHEST * width:
+                angle = math.floor(ANGLES * (math.atan2(y, x) % math.pi) / math.pi)
                 found.append((round(math.hypot(y, x)), angle, index))
     found.sort(key=lambda f: (-f[0], f[2]))
     seen: dict[int, int] = {}
@@ -75,7 +79,7 @@ def _least_squares(
     else:
         aa, ab, bb = (a[:, 0] ** 2).sum(), (a[:, 0] * a[:, 1]).sum(), (a[:, 1] ** 2).sum()
         determinant = aa * bb - ab * ab
-        if determinant < 0.5:
+        if determinant < SPANNED:
             return None
         t0, t1 = (a[:, 0, None] * p).sum(axis=0), (a[:, 1, None] * p).sum(axis=0)
         exact = np.array([bb * t0 - ab * t1, aa * t1 - ab * t0]) / determinant

@@ -10,7 +10,7 @@ from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
 from .lattice import Lattice, Lattices, find_lattice
 
-UNIT = 256
+UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
 Pairs = Sequence[Sequence[float]] | None
 

@@ -19,7 +19,8 @@ from ..geometry import ISOMETRIES
 from ..sourcemap import SourceMap
 
 Array = NDArray[Any]
-CELL, TONE = 8, 2  # steps of tone, summed with their sign over cells of 8 px, are seen in spite of grain
+# Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.
+CELL, TONE = 8, 2  # px; how much it counts beside them; at 0 a step as large as grain is not seen
 STEPS = np.array([i.j for i in ISOMETRIES], np.int32)
 
 

@@ -11,7 +11,7 @@ from ..kernels.cuts import FLAT, GRADIENT_UNIT
 from ..kernels.jit import kernel
 from ..kernels.windows import canvas_place
 
-HOLE = 255
+HOLE = 255  # the variant of a pixel that is not filled: the last name of a uint8
 
 
 class Pieces(NamedTuple):

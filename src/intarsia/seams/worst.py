@@ -11,7 +11,7 @@ from ..analysis.sums import moving_sums
 
 Array = NDArray[Any]
 Cell = tuple[int, int]
-CELL = 8  # seams are added up in cells of so many px
+CELL = 8  # seams are added up in cells of so many px: half of the smallest automatic patch
 
 
 class WorstSeams:
