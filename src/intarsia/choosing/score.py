@@ -33,11 +33,17 @@ from ..sourcemap import SourceMap
 
 Array = NDArray[Any]
 
-WINDOW = 12  # px of the reduced pictures
-COSINES = 6  # along each axis
-MOST = 2500  # windows compared of each
-SHARP = 0.97  # below this the output is blurred
-USED = 1 / 20  # of the pixels: the most used
+# Halved and doubled on 12 textures, quilted in the six ways of trials: on how many another one is kept.
+WINDOW = 12  # px of the reduced pictures; halved: four, doubled: two
+WIDE = 1.25  # elements in a window, reduced to them; halved: six, doubled: nine
+COSINES = 6  # along each axis; halved: three, doubled: none
+FINE = 64  # cosines are whole multiples of 1 / FINE, so that sums are exact
+MOST = 2500  # windows compared of each; halved and doubled: one
+FARTHEST = 0.9  # of the windows are nearer than those that count as lost; 0.8 and 0.95: none
+SHARP = 0.97  # below this the output is blurred; 0.9: one, 1: three
+USED = 1 / 20  # of the pixels: the most used; halved and doubled: none
+WHOLE = 4  # how much a copy in one piece counts beside pixels shown often; halved and doubled: one
+# Halved or doubled: up to three each; at 0 strange and lost three, copies and blur one, seams none, and tenfold four.
 WEIGHTS = {"strange": 1.0, "lost": 1.0, "seams": 1.0, "copies": 0.1, "blur": 20.0}
 
 
@@ -65,14 +71,14 @@ def score(exemplars: Sequence[Exemplar], smap: SourceMap, element: int) -> Score
     """Judge a map without holes of exemplars whose elements are `element` px large."""
     feats = features(exemplars)
     drawn = _drawn(feats.pictures, smap)
-    factor = max(1, round(1.25 * element / WINDOW))
+    factor = max(1, round(WIDE * element / WINDOW))
     theirs = np.concatenate([_windows(p, factor, e.usable) for p, e in zip(feats.pictures, exemplars, strict=True)])
     mine = _windows(drawn, factor, None)
     if not len(theirs) or not len(mine):
         return Score(0.0, 0.0, 0.0, 0.0, 0.0)
     spread = max(1.0, float(((theirs - theirs.sum(axis=0) // len(theirs)) ** 2).sum()) / len(theirs))
     strange, lost = _nearest(mine, theirs), _nearest(theirs, mine)
-    rare = np.sort(lost)[int(0.9 * len(lost)) :]
+    rare = np.sort(lost)[int(FARTHEST * len(lost)) :]
     usual = _steps(feats.pictures, exemplars)
     pixels = smap.height * smap.width
     seams = seam_total(feats, exemplars, smap) / pixels / max(usual, 1e-9) / 2
@@ -101,7 +107,7 @@ def _cosines() -> Array:
     """The lowest cosines of a window, as whole numbers: (WINDOW * WINDOW, COSINES**2)."""
     i = np.arange(WINDOW)
     waves = np.array([np.cos(np.pi * k * (2 * i + 1) / (2 * WINDOW)) * (1 if k else 0.5**0.5) for k in range(COSINES)])
-    return np.asarray(np.rint(np.einsum("ky,lx->yxkl", waves, waves).reshape(WINDOW * WINDOW, -1) * 64))
+    return np.asarray(np.rint(np.einsum("ky,lx->yxkl", waves, waves).reshape(WINDOW * WINDOW, -1) * FINE))
 
 
 def _windows(picture: Array, factor: int, usable: Array | None) -> Array:
@@ -119,7 +125,7 @@ def _windows(picture: Array, factor: int, usable: Array | None) -> Array:
         y, x = y[whole], x[whole]
     held = np.lib.stride_tricks.sliding_window_view(small, (WINDOW, WINDOW), axis=(0, 1))[y, x]
     flat = held.reshape(len(y), small.shape[2], -1).astype(np.float64)
-    return np.asarray(np.rint(flat @ _cosines() / 64).reshape(len(y), -1))
+    return np.asarray(np.rint(flat @ _cosines() / FINE).reshape(len(y), -1))
 
 
 def _nearest(mine: Array, theirs: Array) -> Array:
@@ -162,4 +168,4 @@ def _copies(exemplars: Sequence[Exemplar], smap: SourceMap, element: int) -> flo
             ahead = np.take(smap.yx, range(away, length), axis) - np.take(smap.yx, range(length - away), axis)
             step = np.array((away, 0) if axis == 0 else (0, away))
             whole += float((ahead == step).all(axis=2).sum()) / ahead[..., 0].size / 2
-    return top / mean + 4 * whole
+    return top / mean + WHOLE * whole

