@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,15 +34,34 @@ RING = np.array(
     ]
 )
 """Phases of the cell, in eighths, away from the lattice points; of opposite ones, which agree, one."""
-ENOUGH = 4  # lattice points of a half plane that do not agree by chance
-PROMISING = 400  # lattices whose mean is best: only they are compared with half cells,
-FITTED = 60  # and only so many with the whole ring
-RIVAL, FAR_BETTER = 85, 130  # per cent: of the confidence, and of the mean correlation of the most confident
-RADIUS = 0.12  # of the shorter vector: peaks are looked for within
-LEAST_RADIUS = 1.5  # px
-LOOSE = 0.01  # of the shorter vector: peaks further off make a lattice loose,
-LOOSE_BLUR = 0.05  # and its map is blurred by this much
-DRIFT = 0.15  # of the shorter vector, + 2 px: a fit that moves a vector further found something else
+ENOUGH = 4  # lattice points of a half plane that do not agree by chance; @@ENOUGH
+
+
+class Ranking(NamedTuple):
+    """Which lattice leads. @@SWEPT"""
+
+    promising: int = 400  # those whose mean is best: only they are compared with half cells; @@PROMISING
+    fitted: int = 60  # and only so many with the whole ring; @@FITTED
+    rival: int = 85  # per cent of the confidence of the most confident, and; @@RIVAL
+    better: int = 130  # per cent of its mean correlation, lead instead; @@FAR_BETTER
+    finer: int = 80  # per cent of its confidence, and; @@80
+    alike: int = 90  # per cent of its mean, let a lattice that holds all its points and more lead; @@90
+    whole: float = 0.1  # steps of the finer one: so near to whole numbers it holds them; @@0.1
+
+
+class Fitting(NamedTuple):
+    """Where peaks are looked for. @@SWEPT"""
+
+    radius: float = 0.12  # of the shorter vector: peaks are looked for within; @@RADIUS
+    least: float = 1.5  # px, and at least so far; @@LEAST_RADIUS
+    drift: float = 0.15  # of the shorter vector: a fit that moves a vector further found something else; @@DRIFT
+    slack: float = 2.0  # px more, for grain; @@SLACK
+    loose: float = 0.01  # of the shorter vector: peaks further off make a lattice loose,; @@LOOSE
+    blur: float = 0.05  # and its map is blurred by this much; @@BLUR
+    sigma: float = 1.5  # px: no less is blurred, as the map is smoothed as much; @@SIGMA
+
+
+RANKING, FITTING = Ranking(), Fitting()
 
 
 @dataclass(frozen=True)
@@ -82,8 +102,8 @@ class Scored:
             top = order[0]
             rivals = order[
                 (self.points[order] >= ENOUGH)
-                & (100 * self.confidence[order] >= RIVAL * self.confidence[top])
-                & (100 * self.mean[order] >= FAR_BETTER * self.mean[top])
+                & (100 * self.confidence[order] >= RANKING.rival * self.confidence[top])
+                & (100 * self.mean[order] >= RANKING.better * self.mean[top])
             ]
             if len(rivals) and self.confidence[top] > 0:
                 top = rivals[np.argmax(self.mean[rivals])]
@@ -97,14 +117,15 @@ class Scored:
 
         The ring of eighths sees the double cell of a lattice, but not its sevenfold one.
         """
-        if 100 * self.confidence[k] < 80 * self.confidence[top] or 100 * self.mean[k] < 90 * self.mean[top]:
+        sure = 100 * self.confidence[k] >= RANKING.finer * self.confidence[top]
+        if not sure or 100 * self.mean[k] < RANKING.alike * self.mean[top]:
             return False
         small, large = (self.vectors[i].astype(np.float64) for i in (k, top))
         (p, q), (r, s) = small
         times = large @ np.array([[s, -q], [-r, p]]) / (p * s - q * r)
         whole = np.rint(times)
         index = abs(round(float(whole[0, 0] * whole[1, 1] - whole[0, 1] * whole[1, 0])))
-        return index > 1 and bool(np.abs(times - whole).max() < 0.1)
+        return index > 1 and bool(np.abs(times - whole).max() < RANKING.whole)
 
 
 def score(found: CorrelationMap, vectors: Int64, phases: NDArray[np.int64]) -> Scored:
@@ -122,9 +143,9 @@ def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
     means(found.values, found.weights, vectors, mean, points)
     keep = np.flatnonzero((points >= 2) & (mean > 0))
     hope = mean[keep] * _few(points[keep]) // 1000
-    keep = keep[np.argsort(-hope, kind="stable")[:PROMISING]]
+    keep = keep[np.argsort(-hope, kind="stable")[: RANKING.promising]]
     scored = _contrasted(found, vectors[keep], mean[keep], points[keep], HALVES)
-    return scored.vectors[scored.best(FITTED)]
+    return scored.vectors[scored.best(RANKING.fitted)]
 
 
 def _few(points: Int64) -> Int64:
@@ -165,15 +186,15 @@ def fit(found: CorrelationMap, vectors: Int64, smooth: NDArray[np.int32] | None 
     sums = np.empty(9)
     used = 0
     for most in (2, 5, 1 << 20):
-        radius = max(LEAST_RADIUS, RADIUS * length)
+        radius = max(FITTING.least, FITTING.radius * length)
         used, tried = fit_step(smooth, found.weights, current, most, radius, sums)
         moved = _solved(sums, current)
         if moved is None or 2 * used < tried:
             return None
         current = moved
-        if np.hypot(*(current - start).T).max() > DRIFT * length + 2:
+        if np.hypot(*(current - start).T).max() > FITTING.drift * length + FITTING.slack:
             return None
-    fit_step(smooth, found.weights, current, 1 << 20, max(LEAST_RADIUS, RADIUS * length), sums)
+    fit_step(smooth, found.weights, current, 1 << 20, max(FITTING.least, FITTING.radius * length), sums)
     return Fit(current, math.sqrt(sums[7] / sums[8]) if sums[8] > 0 else 0.0, used)
 
 
@@ -186,8 +207,8 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
     from scipy.ndimage import gaussian_filter
 
     length = min(math.hypot(*row) for row in vectors / float(UNIT))
-    sigma = LOOSE_BLUR * length
-    if residual <= LOOSE * length or sigma < 1.5:
+    sigma = FITTING.blur * length
+    if residual <= FITTING.loose * length or sigma < FITTING.sigma:
         return vectors
     blurred = np.rint(gaussian_filter(found.values.astype(np.float64), sigma, mode="nearest")).astype(np.int32)
     one = fit(found, vectors, blurred)
@@ -205,7 +226,7 @@ def regularity(one: Fit) -> float:
     """
     if one.used < 3:
         return 1.0
-    radius = max(LEAST_RADIUS, RADIUS * min(math.hypot(*row) for row in one.vectors))
+    radius = max(FITTING.least, FITTING.radius * min(math.hypot(*row) for row in one.vectors))
     return min(1.0, one.residual * math.sqrt(2 * one.used / (one.used - 2)) / radius)
 
 
@@ -213,7 +234,7 @@ def _solved(sums: Floats, current: Floats) -> Floats | None:
     """Solve the normal equations; along what only one vector is known of, the other stays."""
     aa, ab, bb = sums[0], sums[1], sums[2]
     determinant = aa * bb - ab * ab
-    if determinant > 1e-6 * max(aa, bb) ** 2:
+    if determinant > 1e-6 * max(aa, bb) ** 2:  # rounding: peaks in one line give 0
         v1 = [(bb * sums[3 + k] - ab * sums[5 + k]) / determinant for k in (0, 1)]
         v2 = [(aa * sums[5 + k] - ab * sums[3 + k]) / determinant for k in (0, 1)]
         return np.array([v1, v2])

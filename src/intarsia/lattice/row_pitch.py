@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,24 @@ from .shift_kernels import top_of
 Floats = NDArray[np.float64]
 Int64 = NDArray[np.int64]
 
-TURN = 9 / 1024  # about half a degree
-TURNS = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees
-TURNED = 6  # best waves that are refined
-STRETCH = 12  # steps of 1/4 % by which the pitch is made longer and shorter
+
+
+class Turning(NamedTuple):
+    """How rows are looked for; set by what waves know. @@SWEPT"""
+
+    turn: float = 9 / 1024  # about half a degree; @@TURN
+    finer: int = 8  # of the steps by which the direction is made exact; @@FINER
+    turns: int = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; @@TURNS
+    waves: int = 6  # best waves that are refined; @@WAVES
+    stretch: int = 12  # steps by which the pitch is made longer and shorter; @@STRETCH
+    step: int = 400  # of them in a pitch: 1/4 %; @@STEP
+    reach: float = 0.24  # of a pitch: peaks are looked for within, and half a pitch off is none; @@REACH
+    least: int = 2  # half px, and at least so far; @@LEAST
+    drift: float = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; @@DRIFT
+    apart: float = 0.02  # of a pitch, and 1 px: nearer ones are one; @@APART
+
+
+TURNING = Turning()
 
 
 @dataclass(frozen=True)
@@ -58,8 +73,8 @@ def courses(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
     tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
     tried.sort(key=_rank)
     kept: list[RowPitch] = []
-    for one, _ in sorted([_refined(found, v, one) for one, v in tried[:TURNED]], key=_rank):
-        if all(_apart(one.pitch, other.pitch) > 1 + 0.02 * math.hypot(*one.pitch) for other in kept):
+    for one, _ in sorted([_refined(found, v, one) for one, v in tried[: TURNING.waves]], key=_rank):
+        if all(_apart(one.pitch, other.pitch) > 1 + TURNING.apart * math.hypot(*one.pitch) for other in kept):
             kept.append(one)
     return kept
 
@@ -75,9 +90,9 @@ def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
 def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> tuple[RowPitch, Floats]:
     """Turn the direction: first by half degrees, then by eighths of that."""
     turn = 0.0
-    for step in (TURN, TURN / 8):
+    for step in (TURNING.turn, TURNING.turn / TURNING.finer):
         middle = turn
-        for k in range(-TURNS, TURNS + 1):
+        for k in range(-TURNING.turns, TURNING.turns + 1):
             one = _turned(found, v, middle + k * step)
             if one is not None and one.contrast > best.contrast:
                 best, turn = one, middle + k * step
@@ -91,7 +106,8 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
     norm = math.sqrt(y * y + x * x)
     direction = np.rint(np.array([y, x]) * 65536 / norm).astype(np.int64)
     mean, mass = profile(found, direction)
-    lengths = np.rint(2 * UNIT * length * (1 + np.arange(-STRETCH, STRETCH + 1) / 400)).astype(np.int64)
+    stretched = 1 + np.arange(-TURNING.stretch, TURNING.stretch + 1) / TURNING.step
+    lengths = np.rint(2 * UNIT * length * stretched).astype(np.int64)
     contrasts = np.empty(len(lengths), np.int64)
     pitch_contrasts(mean, mass, lengths, contrasts)
     k = int(np.argmax(contrasts))
@@ -119,7 +135,7 @@ def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
         if mass[round(at)] <= 0:
             break
         lines = k
-        reach = max(2, int(0.24 * pitch))
+        reach = max(TURNING.least, int(TURNING.reach * pitch))
         low = max(1, round(at) - reach)
         window = mean[low : min(len(mean) - 1, round(at) + reach + 1)]
         i = low + int(np.argmax(window))
@@ -134,7 +150,7 @@ def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
     if bottom <= 0:
         return pitch, 0.0, lines
     exact = top / bottom
-    if abs(exact - pitch) > 0.03 * pitch:
+    if abs(exact - pitch) > TURNING.drift * pitch:
         return pitch, 0.0, lines
     square = sum(w * (p - k * exact) ** 2 for w, k, p in found) / sum(w for w, _, _ in found)
     return exact, math.sqrt(square), lines

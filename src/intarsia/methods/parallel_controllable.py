@@ -57,6 +57,7 @@ else:
 
 STAGE = 200505  # keeps this method's draws apart from those of others
 FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
+# Set by looking at pictures: large pieces lie anywhere, small ones move a little.
 FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
 ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
