@@ -33,8 +33,8 @@ LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
 class Sensible(NamedTuple):
     """What the pairs of a lattice must be like. Bounds of what a picture can show."""
 
-    cells: float = 0.6  # of the picture: the largest cell, so that a second one is begun in it
-    overlap: int = 200  # thousandths of the pixels must meet in an offset that is a peak
+    cells: float = 0.6  # of the picture: the largest cell, so that a second one is begun in it; halved, doubled: as is
+    overlap: int = 200  # thousandths of the pixels must meet at a peak; 400: two of 35 lattices differ
     parallel: float = 1e-7  # squared cycles per px: waves of one direction span no lattice
     far: float = 1e6  # px: no picture is so large
 

@@ -34,31 +34,31 @@ RING = np.array(
     ]
 )
 """Phases of the cell, in eighths, away from the lattice points; of opposite ones, which agree, one."""
-ENOUGH = 4  # lattice points of a half plane that do not agree by chance; @@ENOUGH
+ENOUGH = 4  # lattice points of a half plane that do not agree by chance; 2: three accept another one, 8: one
 
 
 class Ranking(NamedTuple):
-    """Which lattice leads. @@SWEPT"""
+    """Which lattice leads. Halved and doubled on 35 textures: how many accept another one (docs/design/012)."""
 
-    promising: int = 400  # those whose mean is best: only they are compared with half cells; @@PROMISING
-    fitted: int = 60  # and only so many with the whole ring; @@FITTED
-    rival: int = 85  # per cent of the confidence of the most confident, and; @@RIVAL
-    better: int = 130  # per cent of its mean correlation, lead instead; @@FAR_BETTER
-    finer: int = 80  # per cent of its confidence, and; @@80
-    alike: int = 90  # per cent of its mean, let a lattice that holds all its points and more lead; @@90
-    whole: float = 0.1  # steps of the finer one: so near to whole numbers it holds them; @@0.1
+    promising: int = 400  # those whose mean is best: only they are compared with half cells; halved and doubled: none
+    fitted: int = 60  # and only so many with the whole ring; 30 and 120: none
+    rival: int = 85  # per cent of the confidence of the most confident, and; 42 and 100: none; two of 96 crops have one
+    better: int = 130  # per cent of its mean correlation, lead instead; 115: two get another one, 260: none
+    finer: int = 80  # per cent of its confidence, and; 40 and 95: none
+    alike: int = 90  # per cent of its mean, let a lattice that holds all its points and more lead; 45: one
+    whole: float = 0.1  # steps of the finer one: so near to whole numbers it holds them; halved and doubled: none
 
 
 class Fitting(NamedTuple):
-    """Where peaks are looked for. @@SWEPT"""
+    """Where peaks are looked for. Halved and doubled on 35 textures: how many accept another one."""
 
-    radius: float = 0.12  # of the shorter vector: peaks are looked for within; @@RADIUS
-    least: float = 1.5  # px, and at least so far; @@LEAST_RADIUS
-    drift: float = 0.15  # of the shorter vector: a fit that moves a vector further found something else; @@DRIFT
-    slack: float = 2.0  # px more, for grain; @@SLACK
-    loose: float = 0.01  # of the shorter vector: peaks further off make a lattice loose,; @@LOOSE
-    blur: float = 0.05  # and its map is blurred by this much; @@BLUR
-    sigma: float = 1.5  # px: no less is blurred, as the map is smoothed as much; @@SIGMA
+    radius: float = 0.12  # of the shorter vector: peaks are looked for within; halved: three, doubled: one
+    least: float = 1.5  # px, and at least so far; halved and doubled: none
+    drift: float = 0.15  # of the shorter vector: who moves further found another; 0: a rule differs
+    slack: float = 2.0  # px more, for grain; 1 and 4: none
+    loose: float = 0.01  # of the shorter vector: peaks further off make a lattice loose,; 0: one is 1 px off
+    blur: float = 0.05  # and its map is blurred by this much; halved and doubled: one or two move by 1 px
+    sigma: float = 1.5  # px: no less is blurred, beside the map's own 1 px; 3: one moves by 1 px
 
 
 RANKING, FITTING = Ranking(), Fitting()

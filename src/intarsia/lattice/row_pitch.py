@@ -25,20 +25,22 @@ Floats = NDArray[np.float64]
 Int64 = NDArray[np.int64]
 
 
-
 class Turning(NamedTuple):
-    """How rows are looked for; set by what waves know. @@SWEPT"""
+    """How rows are looked for. Halved and doubled on 35 textures, all accept what they did, moved by a pixel on a few.
 
-    turn: float = 9 / 1024  # about half a degree; @@TURN
-    finer: int = 8  # of the steps by which the direction is made exact; @@FINER
-    turns: int = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; @@TURNS
-    waves: int = 6  # best waves that are refined; @@WAVES
-    stretch: int = 12  # steps by which the pitch is made longer and shorter; @@STRETCH
-    step: int = 400  # of them in a pitch: 1/4 %; @@STEP
-    reach: float = 0.24  # of a pitch: peaks are looked for within, and half a pitch off is none; @@REACH
-    least: int = 2  # half px, and at least so far; @@LEAST
-    drift: float = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; @@DRIFT
-    apart: float = 0.02  # of a pitch, and 1 px: nearer ones are one; @@APART
+    What differs are the contrasts of the rows that are listed (docs/design/012).
+    """
+
+    turn: float = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
+    finer: int = 8  # of the steps by which the direction is made exact; 4: two move, 16: one
+    turns: int = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; 2: one moves
+    waves: int = 6  # best waves that are refined; 3 and 12: the same
+    stretch: int = 12  # steps by which the pitch is made longer and shorter; 6: one moves, 24: the same
+    step: int = 400  # of them in a pitch: 1/4 %; 200 and 800: the same on eight
+    reach: float = 0.24  # half px a px of pitch: peaks are looked for within an eighth of it; halved, doubled: as is
+    least: int = 2  # half px, and at least so far; 1 and 4: the same
+    drift: float = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; at 0 three move
+    apart: float = 0.02  # of a pitch, and 1 px: nearer ones are one; 0 to 0.04: the same
 
 
 TURNING = Turning()
