@@ -60,8 +60,8 @@ def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[N
     for number in range(stack.count):
         level = stack.levels[min(number, len(stack.levels) - 1)]
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
-        may = level.site.open.reshape(-1, level.stride)[inner] > 0
-        table = level.site.table.reshape(len(may) + 2 * level.border, level.stride, -1)[inner][may].astype(float)
+        may = level.arrays.open.reshape(-1, level.stride)[inner] > 0
+        table = level.arrays.table.reshape(len(may) + 2 * level.border, level.stride, -1)[inner][may].astype(float)
         scale = guide.weight * (2 * ((table - table.mean(axis=0)) ** 2).sum() / len(table) / unit) ** 0.5 * 2**32
         out.append(NaiveGuide(1 << number, beside[number], over[number], round(scale), enough, number < NEAR, may))
     return out
@@ -293,6 +293,6 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_without_a_guide_the_site_holds_none() -> None:
     """An empty guide is a loop of no turns, and border positions are never asked for theirs."""
     e = painted(regions(40, 40))
-    assert all(not len(level.site.shown) + len(level.site.asked) for level in exemplar_stack(e, Look()).levels)
+    assert all(not len(level.arrays.shown) + len(level.arrays.asked) for level in exemplar_stack(e, Look()).levels)
     around = bordered(np.arange(6).reshape(2, 3), 1, False)
     assert around.shape == (4, 5)

@@ -118,7 +118,7 @@ def test_a_dask_worker_that_dies_is_replaced(tmp_path: Path, monkeypatch: pytest
             assert found == [(cell, [str(cell.number).encode()]) for cell in cells]
         (tmp_path / "always").mkdir()
         # Whether a new worker comes each time is for the cluster to say: ours stops starting any on a busy machine.
-        with pytest.raises(ResourceError, match="of the cluster (died again and again|answered for 120 s)"):
+        with pytest.raises(ResourceError, match=r"of the cluster (died again and again|answered for 120 s)"):
             list(Cluster(client).in_order(Dies(str(tmp_path / "always"), 3, 99), cells))
 
 

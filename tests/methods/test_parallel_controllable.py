@@ -40,14 +40,14 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
     for level in stack.levels:
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
         if method.neighbourhood == "appearance":
-            picture = unpacked_words(level.site.packed, level.stride)[inner]
+            picture = unpacked_words(level.arrays.packed, level.stride)[inner]
         else:
-            picture = level.site.values.reshape(-1, level.stride, level.site.values.shape[1])[inner]
+            picture = level.arrays.values.reshape(-1, level.stride, level.arrays.values.shape[1])[inner]
         closed = far <= left_out(level.h, far, is_cloudy(e))
-        table = level.site.table.reshape(len(level.site.inner), -1)
+        table = level.arrays.table.reshape(len(level.arrays.inner), -1)
         size = (e.height, e.width, e.toroidal)
         cells = similar_places(table, size, level.border, level.h, closed, method.k - 1)
-        colours = level.site.mask if method.neighbourhood == "colour" else None
+        colours = level.arrays.mask if method.neighbourhood == "colour" else None
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(method.subpasses**0.5)
     return NaiveSynthesis(
@@ -85,9 +85,10 @@ def test_the_kernels_do_what_the_plain_twin_does(method: ia.ParallelControllable
 def test_a_mask_weighs_pixels() -> None:
     """0 to 1 inside the root; a Gaussian unless others are given; 3 x 3 lie in the middle of 5 x 5."""
     e, colour = toy(), replace(BASE, neighbourhood="colour")
-    assert exemplar_stack(e, Look.of(colour)).levels[0].site.mask.reshape(5, 5)[2].tolist() == [128, 215, 256, 215, 128]
+    mask = exemplar_stack(e, Look.of(colour)).levels[0].arrays.mask.reshape(5, 5)
+    assert mask[2].tolist() == [128, 215, 256, 215, 128]
     nine = replace(colour, neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1))
-    mask = exemplar_stack(e, Look.of(nine)).levels[0].site.mask.reshape(5, 5)
+    mask = exemplar_stack(e, Look.of(nine)).levels[0].arrays.mask.reshape(5, 5)
     assert mask[1:4, 1:4].tolist() == [[128, 256, 0], [256, 77, 256], [64, 32, 256]]
     assert not mask[[0, 4]].any()
     assert not mask[:, [0, 4]].any()
@@ -183,7 +184,7 @@ def test_jumps_lead_elsewhere(h: int, toroidal: bool, thorough: bool) -> None:
     level = exemplar_stack(e, Look(k=4)).levels[h.bit_length() - 1]
     closed = np.zeros((60, 44), bool)
     closed[:5] = True
-    table = level.site.table.reshape(-1, 32)
+    table = level.arrays.table.reshape(-1, 32)
     cells = similar_places(table, (60, 44, toroidal), level.border, h, closed, 3)
     step, apart = max(1, h // 2), max(3, h)
     found, least = 0, 0

@@ -127,7 +127,7 @@ class TornPlaces:
         if not where.any():
             return yx
         place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
-        site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        arrays, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
         yx = np.array(yx, np.int32)
         padded = np.empty((yx.shape[0] + 2 * REACH, yx.shape[1] + 2 * REACH), np.int32)
         kinds = [(i, j) for i in range(side) for j in range(side)]
@@ -143,7 +143,7 @@ class TornPlaces:
 
                 def band(low: int, at: Any = at, found: Array = found) -> None:
                     high = min(low + BAND, len(found))
-                    correct(padded, at[0], at[1], low, high, site, rule, None, place.stride, found)
+                    correct(padded, at[0], at[1], low, high, arrays, rule, None, place.stride, found)
 
                 each(band, range(0, len(rows), BAND))
                 better = np.empty((*found.shape, 2), np.int32)

@@ -28,7 +28,7 @@ MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
 NOTHING: NDArray[np.int32] = np.zeros(0, np.int32)
 
 
-class Site(NamedTuple):
+class LevelArrays(NamedTuple):
     """One level of the exemplar, ready to be compared with.
 
     The exemplar has a border on all sides; a pixel is named by its *position*, row * stride + column, border included.
@@ -125,26 +125,26 @@ def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: b
 
 
 @kernel
-def colours_here(work: Any, at: Any, stride: Any, site: Any, here: Any) -> None:
+def colours_here(work: Any, at: Any, stride: Any, arrays: Any, here: Any) -> None:
     """Write the 5 x 5 colours around the pixel `at`, weighted by the mask."""
-    channels = site.values.shape[1]
+    channels = arrays.values.shape[1]
     for k in range(25):
         u = work[at + (k // 5 - 2) * stride + k % 5 - 2]
         for c in range(channels):
-            here[k * channels + c] = (site.values[u, c] * site.mask[k]) >> 8
+            here[k * channels + c] = (arrays.values[u, c] * arrays.mask[k]) >> 8
 
 
 @kernel
-def looked_up(work: Any, at: Any, stride: Any, site: Any, reach: Any, found: Any, count: int) -> int:
+def looked_up(work: Any, at: Any, stride: Any, arrays: Any, reach: Any, found: Any, count: int) -> int:
     """Append the jumps of 2005: what is similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
-    below, across = site.steps[BELOW], site.steps[ACROSS]
+    below, across = arrays.steps[BELOW], arrays.steps[ACROSS]
     for dy in range(-reach, reach + 1):
         for dx in range(-reach, reach + 1):
             v = work[at + dy * stride + dx]
-            for i in range(site.jumps.shape[1]):
-                u = np.int64(site.jumps[v, i])
+            for i in range(arrays.jumps.shape[1]):
+                u = np.int64(arrays.jumps[v, i])
                 if u >= 0:
-                    u = np.int64(site.inner[u - dy * below - dx * across])
+                    u = np.int64(arrays.inner[u - dy * below - dx * across])
                 fresh = u >= 0
                 for m in range(count):
                     fresh = fresh and found[m] != u
@@ -156,7 +156,7 @@ def looked_up(work: Any, at: Any, stride: Any, site: Any, reach: Any, found: Any
 
 @kernel
 def correct(
-    coords: Any, rows: Any, cols: Any, low: int, high: int, site: Any, rule: Any, frame: Any, long: int, out: Any
+    coords: Any, rows: Any, cols: Any, low: int, high: int, arrays: Any, rule: Any, frame: Any, long: int, out: Any
 ) -> None:
     """Find better positions for the pixels (rows[low:high], cols) of a map (H, W), into `out` (rows, cols).
 
@@ -176,14 +176,14 @@ def correct(
     # for 0.24 s, turned: 0.7 s for 1.2 s).
     stride, factor, reach, first = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], rule[LOOKUP_FIRST]
     work, packed, table, inner, may, jumps = (
-        coords.reshape(coords.size), site.packed, site.table, site.inner, site.open, site.jumps
+        coords.reshape(coords.size), arrays.packed, arrays.table, arrays.inner, arrays.open, arrays.jumps
     )  # fmt: skip
     appearance, more, n = len(packed) > 0, jumps.shape[1], np.int64(len(table) // len(inner))
-    shown, asked, guides = site.shown, site.asked, np.int64(len(site.shown) // len(inner))
+    shown, asked, guides = arrays.shown, arrays.asked, np.int64(len(arrays.shown) // len(inner))
     words, last = np.zeros((n + 3) // 4, np.uint64), 12 + (2 * reach + 1) ** 2
     here = words.view(np.int16)[:n]
     found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
-    turned_moves(UPRIGHT, 0, 0, UPRIGHT, site.steps[SPACING], (stride, long), reach, moves)
+    turned_moves(UPRIGHT, 0, 0, UPRIGHT, arrays.steps[SPACING], (stride, long), reach, moves)
     old_y, old_x, old_z = np.int64(UPRIGHT), np.int64(0), np.int64(UPRIGHT)
     for i in range(low, high):
         for j in range(len(cols)):
@@ -192,7 +192,7 @@ def correct(
                 yy, yx = np.int64(frame[rows[i], cols[j], 0]), np.int64(frame[rows[i], cols[j], 1])
                 xy, xx = np.int64(frame[rows[i], cols[j], 2]), np.int64(frame[rows[i], cols[j], 3])
                 if yy != old_y or yx != old_x or xx != old_z:
-                    turned_moves(yy, yx, xy, xx, site.steps[SPACING], (stride, long), reach, moves)
+                    turned_moves(yy, yx, xy, xx, arrays.steps[SPACING], (stride, long), reach, moves)
                     old_y, old_x, old_z = yy, yx, xx
             if appearance:
                 for q in range(4):
@@ -202,7 +202,7 @@ def correct(
                     words[2 * q] = packed[r0, 0] + packed[r1, 0] + packed[r2, 0]
                     words[2 * q + 1] = packed[r0, 1] + packed[r1, 1] + packed[r2, 1]
             else:
-                colours_here(work, at, stride, site, here)
+                colours_here(work, at, stride, arrays, here)
             own = np.int64(work[np.uint64(at)])
             found[0], near = own, 1
             for c in range(12, last):
@@ -222,7 +222,7 @@ def correct(
                         break
                     begin, price = near, factor
                     if first:
-                        count = looked_up(work, at, stride, site, reach, found, near)
+                        count = looked_up(work, at, stride, arrays, reach, found, near)
                     for c in range(0 if first else near):
                         alone = True  # what differs by the rounding of a pixel leads to the same places
                         if frame is not None:

@@ -16,7 +16,18 @@ from numpy.typing import NDArray
 
 from ..draws import seed_state
 from ..run import Run
-from .correction_kernels import FINE, ONE, Axis, Room, Site, as_positions, correct, descend, pixels, put_positions
+from .correction_kernels import (
+    FINE,
+    ONE,
+    Axis,
+    LevelArrays,
+    Room,
+    as_positions,
+    correct,
+    descend,
+    pixels,
+    put_positions,
+)
 from .guide import StackGuide
 from .jitter import EVERYWHERE, Shares, spread_over
 from .orientation import Orientation, origins
@@ -239,9 +250,9 @@ class Descent:
     ) -> Array:
         """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
         place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
-        site, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        arrays, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
         if self.wanted is not None:
-            site = self.wanted.beside(site, level)
+            arrays = self.wanted.beside(arrays, level)
         work: Array = np.empty(coords.shape[:2], np.int32)
         as_positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
@@ -252,7 +263,7 @@ class Descent:
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                _subpass(work, (rows, cols), site, rule, frame, place.stride, each)
+                _subpass(work, (rows, cols), arrays, rule, frame, place.stride, each)
         margin = self._margin(level)
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
         pixels(work, margin, place.border, place.stride, out)
@@ -260,13 +271,13 @@ class Descent:
 
 
 def _subpass(
-    work: Array, where: tuple[Array, Array], site: Site, rule: Array, frame: Array | None, long: int, each: Any
+    work: Array, where: tuple[Array, Array], arrays: LevelArrays, rule: Array, frame: Array | None, long: int, each: Any
 ) -> None:
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
 
     def band(low: int) -> None:
-        correct(work, rows, cols, low, min(low + BAND, len(rows)), site, rule, frame, long, found)
+        correct(work, rows, cols, low, min(low + BAND, len(rows)), arrays, rule, frame, long, found)
 
     each(band, range(0, len(rows), BAND))
     put_positions(work, rows, cols, found)

@@ -17,7 +17,7 @@ from ..canvas import Canvas
 from ..draws import seed_state
 from ..search.guide import ONE, codes_of
 from .appearance import BITS, bordered, places_along, without_gaps
-from .correction_kernels import Site
+from .correction_kernels import LevelArrays
 from .guide_kernels import GuideOrder, begin_again, blur, scale_values
 from .stack import ExemplarStack
 
@@ -79,21 +79,21 @@ class StackGuide:
         choice, asked = self._choices[level], self._asked[level]
         return np.asarray(begin_again(coords, at[0], at[1], states, choice, asked, rule, lattice))
 
-    def beside(self, site: Site, level: int) -> Site:
+    def beside(self, arrays: LevelArrays, level: int) -> LevelArrays:
         """Return the site of a level with the guide on both sides, multiplied by what it counts there.
 
         A pixel that differs fully counts like `weight` times how far any two places of the exemplar differ in
         appearance, by the root of the mean square: appearance has no full range, and is stretched on every level.
         """
-        exemplar, table = self._sites.exemplar, site.table.reshape(len(site.inner), -1)
-        counts = self._weight * math.sqrt(2 * _variance(table[site.open > 0]) / self.unit)
+        exemplar, table = self._sites.exemplar, arrays.table.reshape(len(arrays.inner), -1)
+        counts = self._weight * math.sqrt(2 * _variance(table[arrays.open > 0]) / self.unit)
         scale, choice, asked = round(counts * (1 << FINE)), self._choices[level], self._asked[level]
         shown: Array = np.empty(choice.shown.shape, np.int32)
         scale_values(choice.shown, scale, shown)
         shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._sites.levels[level].border, False)
         under: Array = np.empty(asked.shape, np.int32)
         scale_values(asked, scale, under)
-        return site._replace(shown=shown.ravel(), asked=under.ravel())
+        return arrays._replace(shown=shown.ravel(), asked=under.ravel())
 
 
 def _variance(vectors: Array) -> float:
@@ -111,7 +111,7 @@ def _open(stack: ExemplarStack, level: int) -> Array:
         return np.ones((height, width), np.uint8) if exemplar.usable is None else exemplar.usable.astype(np.uint8)
     place = stack.levels[min(level, len(stack.levels) - 1)]
     rows, cols = (slice(place.border, place.border + n) for n in (height, width))
-    return np.ascontiguousarray(place.site.open.reshape(-1, place.stride)[rows, cols])
+    return np.ascontiguousarray(place.arrays.open.reshape(-1, place.stride)[rows, cols])
 
 
 def _choice(shown: Array, may: Array) -> GuideOrder:

@@ -33,7 +33,7 @@ from .appearance import (
     whole_products,
     without_gaps,
 )
-from .correction_kernels import MIDDLE, Site
+from .correction_kernels import MIDDLE, LevelArrays
 from .outlines import Outlines
 
 CLOUDS = 16  # px: what is wider is no grain; it is cloudy where this makes up three tenths
@@ -48,28 +48,28 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class StackLevel:
-    """A level of the exemplar: `site` with a border of `border` px, rows of `stride`, pixels `h` px apart."""
+    """A level of the exemplar: `arrays` with a border of `border` px, rows of `stride`, pixels `h` px apart."""
 
     h: int
     border: int
     stride: int
-    site: Site
+    arrays: LevelArrays
 
-    def ready(self) -> Site:
+    def ready(self) -> LevelArrays:
         """Return the site with its table, which may be too large to be kept."""
-        return self.site if len(self.site.table) else self.site._replace(table=table_of(self).ravel())
+        return self.arrays if len(self.arrays.table) else self.arrays._replace(table=table_of(self).ravel())
 
 
 def table_of(level: StackLevel) -> Array:
     """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions, n) int16."""
-    site, positions = level.site, len(level.site.inner)
-    if len(site.packed):
+    arrays, positions = level.arrays, len(level.arrays.inner)
+    if len(arrays.packed):
         table = np.zeros((positions, 4 * AXES), np.int16)
-        kernels.diagonal_table(unpacked_words(site.packed, level.stride), level.h, level.border, table)
+        kernels.diagonal_table(unpacked_words(arrays.packed, level.stride), level.h, level.border, table)
     else:
-        table = np.zeros((positions, 25 * site.values.shape[1]), np.int16)
-        values = site.values.reshape(-1, level.stride, site.values.shape[1])
-        kernels.colour_table(values, level.h, level.border, site.mask, table)
+        table = np.zeros((positions, 25 * arrays.values.shape[1]), np.int16)
+        values = arrays.values.reshape(-1, level.stride, arrays.values.shape[1])
+        kernels.colour_table(values, level.h, level.border, arrays.mask, table)
     return table
 
 
@@ -132,10 +132,10 @@ def _sites(exemplar: Exemplar, look: Look) -> ExemplarStack:
         jumps = np.full((len(table), look.k - 1), -1, np.int32)
         search = partial(similar_places, table, (height, width, torus), level.border, h, closed, look.k - 1)
         cells = exemplar.memo(("jumps", replace(look, reach=0), h), search)
-        inner = level.site.inner.reshape(-1, level.stride)
+        inner = level.arrays.inner.reshape(-1, level.stride)
         kernels.spread_jumps(cells, max(1, h // 2), level.border, inner, jumps)
         keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
-        levels.append(replace(level, site=level.site._replace(table=keep, jumps=jumps)))
+        levels.append(replace(level, arrays=level.arrays._replace(table=keep, jumps=jumps)))
     return ExemplarStack(exemplar, count, tuple(levels), _home(exemplar))
 
 
@@ -158,8 +158,8 @@ def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) ->
     steps = np.array([h * stride, h, h], np.int64)
     no_table = np.zeros(0, np.int16)
     mask = WEIGHTS if look.mask is None else np.rint(np.array(look.mask) * 256).astype(np.int64)
-    site = Site(steps, packing, values, mask, no_table, inner.astype(np.int32).ravel(), open_, none)
-    return StackLevel(h, border, stride, site)
+    arrays = LevelArrays(steps, packing, values, mask, no_table, inner.astype(np.int32).ravel(), open_, none)
+    return StackLevel(h, border, stride, arrays)
 
 
 def levels_within(exemplar: Exemplar) -> int:

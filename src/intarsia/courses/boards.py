@@ -12,7 +12,7 @@ from ..draws import below, draw
 from ..lattice.vectors import UNIT
 from . import chain_kernels
 from .brickwork import Brickwork
-from .rows import STAGE, CourseRows, Layout, Piece
+from .rows import STAGE, CourseLayout, CourseRows, Piece
 from .wall_kernels import OPEN
 
 Array = NDArray[Any]
@@ -36,7 +36,7 @@ class Leaps(NamedTuple):
 LEAPS = Leaps()
 
 
-class Boards(Layout):
+class Boards(CourseLayout):
     """Courses without joints along the rows of an endless canvas; each shows one course of the exemplar."""
 
     def __init__(self, picture: NDArray[np.int16], work: Brickwork, rows: CourseRows, seed: int) -> None:

@@ -17,7 +17,7 @@ from ..lattice.vectors import UNIT
 from . import chain_kernels
 from .bricks import Bricks
 from .brickwork import Brickwork
-from .rows import STAGE, CourseRows, Layout, Piece
+from .rows import STAGE, CourseLayout, CourseRows, Piece
 from .wall_kernels import FACE
 
 Array = NDArray[Any]
@@ -45,7 +45,7 @@ class Costs(NamedTuple):
 COSTS = Costs()
 
 
-class Chains(Layout):
+class Chains(CourseLayout):
     """Chains of bricks along the courses of an endless canvas."""
 
     def __init__(self, work: Brickwork, bricks: Bricks, rows: CourseRows, seed: int) -> None:

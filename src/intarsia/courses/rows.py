@@ -128,7 +128,7 @@ class Piece(NamedTuple):
 
 
 @dataclass(eq=False)
-class Layout:
+class CourseLayout:
     """What lies where in the courses of an endless canvas; `step`: 1/256 px from anchor to anchor."""
 
     rows: CourseRows

@@ -29,7 +29,7 @@ from ..search.windows import WindowGrid
 from ..sourcemap import HOLE
 from . import repetition_kernels
 from .repeats import Table, best_given, is_little
-from .repetition_kernels import Layout, Terms, Wave
+from .repetition_kernels import Terms, Uses, Wave
 
 REACH = 4  # blocks around a window in which nearness counts
 LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
@@ -86,7 +86,7 @@ class Repetition:
         self._plain = search if isinstance(search, PatchSearch) else None
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.search_prices = Prices(counts, round(strength * STEADY * 65536), rule is not RepetitionRule.PRICES)
-        self._laid = Layout(
+        self._laid = Uses(
             np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64),
             np.array(layout.patch, np.int64),
             np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64),

@@ -17,7 +17,7 @@ from ..kernels.returns import axis_distance
 ONE = 256  # a full overlap of two patches
 
 
-class Layout(NamedTuple):
+class Uses(NamedTuple):
     """Where patches may come from and go to, and how often each part of the exemplars was used.
 
     Tables of positions are flat: cells of `factor` px of all variants, one variant after the other.
@@ -120,7 +120,7 @@ def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, di
 def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, out: Any) -> None:
     """Write the placement row of the patch of variant `v` at (u, s) in the window at (y, x).
 
-    `frames` and `shape` as in Layout.
+    `frames` and `shape` as in Uses.
     """
     f = frames[v]
     a, b = 2 * u + shape[0] - 1, 2 * s + shape[1] - 1
