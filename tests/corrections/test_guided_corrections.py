@@ -54,8 +54,8 @@ def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[N
     over = stack_of(target, stack.count, False)
     unit = (min(source.shape[2], 2) if guide.is_labels else source.shape[2]) * FULL**2
     if guide.is_labels and not guide.reach:
-        for stack in (beside, over):
-            stack[:EDGE] = [np.concatenate([finer, stack[EDGE]], axis=2) for finer in stack[:EDGE]]
+        for picture in (beside, over):
+            picture[:EDGE] = [np.concatenate([finer, picture[EDGE]], axis=2) for finer in picture[:EDGE]]
     enough, out = unit // 16 if guide.is_labels else int(unit / 16 / max(guide.weight, 1) ** 2), []
     for number in range(stack.count):
         level = stack.levels[min(number, len(stack.levels) - 1)]

@@ -61,7 +61,7 @@ class Scene:
         for _ in range(6):
             v, y0, x0 = int(rng.integers(2)), int(rng.integers(-3, 8)), int(rng.integers(-3, 8))
             for y, x in product(range(y0, y0 + 6), range(x0, x0 + 5)):
-                source = self.naive.shown(v, y - y0, x - x0)
+                source = self.naive.grown(v, y - y0, x - x0)
                 if source is not None and 0 <= y < size[0] and 0 <= x < size[1]:
                     self.variant[y, x], self.yx[y, x] = v, source[1:]
         self.gradient = gradient
@@ -114,7 +114,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, gradient: bool) ->
     kept = scene.variant.copy(), scene.yx.copy()
     recut_kernels.write_cut(scene.shown, scene.pieces, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
-        assert scene.naive.shown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
+        assert scene.naive.grown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
     assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()
     assert scene.naive.total(scene.sources()) - before == change
     if not (kept[0] == HOLE).any() and not gradient:

@@ -48,7 +48,7 @@ class StackGuide:
     def __init__(self, canvas: Canvas, stack: ExemplarStack) -> None:
         assert canvas.guide is not None
         exemplar = stack.exemplar
-        self._sites, self._weight, self._wraps = stack, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
+        self._stack, self._weight, self._wraps = stack, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
         closed = (exemplar.toroidal, exemplar.toroidal)
         (source,), self._target = codes_of(canvas.guide, canvas.wrap)
         source, channels = without_gaps(source, exemplar), source.shape[2]
@@ -74,8 +74,8 @@ class StackGuide:
         ``at``: absolute rows and columns, ``drawn``: seed and stage, of the draws; ``lattice`` to keep to, or empty.
         """
         states = np.array([seed_state(*drawn, level * TRIES + n) for n in range(TRIES)], np.uint64)
-        near = 1 << level if level < min(NEAR, len(self._sites.levels)) else 0
-        rule = np.array([self.enough, near, self._sites.exemplar.toroidal], np.int64)
+        near = 1 << level if level < min(NEAR, len(self._stack.levels)) else 0
+        rule = np.array([self.enough, near, self._stack.exemplar.toroidal], np.int64)
         choice, asked = self._choices[level], self._asked[level]
         return np.asarray(begin_again(coords, at[0], at[1], states, choice, asked, rule, lattice))
 
@@ -85,12 +85,12 @@ class StackGuide:
         A pixel that differs fully counts like `weight` times how far any two places of the exemplar differ in
         appearance, by the root of the mean square: appearance has no full range, and is stretched on every level.
         """
-        exemplar, table = self._sites.exemplar, arrays.table.reshape(len(arrays.inner), -1)
+        exemplar, table = self._stack.exemplar, arrays.table.reshape(len(arrays.inner), -1)
         counts = self._weight * math.sqrt(2 * _variance(table[arrays.open > 0]) / self.unit)
         scale, choice, asked = round(counts * (1 << FINE)), self._choices[level], self._asked[level]
         shown: Array = np.empty(choice.shown.shape, np.int32)
         scale_values(choice.shown, scale, shown)
-        shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._sites.levels[level].border, False)
+        shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._stack.levels[level].border, False)
         under: Array = np.empty(asked.shape, np.int32)
         scale_values(asked, scale, under)
         return arrays._replace(shown=shown.ravel(), asked=under.ravel())

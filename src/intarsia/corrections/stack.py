@@ -113,10 +113,10 @@ class Look:
 def exemplar_stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
     """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine."""
     known = look if look.outlines is None else replace(look, outlines=look.outlines.over(exemplar))
-    return exemplar.memo(("sites", known), lambda: _sites(exemplar, known))
+    return exemplar.memo(("sites", known), lambda: _stack(exemplar, known))
 
 
-def _sites(exemplar: Exemplar, look: Look) -> ExemplarStack:
+def _stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
     picture = without_gaps(features([exemplar], look.weights).pictures[0], exemplar)
     if look.outlines is not None:
         picture = np.concatenate([picture, look.outlines.channel(exemplar, picture)], axis=2)
