@@ -13,7 +13,7 @@ import intarsia as ia
 from intarsia.files import read_plane
 from intarsia.giant import bigtiff, deepzoom, zarrays
 from intarsia.giant.picture import Store
-from intarsia.giant.stores import STORES, store_of
+from intarsia.giant.stream import STORES, store_of
 from intarsia.testing import StoreContract
 
 

@@ -13,9 +13,9 @@ from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import spread
+from intarsia.kernels.returns import axis_distance
 from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking
-from intarsia.patches.repetition_kernels import apart
 from intarsia.search.fourier import PatchSearch
 from intarsia.search.posed import posed_exemplars
 from intarsia.search.windows import WindowGrid
@@ -280,8 +280,8 @@ def test_mirrored_patches_of_one_spot_count_as_repeats() -> None:
 def test_the_short_way_round_a_torus_is_found_for_coordinates_far_outside() -> None:
     """Exemplars may be longer than the canvas, so differences may be longer than it, too."""
     for a in range(-60, 60):
-        assert apart.py_func(a, 0, 20, 1) == min(a % 20, -a % 20)
-        assert apart.py_func(a, 0, 20, 0) == abs(a)
+        assert axis_distance.py_func(a, 0, 20, 1) == min(a % 20, -a % 20)
+        assert axis_distance.py_func(a, 0, 20, 0) == abs(a)
 
 
 def test_striking_spots_weigh_more() -> None:
