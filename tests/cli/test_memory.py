@@ -87,4 +87,4 @@ def test_the_limits_of_control_groups_are_found_in_both_versions_and_in_every_gr
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in values.items():
             (folder / f"memory.{name}").write_text(text)
-    assert list(memory._groups(root, own)) == [(900, 400), (700, 250)]
+    assert list(memory._groups(str(root), str(own))) == [(900, 400), (700, 250)]

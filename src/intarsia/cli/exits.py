@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import sys
@@ -10,11 +9,17 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from threading import Event
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..errors import IntarsiaError, ResourceError, legible
+from ..lazy import lazy
+
+if TYPE_CHECKING:
+    import json
+else:
+    json = lazy("json")
 
 LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
 MOST = 2000  # characters of a line

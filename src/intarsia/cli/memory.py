@@ -5,9 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import ResourceError
+from ..lazy import lazy
+
+if TYPE_CHECKING:
+    import pathlib
+else:
+    pathlib = lazy("pathlib")
 
 FLOOR = 720 << 20
 """Bytes of address space without which no command can work: of Python and its libraries, and of compiling.
@@ -61,7 +67,7 @@ def check_fits(needed: int, what: str) -> None:
 
 def taken() -> int:
     """Return the most that this process has taken of memory so far, in bytes; 0 where the system does not tell."""
-    return _numbers(Path("/proc/self/status")).get("VmHWM", 0)
+    return _numbers("/proc/self/status").get("VmHWM", 0)
 
 
 def _limits() -> Iterator[tuple[int, str]]:
@@ -69,29 +75,30 @@ def _limits() -> Iterator[tuple[int, str]]:
     limit = address_space()
     if limit is not None:
         yield limit - RESERVED, "the limit of the address space (ulimit -v) leaves"
-    own = _numbers(Path("/proc/self/status")).get("VmRSS", 0)
-    memory = _numbers(Path("/proc/meminfo"))
+    own = _numbers("/proc/self/status").get("VmRSS", 0)
+    memory = _numbers("/proc/meminfo")
     if "MemAvailable" in memory:
         yield own + memory["MemAvailable"] + memory.get("SwapFree", 0), "this computer has"
     for most, used in _groups():
         yield own + most - used, "the limit of the container (cgroup) leaves"
 
 
-def _numbers(path: Path) -> dict[str, int]:
+def _numbers(path: str) -> dict[str, int]:
     """Read a list of `Name: N kB` in bytes; lines of another form are left out."""
     found = {}
     with suppress(OSError):
-        for line in path.read_text().splitlines():
+        for line in pathlib.Path(path).read_text().splitlines():
             words = line.split()
             if len(words) == 3 and words[2] == "kB":
                 found[words[0].rstrip(":")] = int(words[1]) << 10
     return found
 
 
-def _groups(root: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> Iterator[tuple[int, int]]:
+def _groups(mounted: str = "/sys/fs/cgroup", own: str = "/proc/self/cgroup") -> Iterator[tuple[int, int]]:
     """Yield limit and use in bytes of every control group that this process is in; what can be freed is not used."""
+    root = pathlib.Path(mounted)
     with suppress(OSError):
-        for line in own.read_text().splitlines():
+        for line in pathlib.Path(own).read_text().splitlines():
             _, kinds, name = line.split(":", 2)
             if kinds not in ("", "memory"):
                 continue
