@@ -225,9 +225,8 @@ def window_distance(
     `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` apart. Plainly:
     sum over known pixels of (window - patch)**2.
     """
-    h, w = known.shape
+    (h, w), total = known.shape, np.int64(0)
     channels = len(window) // (h * w)
-    total = np.int64(0)
     for i in range(0, h, step):
         lo, n = spans[i, 0], (spans[i, 1] - spans[i, 0]) * channels
         a, b = np.uint64((i * w + lo) * channels), np.uint64(start + i * stride + lo * channels)
@@ -241,7 +240,13 @@ def window_distance(
             total += squares(window, flat, a, b, n)
         else:
             for j in range(n // channels):
-                if known[i, lo + j]:
+                if known[i, lo + j] and channels <= MOST_SQUARES:  # plainly, as above
+                    part = np.int32(0)
+                    for k in range(np.uint64(j * channels), np.uint64((j + 1) * channels)):
+                        d = np.int16(window[a + k] - flat[b + k])
+                        part = np.int32(part + np.int32(d) * np.int32(d))
+                    total += part
+                elif known[i, lo + j]:
                     total += squares(window, flat, a + np.uint64(j * channels), b + np.uint64(j * channels), channels)
         if total > limit:
             return total
@@ -268,8 +273,7 @@ def refine(feats: Any, known: Any, posed: Any, among: Any, coarse: Any, factor: 
         rows, columns = offsets[v, 1], offsets[v, 2]
         ok = valid[offsets[v, 0] : offsets[v, 0] + rows * columns]
         stride = table[v, 3] * channels
-        y, x = coarse[n, 2] * factor, coarse[n, 3] * factor
-        step = factor
+        y, x, step = coarse[n, 2] * factor, coarse[n, 3] * factor, factor
         while step > 1:
             step //= 2
             near, cy, cx = FAR, y, x
@@ -294,11 +298,9 @@ def refine_all(
 ) -> None:
     """Apply :func:`refine` to n windows; `counts` (n,) say how many candidates there are, before and after."""
     for k in range(len(feats)):
+        n, counts[k] = counts[k], -1
         if known[k].any():
-            rows = coarse[k, : counts[k]]
-            counts[k] = refine(feats[k], known[k], posed, among, rows, factor, found[k])
-        else:
-            counts[k] = -1
+            counts[k] = refine(feats[k], known[k], posed, among, coarse[k, :n], factor, found[k])
 
 
 @kernel
