@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..draws import draw_many
 from . import gap_table_kernels
 
-STAGE = 2012
+IMAGINED = 2012  # keeps the draws of imagined gaps apart: on level 0, where courses, of the same number, draw nothing
 GAPS = 96  # imagined gaps for each place
 LEAST_GAPS = 1024
 MOST_PLACES = 40  # of more, each is seldom shown anyway
@@ -108,7 +108,7 @@ class GapTable:
 @lru_cache(maxsize=2)
 def _orders(gaps: int) -> NDArray[np.int64]:
     """Four orders of the numbers below `gaps`, drawn: (gaps, 4)."""
-    bits = np.array(draw_many(0, STAGE, 0, [(k, side) for k in range(gaps) for side in range(4)]), np.uint64)
+    bits = np.array(draw_many(0, IMAGINED, 0, [(k, side) for k in range(gaps) for side in range(4)]), np.uint64)
     return np.argsort(bits.reshape(gaps, 4), axis=0, kind="stable").astype(np.int64)
 
 

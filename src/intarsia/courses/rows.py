@@ -18,7 +18,7 @@ from ..errors import ParameterError
 from ..lattice.vectors import UNIT
 from .brickwork import Line
 
-STAGE = 2012  # of draws
+STAGE = 2012  # keeps the draws of courses apart from those of others
 STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..search import exhaustive_kernels
-from ..search.candidates import Candidates, Prices
-from ..search.fourier import SHORT_LIST, PatchSearch
+from ..search.candidates import SHORT_LIST, Candidates, Prices
+from ..search.fourier import PatchSearch
 from ..search.posed import PosedExemplars, in_one_row
 
 CHUNK = 4096  # patches measured between two looks at whether to go on

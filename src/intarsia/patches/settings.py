@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..canvas import Canvas
 from ..geometry import hang, spread
 from ..guide import Guide
-from ..search.candidates import Search
+from ..search.candidates import SHORT_LIST, Search
 from ..search.posed import PosedExemplars, isometry_ids
 from ..search.windows import WindowGrid
 from .fill_order import fill_order
@@ -81,7 +81,7 @@ class PatchSettings:
     isometries: str | tuple[int, ...] = "none"
     search: str = "fast"
     pyramid: tuple[str, int] = ("mean", 1)
-    listed: int = 16
+    listed: int = SHORT_LIST
     repeats: Repeats = field(default=Repeats())
     rim: int = 0
     boundaries: Boundaries = field(default=Boundaries())

@@ -13,6 +13,8 @@ from .posed import PosedExemplars
 from .reduce_kernels import Correlated, Fee
 from .transforms import Correlator
 
+SHORT_LIST = 16  # candidates kept of every search, where a method does not ask for more
+
 Array = NDArray[Any]
 
 

@@ -21,12 +21,11 @@ from ..errors import ParameterError
 from ..kernels import returns, windows
 from . import fourier_kernels, near
 from . import reduce_kernels as reduce
-from .candidates import Candidates, Prices, Reduced
+from .candidates import SHORT_LIST, Candidates, Prices, Reduced
 from .posed import PosedExemplars, in_one_row
 from .reduce_kernels import Listed
 from .transforms import Correlator, Masks
 
-SHORT_LIST = 16
 AXES = 2
 ENOUGH, ENOUGH_EXACT = 0.97, 0.8  # share of the variance that one axis must hold to do alone
 STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones

@@ -18,8 +18,7 @@ from scipy.ndimage import maximum_filter
 from ..errors import ParameterError
 from ..kernels import windows
 from . import fourier_kernels, pyramid_kernels
-from .candidates import Candidates, Prices
-from .fourier import SHORT_LIST
+from .candidates import SHORT_LIST, Candidates, Prices
 from .posed import PosedExemplars, in_one_row
 from .reduce_kernels import Listed
 
