@@ -18,8 +18,8 @@ from ..exemplar import Exemplar
 from . import appearance_kernels as kernels
 from .correction_kernels import MIDDLE
 
-AXES = 8
-SAMPLE = 8192  # neighbourhoods that the axes are measured on
+AXES = 8  # of appearance vectors (2006)
+SAMPLE = 8192  # neighbourhoods that axes are measured on; halved and doubled: scores move by 1 % (docs/design/012)
 BITS = 4  # of the stack, after the point
 WEIGHTS = np.array([[round(256 * 2.0 ** -(dy * dy + dx * dx)) for dx in (-1.0, -0.5, 0.0, 0.5, 1.0)]
                     for dy in (-1.0, -0.5, 0.0, 0.5, 1.0)], np.int64).ravel()  # fmt: skip

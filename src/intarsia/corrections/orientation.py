@@ -16,8 +16,8 @@ from ..field import Field
 from .orientation_kernels import UNIT
 
 TURN = 5760  # steps of a full turn, 16 a degree
-ZOOM = 256
-SMALLEST, LARGEST = ZOOM // 4, 4 * ZOOM
+ZOOM = 256  # steps of 1
+SMALLEST, LARGEST = ZOOM // 4, 4 * ZOOM  # what methods allow
 SINES = np.array([round((1 << UNIT) * math.sin(2 * math.pi * n / TURN)) for n in range(TURN)], np.int64)
 
 Array = NDArray[Any]

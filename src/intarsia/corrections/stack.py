@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from ..search.sizes import elements
 from . import appearance_kernels as kernels
 from .appearance import (
     AXES,
+    SAMPLE,
     WEIGHTS,
     bordered,
     packed,
@@ -36,14 +37,22 @@ from .appearance import (
 from .correction_kernels import MIDDLE, LevelArrays
 from .outlines import Outlines
 
-CLOUDS = 16  # px: what is wider is no grain; it is cloudy where this makes up three tenths
-SAMPLE = 8192  # neighbourhoods that the axes of the tree are measured on
-APART = 0.05  # of the exemplar's longer side: nearer ones are no jumps
-LEAVES = 8  # of the tree, looked into for one pixel
-ASKED = 16  # pixels that the tree names for each jump, to be ranked exactly
+CLOUDS = 16  # px: what is wider is no grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
+CLOUDY = 3, 10  # as 3 of 10 parts of the variance it makes a picture cloudy; halved: 29 of 80, doubled: one
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
 Array = NDArray[Any]
+
+
+class Jumps(NamedTuple):
+    """How similar places are found. Halved and doubled on 24 textures (docs/design/012): how many px differ."""
+
+    apart: float = 0.05  # of the exemplar's longer side (S4-26); halved: 0.4 %, doubled: 29 %, six repeat more
+    leaves: int = 8  # of the tree, looked into for one pixel: a limit of time; 21 % and 16 %, no score by 2 %
+    asked: int = 16  # pixels that the tree names for each jump, ranked exactly: another; 6 % and 2 %, no score by 2 %
+
+
+JUMPS = Jumps()
 
 
 @dataclass(frozen=True)
@@ -168,7 +177,7 @@ def levels_within(exemplar: Exemplar) -> int:
 
 
 def is_cloudy(exemplar: Exemplar) -> bool:
-    """Return whether what is wider than 16 px makes up a third of the picture: clouds, stains, large shades.
+    """Return whether what is wider than 16 px makes up three tenths of the picture: clouds, stains, large shades.
 
     Such textures are put right on coarse levels, or nowhere.
     """
@@ -181,7 +190,7 @@ def _cloudy(exemplar: Exemplar) -> bool:
     picture = without_gaps(features([exemplar], None).pictures[0], exemplar)
     stack = stack_of(picture, CLOUDS.bit_length(), exemplar.toroidal)
     fine, coarse = (sum(spreads(stack[n].reshape(-1, picture.shape[2]))) for n in (0, -1))
-    return 10 * coarse >= 3 * fine > 0
+    return CLOUDY[1] * coarse >= CLOUDY[0] * fine > 0
 
 
 def left_out(h: int, far: Array, cloudy: bool) -> int:
@@ -190,6 +199,7 @@ def left_out(h: int, far: Array, cloudy: bool) -> int:
     Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods are its
     own, the middle is shown twice as often as on average, and the border hardly ever; only clouds need it. With h / 4
     left out, the exemplar's straight border was seen as an edge in rock; with h it was not, and nearly as much is used.
+    (With 2 h 13 of 24 textures return a tenth more, with 1 or 4 px at least none, see docs/design/012.)
     """
     return min(2 * h if cloudy else max(2, h), int(far.max()) // 4)
 
@@ -238,10 +248,10 @@ def similar_places(
         kd_tree.build(own, order, axis, cut)
         none = np.zeros((1, 1), np.int64)
         tree = kd_tree.Tree(own, order, axis, cut, none[0], none)
-        apart = max(2, round(APART * max(height, width)), h)
-        limits = np.array([height, width, toroidal, apart, LEAVES], np.int64)
+        apart = max(2, round(JUMPS.apart * max(height, width)), h)
+        limits = np.array([height, width, toroidal, apart, JUMPS.leaves], np.int64)
         queries = np.concatenate([places, points], axis=1)
-        kernels.jump_sets(tree, queries, vectors, np.flatnonzero(free), limits, ASKED * count, out)
+        kernels.jump_sets(tree, queries, vectors, np.flatnonzero(free), limits, JUMPS.asked * count, out)
     return out.reshape(len(ys), len(xs), count, 2)
 
 

@@ -19,7 +19,7 @@ from .felzenszwalb import NOWHERE
 Int32 = NDArray[np.int32]
 Int64 = NDArray[np.int64]
 
-DEPTH = 3  # splits in a row: at most 8 groups that do not overlap
+DEPTH = 3  # splits in a row: at most 8 groups that do not overlap; 2 and 6: ten and eight of 24 sizes differ
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,23 +10,37 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
+from .felzenszwalb import LEAST_PIXELS
+
 Int32 = NDArray[np.int32]
 Int64 = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
-FEWEST = 5  # elements of a group, as in the fragments
-SPREAD = 0.5  # of the picture: the box around the group must be larger, as in the fragments
-COVER = 0.02  # of the picture: a group of less is dirt
-CRUMB = 12  # px: smaller elements do not count
-FINE = 16  # centroids are kept in 1/16 px
-RAGGED = 0.2  # weight of the edge score against the other terms
+FINE = 16  # centroids are kept in 1/16 px: a unit; 8 and 32: no size differs by a tenth
+RAGGED = 0.2  # weight of the edge score against the other terms; halved: 6 of 24 sizes differ, doubled: 2, at 0: 8
 DISC = 4 * math.pi  # squared perimeter over area of a disc
-NEAR = 8  # at most 6 points are nearest together
+NEAR = 8  # at most 6 points are nearest together, and each is near itself
+# Of a boundary zone, ours: how many of 24 differ by 2 px.
+LEAST_ZONE = 3  # px, where a patch is larger; 1: none, 6: three
+NARROW = 6  # parts of the patch, one of them at least; 12: ten, 3: 19
+WIDE = 3  # parts of the patch, one of them at most; 6: six, 2: three
+
+
+class Filters(NamedTuple):
+    """What is asked of a group. Halved and doubled on 24 textures: sizes that differ by a tenth (docs/design/012)."""
+
+    fewest: int = 5  # elements, as in SelectFeature of the fragments; 3: nine, 10: eleven
+    spread: float = 0.5  # of the picture: the box around the group is larger, as there; halved: two of 64, 0.9: five
+    cover: float = 0.02  # of the picture: a group of less is dirt; halved: three, doubled: six
+
+
+FILTERS = Filters()
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +92,7 @@ def measured(elements: Int32) -> Group | None:
     inside = np.flatnonzero(elements)
     names = elements.ravel()[inside]
     areas = np.bincount(names, minlength=count + 1)[1:]
-    counted = np.flatnonzero(areas >= CRUMB)
+    counted = np.flatnonzero(areas >= LEAST_PIXELS)
     if len(counted) < 2:
         return None
     found = find_objects(elements)
@@ -88,7 +102,7 @@ def measured(elements: Int32) -> Group | None:
     edges = np.bincount(names[_edge_pixels(elements).ravel()[inside]], minlength=count + 1)[1:]
     whole = (ends[:, 0] > 0) & (ends[:, 2] > 0)
     whole &= (ends[:, 1] < elements.shape[0]) & (ends[:, 3] < elements.shape[1])
-    if np.count_nonzero(whole) < FEWEST:
+    if np.count_nonzero(whole) < FILTERS.fewest:
         whole[:] = True
     box = (ends[:, 1].max() - ends[:, 0].min()) * (ends[:, 3].max() - ends[:, 2].min())
     kept = counted[whole]
@@ -114,9 +128,9 @@ def nearest_offsets(points: Int64) -> Int64:
 
 def admitted(group: Group | None, pixels: int) -> bool:
     """The filters of the fragments: at least 5 elements, spread over more than half of the picture; and no dirt."""
-    if group is None or group.count < FEWEST:
+    if group is None or group.count < FILTERS.fewest:
         return False
-    return bool(group.box > SPREAD * pixels and group.areas.sum() >= COVER * pixels)
+    return bool(group.box > FILTERS.spread * pixels and group.areas.sum() >= FILTERS.cover * pixels)
 
 
 def size_and_gap(group: Group) -> tuple[int, int]:
@@ -134,8 +148,8 @@ def size_and_gap(group: Group) -> tuple[int, int]:
 
 def zone(patch: int, gap: int) -> int:
     """Return the width of the boundary zone for a patch: one gap, from a sixth to a third of the patch, px."""
-    high = max(patch // 3, min(3, patch - 1))
-    return min(max(gap, patch // 6, min(3, high)), high)
+    high = max(patch // WIDE, min(LEAST_ZONE, patch - 1))
+    return min(max(gap, patch // NARROW, min(LEAST_ZONE, high)), high)
 
 
 def variation(values: Int64, weights: Int64) -> float:

@@ -20,9 +20,10 @@ Mask = NDArray[np.bool_]
 Int32 = NDArray[np.int32]
 Int64 = NDArray[np.int64]
 
-DEVIATION = 256  # steps of an even colour for each standard deviation of a channel
-FAINT = 0.35  # a channel with less than this share of the strongest contrast is not lifted to it
-LEAST_PIXELS = 12  # smaller segments join a neighbour
+# Halved and doubled on 24 textures (docs/design/012): how many sizes of elements differ by a tenth.
+DEVIATION = 256  # steps of an even colour for each standard deviation of a channel: a unit; either way 11, by rounding
+FAINT = 0.35  # a channel with less than this share of the strongest contrast is not lifted to it; 3 and 8
+LEAST_PIXELS = 12  # smaller segments join a neighbour; 4 and 8; and smaller elements do not count; 3 and 8
 NOWHERE = -1  # the segment of pixels that do not count
 
 

@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,16 +24,28 @@ from ..analysis.features import features
 from ..analysis.reduction import factor_for, reduced
 from ..exemplar import Exemplar
 from .clusters import GroupTree, group_tree
-from .feature_group import FEWEST, FINE, Group, admitted, measured, size_and_gap, zone
+from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, zone
 from .felzenszwalb import DEVIATION, NOWHERE, Int32, Int64, Mask, PixelGraph, even_colours, smoothed
 
-PASSES = (1, 4, 12)  # of the blur: sigma 0.7, 1.4, 2.4 px
-SLACKS = (1, 2, 4, 8)  # in standard deviations of the colours
-LEAST_PATCH = 8  # px
-REACH = 16  # steps of size, 3 % each: sizes within half an octave support one another
-VOTE = 1 << 20  # of a group without any unevenness
-ABOUT = 0.1  # energies that differ by less count as equal
-POWER = 6  # of the votes: uneven groups hardly count
+# Chosen on 28 photographs whose sizes were known (docs/design/008); then fewer, more, halved and doubled on 24 textures
+# (docs/design/012): how many sizes differ by a tenth.
+PASSES = (1, 4, 12)  # of the blur: sigma 0.7, 1.4, 2.4 px; without 12: seven, with 24: five, 1 alone: 14
+SLACKS = (1, 2, 4, 8)  # in standard deviations of the colours; without 8: three, with 16: two, 1 and 4 alone: eight
+LEAST_PATCH = 8  # px; 4 and 16: none (of 40 larger ones none and two)
+
+
+class Voting(NamedTuple):
+    """How groups vote for a size."""
+
+    step: int = 32  # sizes are told apart by one part in so many; 16 and 64: six and seven
+    reach: int = 16  # steps, half an octave: sizes so near support one another; two and four
+    alike: int = 5  # steps: sizes so near are one, of which the most even wins; seven and five
+    about: float = 0.1  # energies that differ by less count as equal; three and four, at 0 five
+    power: int = 6  # of the votes: uneven groups hardly count; three and four, at 0 four
+    most: int = 1 << 20  # votes of a group without any unevenness: a unit; 1024: the same
+
+
+VOTING = Voting()
 
 
 class SizeRule(StrEnum):
@@ -156,14 +169,14 @@ def vote(sizes: Int64, energies: list[float], areas: Int64) -> tuple[int, float]
     of the size with most support the one of least energy wins, or of those about as even the one of most area: whole
     elements, not their rims or cores. Of equals it is the first.
     """
-    votes = np.array([int(VOTE / math.prod([1 + e] * POWER)) for e in energies], np.int64)
+    votes = np.array([int(VOTING.most / math.prod([1 + e] * VOTING.power)) for e in energies], np.int64)
     steps = np.searchsorted(_ladder(int(sizes.max())), sizes)
     apart = np.abs(steps[:, None] - steps)
-    support = (np.maximum(REACH - apart, 0) * votes).sum(axis=1)
-    alike = np.flatnonzero(apart[int(np.argmax(support))] <= REACH // 3)
+    support = (np.maximum(VOTING.reach - apart, 0) * votes).sum(axis=1)
+    alike = np.flatnonzero(apart[int(np.argmax(support))] <= VOTING.alike)
     least = min(energies[k] for k in alike)
-    winner = max((k for k in alike.tolist() if energies[k] <= least + ABOUT), key=lambda k: (areas[k], -k))
-    share = float(votes[apart[winner] < REACH].sum()) / float(max(votes.sum(), 1))
+    winner = max((k for k in alike.tolist() if energies[k] <= least + VOTING.about), key=lambda k: (areas[k], -k))
+    share = float(votes[apart[winner] < VOTING.reach].sum()) / float(max(votes.sum(), 1))
     return winner, share
 
 
@@ -171,7 +184,7 @@ def _ladder(top: int) -> Int64:
     """Whole sizes, each a 32nd larger than the one before: a logarithm that no library can round differently."""
     steps = [FINE]
     while steps[-1] < top:
-        steps.append(steps[-1] + max(steps[-1] // 32, 1))
+        steps.append(steps[-1] + max(steps[-1] // VOTING.step, 1))
     return np.array(steps, np.int64)
 
 
@@ -189,7 +202,7 @@ def _scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int]
 def _candidates(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterator[_Candidate]:
     for node in range(len(tree.nodes)):
         elements = tree.elements(node)
-        if int(elements.max()) < FEWEST:  # measuring takes longest
+        if int(elements.max()) < FILTERS.fewest:  # measuring takes longest
             continue
         lists = measured(elements)
         if lists is not None and admitted(lists, pixels):
