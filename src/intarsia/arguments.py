@@ -25,6 +25,12 @@ FEATHER = 1024
 TIMES = 64
 """How many times larger than they are grown pictures are drawn at most."""
 
+WEIGHT, WEIGHTS = 2.0, 100.0
+"""How much a guide counts against the seams: usually, and at most."""
+
+REACHES = 256
+"""Px around the boundaries of labels that count as partly of both, at most."""
+
 MARGIN = 100
 """Px by which a picture is extended to the right if no side is named (Multrus 2003, A.1)."""
 

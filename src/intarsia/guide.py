@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
-from .arguments import called, expect, whole
+from .arguments import REACHES, WEIGHT, WEIGHTS, called, expect, whole
 from .errors import InputError
-from .image import Kind, Plane
+from .image import Array, Kind, Plane
 
-MAX_WEIGHT = 100.0
-MAX_REACH = 256
 MAX_LABELS = 32
+RARE = 1000  # a colour on less than one in so many pixels is odd, unless it is common in another picture
+SNAPPED = 200  # odd colours on less than one in so many pixels become their nearest label
+SHIFTS = (32, 16, 0)  # bits: where red, green and blue stand in a number
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Guide:
 
     source: Plane | Sequence[Plane]
     target: Plane
-    weight: float = 2.0
+    weight: float = WEIGHT
     reach: int = 0
 
     def __post_init__(self) -> None:
@@ -64,14 +66,14 @@ class Guide:
         if any((s.kind, s.channels) != (self.target.kind, self.target.channels) for s in sources):
             raise InputError("the guide's pictures differ in kind or channels; give all of one kind.")
         number = isinstance(self.weight, Real) and not isinstance(self.weight, bool)
-        if not number or not 0 <= self.weight <= MAX_WEIGHT:
-            raise InputError(f"weight={called(self.weight)} of the guide is not allowed; give 0 to {MAX_WEIGHT:g}.")
+        if not number or not 0 <= self.weight <= WEIGHTS:
+            raise InputError(f"weight={called(self.weight)} of the guide is not allowed; give 0 to {WEIGHTS:g}.")
         try:
             reach = whole(self.reach)
         except ValueError:
             reach = -1
-        if not 0 <= reach <= MAX_REACH:
-            raise InputError(f"reach={called(self.reach)} of the guide is not allowed; give 0 to {MAX_REACH} px.")
+        if not 0 <= reach <= REACHES:
+            raise InputError(f"reach={called(self.reach)} of the guide is not allowed; give 0 to {REACHES} px.")
         object.__setattr__(self, "reach", reach)
         if self.target.kind is Kind.NORMAL:
             raise InputError("a guide is made of labels, colours or data, not of normals; give another picture.")
@@ -113,6 +115,13 @@ class Guide:
         """SHA-256 of each source and of the target; of labels by what they are called, so that each stands alone."""
         return tuple(self._digest(plane) for plane in (*self.sources, self.target))
 
+    @property
+    def as_recipe(self) -> dict[str, Any]:
+        """What a recipe holds of it: hashes of the pictures, and how much they count."""
+        *labels, target = self.digests
+        said = {"sha256": self.digest, "labels": labels, "target": target}
+        return said | {"weight": self.weight, "reach": self.reach}
+
     def _digest(self, plane: Plane) -> str:
         pixels, called = plane.pixels, ""
         if self.is_labels:
@@ -133,3 +142,82 @@ class Guide:
                 f"the target's label{'s' * (len(missing) > 1)} {named} do{'es' * (len(missing) == 1)} not occur beside "
                 "the exemplar; map to labels that do."
             )
+
+
+def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object]) -> list[Plane]:
+    """Read pictures whose colours are labels: the same colour is the same number in all of them.
+
+    Parameters
+    ----------
+    pictures : (name, Plane) of each
+        Those beside the exemplars, and last the target: gray or colour, 8 or 16 bits a channel.
+    warn : function
+        Told in one line where a few stray pixels, of smoothed edges, became the label of the nearest colour.
+
+    Returns
+    -------
+    list of Plane
+        Of kind LABEL, with the colours as names.
+
+    Raises
+    ------
+    InputError
+        for other pixels, too many colours, too many stray pixels, and a target with labels that are nowhere else.
+    """
+    counted = [np.unique(_packed(*one), return_inverse=True, return_counts=True) for one in pictures]
+    areas = [plane.height * plane.width for _, plane in pictures]
+    common = [colours[counts * RARE >= area] for (colours, _, counts), area in zip(counted, areas, strict=True)]
+    labels = np.unique(np.concatenate(common))
+    if len(labels) > MAX_LABELS:
+        sizes = [len(colours) for colours, _, _ in counted]
+        raise InputError(
+            f"{pictures[sizes.index(max(sizes))][0]} has {max(sizes)} colours; save it without smoothed edges, "
+            f"with one colour for each of at most {MAX_LABELS} labels."
+        )
+    meta, numbers = {"labels": tuple(map(_hex, labels.tolist()))}, []
+    for (name, plane), (colours, at, counts), area in zip(pictures, counted, areas, strict=True):
+        odd = ~np.isin(colours, labels)
+        stray, kinds = int(counts[odd].sum()), int(odd.sum())
+        if stray * SNAPPED >= area:
+            raise InputError(
+                f"{name} has {kinds} odd colours on {100 * stray / area:.1f} % of its pixels; "
+                "save it without smoothed edges, with one colour for each label."
+            )
+        if stray:
+            warn(f"{name}: {stray} px of {kinds} odd colours were given the nearest label.")
+        apart = ((_channels(colours)[:, None] - _channels(labels)) ** 2).sum(axis=2)
+        numbers.append(apart.argmin(axis=1)[at].reshape(plane.height, plane.width).astype(np.uint8))
+    there = set().union(*(np.unique(n).tolist() for n in numbers[:-1]))
+    missing = sorted(set(np.unique(numbers[-1]).tolist()) - there)
+    if missing:
+        unknown, known = (", ".join(meta["labels"][k] for k in some[:8]) for some in (missing, sorted(there)))
+        raise InputError(
+            f"{pictures[-1][0]} asks for {unknown}, which is in no label picture; paint with {known}, or label it."
+        )
+    return [Plane(n, Kind.LABEL, meta=meta) for n in numbers]
+
+
+def _packed(name: str, plane: Plane) -> Array:
+    """The colours of a picture, red, green and blue of 16 bits each, as one number for each pixel (H, W)."""
+    samples = plane.samples
+    if plane.is_float or samples.dtype == np.uint32:
+        raise InputError(f"{name} has {samples.dtype} pixels; save labels with 8 or 16 bits a channel.")
+    if samples.shape[2] in (2, 4):
+        if (samples[:, :, -1] != samples[0, 0, -1]).any():
+            raise InputError(f"{name} is partly transparent; save labels without opacity, one colour for each.")
+        samples = samples[:, :, :-1]
+    if samples.shape[2] not in (1, 3):
+        raise InputError(f"{name} has {samples.shape[2]} channels; save labels as gray or colour.")
+    wide = samples.astype(np.int64) * {"bool": 65535, "uint8": 257}.get(samples.dtype.name, 1)
+    return np.asarray((wide << SHIFTS).sum(axis=2) if wide.shape[2] == 3 else wide[:, :, 0] * 0x1_0001_0001)
+
+
+def _channels(colours: Array) -> Array:
+    return np.asarray(colours[:, None] >> SHIFTS & 65535)
+
+
+def _hex(colour: int) -> str:
+    parts = [colour >> bits & 65535 for bits in SHIFTS]
+    if all(p % 257 == 0 for p in parts):
+        return "#" + bytes(p // 257 for p in parts).hex()
+    return "#" + "".join(f"{p:04x}" for p in parts)

@@ -75,8 +75,8 @@ class Labels:
 
     sources: tuple[str, ...]
     target: str
-    weight: float = 2.0
-    reach: int = 0
+    weight: float
+    reach: int
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from ...arguments import SAMPLES
+from ...arguments import REACHES, SAMPLES, WEIGHT, WEIGHTS
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
 from ..options import EXEMPLARS, FILE, gathered, input_options, method_option, method_parameters, opt
@@ -27,11 +27,11 @@ OWN = (
         help="Where each label shall be, in the same colours; the output has its size.",
     ),
     opt(
-        "weight", "--weight", type=Number(0, 100), default=2.0, show_default=True,
+        "weight", "--weight", type=Number(0, WEIGHTS), default=WEIGHT, show_default=True,
         help="How closely boundaries follow the target: 1.5 to 2.5 mostly; 0 takes what joins best.",
     ),
     opt(
-        "reach", "--reach", type=click.IntRange(0, 256), default=0, show_default=True, metavar="PX",
+        "reach", "--reach", type=click.IntRange(0, REACHES), default=0, show_default=True, metavar="PX",
         help="Pixels this near to a boundary count as partly of both labels.",
     ),
     opt(
