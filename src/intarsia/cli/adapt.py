@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..lazy import lazy
-from ..rendering.magnification import cut_out, magnified, reduced, trimmed
+from ..rendering.magnification import cut_out, magnified, reduced
 from .request import Inputs
 
 if TYPE_CHECKING:
@@ -25,16 +26,16 @@ MUCH = 0.01  # of the pixels
 
 def adapted(exemplar: Exemplar, inputs: Inputs, warn: Warn) -> Exemplar:
     """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, evenly lit, magnified."""
+    exemplar = replace(exemplar, toroidal=inputs.toroidal)
     if inputs.avoid is not None:
         exemplar = avoiding(exemplar, inputs.avoid, warn)
     if inputs.crop is not None:
         exemplar = cropped(exemplar, inputs.crop)
     if inputs.scale != 1:
-        exemplar = scaled(exemplar, inputs.scale, inputs.toroidal)
+        said = f"--scale 1/{inputs.scale}", "scale less", "drop --toroidal, or scale otherwise"
+        exemplar = reduced(exemplar, inputs.scale, *said)
     if inputs.flatten:
         exemplar = even(exemplar, warn)
-    if inputs.toroidal:
-        exemplar = Exemplar(exemplar.planes, exemplar.usable, True, exemplar.name)
     if inputs.magnify != 1:
         exemplar = enlarging(exemplar, inputs.magnify, warn)
     return exemplar
@@ -57,7 +58,7 @@ def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Ex
     usable = ~found if exemplar.usable is None else exemplar.usable & ~found
     if not usable.any():
         raise InputError(f"{exemplar.name} has no pixel left to use without the colour {written}; choose another.")
-    return Exemplar(exemplar.planes, usable, exemplar.toroidal, exemplar.name)
+    return replace(exemplar, usable=usable)
 
 
 def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
@@ -71,20 +72,6 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
         if any(v * plane.width % exemplar.width for v in crop):
             raise ParameterError(f"--crop cuts pixels of the smaller plane {name}; use multiples of its pixels.")
     return cut_out(exemplar, x, y, width, height)
-
-
-def scaled(exemplar: Exemplar, n: int, toroidal: bool) -> Exemplar:
-    """Average blocks of n x n px by the kind of each plane; a block is usable if all of it is."""
-    small = max(exemplar.width // p.width for p in exemplar.planes.values()) or 1
-    exemplar_size, unit = _named(exemplar), n * small
-    if min(exemplar.width, exemplar.height) < unit:
-        raise ParameterError(f"--scale 1/{n} leaves nothing of {exemplar_size}; scale less.")
-    if toroidal and (exemplar.width % unit or exemplar.height % unit):
-        raise ParameterError(
-            f"--scale 1/{n} does not divide {exemplar_size}, which would no longer continue in itself; "
-            "drop --toroidal, or scale otherwise."
-        )
-    return reduced(trimmed(exemplar, unit, f"--scale 1/{n}"), n)
 
 
 def enlarging(exemplar: Exemplar, n: int, warn: Warn) -> Exemplar:

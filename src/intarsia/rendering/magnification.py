@@ -74,25 +74,35 @@ def as_meant(own: Blend, exemplar: Exemplar) -> Blend:
     return replace(own, feather=max(own.feather, 1)) if exemplar.times > 1 else own
 
 
-def reduced(exemplar: Exemplar, n: int) -> Exemplar:
-    """Average blocks of n x n px of every plane by its kind; a block is usable if all of it is. Sides must fit."""
+def reduced(exemplar: Exemplar, n: int, said: str = "the reduction", *remedies: str) -> Exemplar:
+    """Average blocks of n x n px of every plane by its kind; a block is usable if all of it is.
+
+    What is left of sides is cut off first, unless the exemplar is toroidal; `said` and `remedies`: see :func:`trimmed`.
+    """
+    smallest = max(exemplar.width // p.width for p in exemplar.planes.values()) or 1
+    exemplar = trimmed(exemplar, n * smallest, said, *remedies)
     planes = {name: plane.like(averaged(plane, n)) for name, plane in exemplar.planes.items()}
     return Exemplar(planes, _usable(exemplar, n), exemplar.toroidal, exemplar.name)
 
 
-def trimmed(exemplar: Exemplar, n: int, said: str) -> Exemplar:
-    """Cut columns at the right and rows at the bottom off, so that n divides the sides; `said`: who asks for it."""
+def trimmed(
+    exemplar: Exemplar, n: int, said: str, less: str = "choose less",
+    otherwise: str = "let it not be toroidal, or choose another number",
+) -> Exemplar:  # fmt: skip
+    """Cut columns at the right and rows at the bottom off, so that n divides the sides; `said`: who asks for it.
+
+    `less`, `otherwise`: what to do where nothing is left, and where a toroidal exemplar would no longer be one.
+    """
     unit = lcm(n, max(exemplar.width // p.width for p in exemplar.planes.values()) or 1)
     width, height = (side - side % unit for side in (exemplar.width, exemplar.height))
     described = f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"
     if not width or not height:
-        raise ParameterError(f"{said} leaves nothing of {described}; choose less.")
+        raise ParameterError(f"{said} leaves nothing of {described}; {less}.")
     if (width, height) == (exemplar.width, exemplar.height):
         return exemplar
     if exemplar.toroidal:
         raise ParameterError(
-            f"{said} does not divide {described}, which would no longer continue in itself; let it not be toroidal, or "
-            "choose another number."
+            f"{said} does not divide {described}, which would no longer continue in itself; {otherwise}."
         )
     return cut_out(exemplar, 0, 0, width, height)
 
