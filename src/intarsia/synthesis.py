@@ -23,6 +23,7 @@ from .guide import Guide
 from .image import Plane
 from .levelling import Finish
 from .methods.base import Method, check_abilities, check_method, make, recipe_settings, traits
+from .methods.memory import memory_of
 from .rendering.magnification import as_meant
 from .rendering.render import render
 from .run import Run, run_of
@@ -174,6 +175,11 @@ class Plan:
         return rows * columns
 
 
+    def memory(self, depth: str | None = None) -> int:
+        """Bytes that this process will take at its peak, within 25 %; `depth`: what is written, if it is another."""
+        return memory_of(self.scene.exemplars, self.scene.canvas, self.method, self.joined, depth)
+
+
 def planned(scene: Scene, method: Method | Auto | str, blend: Blend | None = None) -> Plan:
     """Decide by which method, with which parameters, a scene is filled, or refuse what cannot work."""
     expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
@@ -298,11 +304,7 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
     if canvas.start is not None:
         recipe["start"] = canvas.start.digest
     if canvas.guide is not None:
-        *labels, target = canvas.guide.digests
-        recipe["guide"] = {
-            "sha256": canvas.guide.digest, "labels": labels, "target": target,
-            "weight": canvas.guide.weight, "reach": canvas.guide.reach,
-        }  # fmt: skip
+        recipe["guide"] = canvas.guide.as_recipe
     if canvas.rim is not None:
         recipe["rim"] = canvas.rim
     return recipe
@@ -310,10 +312,7 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
 
 def recipe_exemplars(exemplars: tuple[Exemplar, ...]) -> list[dict[str, Any]]:
     """The exemplars as recipes hold them: what they are, not where they lie."""
-    sources = []
-    for e in exemplars:
-        entry: dict[str, Any] = {"sha256": e.digest, "size": [e.width, e.height]}
-        if e.name.startswith("sample:"):
-            entry["name"] = e.name
-        sources.append(entry)
-    return sources
+    return [
+        {"sha256": e.digest, "size": [e.width, e.height]} | ({"name": e.name} if e.name.startswith("sample:") else {})
+        for e in exemplars
+    ]

@@ -65,7 +65,7 @@ def test_help_needs_no_room() -> None:
 
 
 def test_what_is_surely_too_much_is_refused_and_what_may_fit_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    from intarsia.cli import memory
+    from intarsia.disk import memory
 
     monkeypatch.setattr(memory, "_limits", lambda: iter([(1 << 40, "one has"), (1000 << 20, "another leaves")]))
     memory.check_fits(1200 << 20, "a work")
@@ -74,7 +74,7 @@ def test_what_is_surely_too_much_is_refused_and_what_may_fit_is_not(monkeypatch:
 
 
 def test_the_limits_of_control_groups_are_found_in_both_versions_and_in_every_group_above(tmp_path: Path) -> None:
-    from intarsia.cli import memory
+    from intarsia.disk import memory
 
     own, root = tmp_path / "cgroup", tmp_path / "root"
     own.write_text("7:blkio:/\n4:memory:/a/b\n0::/c/d\n")

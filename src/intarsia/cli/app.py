@@ -10,9 +10,9 @@ from typing import Any, NoReturn
 
 import click
 
+from ..disk.memory import make_room
 from ..version import VERSION
 from .exits import guarded
-from .memory import make_room
 
 COMMANDS = {
     "grow": "Grow a larger or tileable texture from an example.",

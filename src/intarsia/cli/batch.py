@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..disk.depth import dtype_of
+from ..disk.memory import check_fits
 from ..files import write, write_bytes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
@@ -23,7 +24,6 @@ from .again import command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
-from .memory import check_fits
 from .outputs import Staging, check_all
 from .plan import Order, check_begin, method_as_json, orders_of, scene_of
 from .report import Meter, Report

@@ -21,7 +21,6 @@ from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, pla
 from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
 from ..tasks.starts import Margins, extension
-from .estimate import memory_of
 from .exemplars import Set, Shelf, stem_of
 from .labels import guide_of
 from .outputs import filled_name, plane_files, usual_files, usual_name
@@ -145,9 +144,8 @@ def orders_of(
     times = exemplars[0].times
     size = (canvas.width * times, canvas.height * times)
     fields |= {"w": size[0], "h": size[1], "method": method.slug}
-    blend = plan.joined
-    memory = memory_of(exemplars, canvas, method, blend, targets.depth)
-    kept = (method, blend, plan.choice, canvas.guide, size, times, plan.patches, memory, tuple(sets))
+    memory = plan.memory(targets.depth)
+    kept = (method, plan.joined, plan.choice, canvas.guide, size, times, plan.patches, memory, tuple(sets))
     orders = []
     for seed in seeds:
         fields["seed"] = seed

@@ -7,20 +7,19 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..disk.memory import check_fits
 from ..errors import CancelledError, ParameterError
 from ..giant.cells import gigabytes
-from ..giant.executors import AHEAD, check_executor
+from ..giant.executors import check_executor
 from ..giant.picture import Store
-from ..giant.stream import DrawnAndPacked, store_of, stream
+from ..giant.stream import estimated, memory_of, store_of, stream
 from ..giant.texture import Weave, planned_windows, woven
-from ..methods.base import traits
 from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
 from .again import weave_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted
-from .memory import check_fits, taken
 from .outputs import filled_name, usual_name
 from .plan import method_as_json, with_joins
 from .report import Report
@@ -29,13 +28,6 @@ from .request import Inputs, Loom, Wish
 ENDINGS = {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
 USUAL = ".tif"
 """How the name ends that is given where none is: a TIFF needs no further package."""
-
-PER_PX, BETWEEN = 16, 140
-"""Memory in bytes of a px that is drawn, its map and weights, and what it takes besides where it is read between
-pixels."""
-
-DRAWN = 1 << 22
-"""Px of the map that a worker holds at most."""
 
 
 @dataclass
@@ -101,16 +93,9 @@ class Weaving:
         """Say what would be made, how much memory it takes, and how long; one cell is drawn to know it."""
         workers, seconds, memory, raw = Run(threads).workers, 0.0, 0, 0
         for store in self.stores.values():
-            task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
-            task(cell)
-            began = time.perf_counter()
-            packed = sum(map(len, task(cell)))
-            px = (cell.box.y1 - cell.box.y0) * (cell.box.x1 - cell.box.x0)
-            seconds += (time.perf_counter() - began) / px * store.grid.height * store.grid.width / workers
-            deep = store.texture.channels * store.texture.dtype.itemsize
-            raw += store.grid.height * store.grid.width * deep
-            others = min(workers, len(store.grid)) - 1  # the first was measured just now
-            memory = max(memory, taken() + others * self._drawn(store) + AHEAD * (others + 1) * packed)
+            needed = estimated(store, workers)
+            seconds, memory = seconds + needed.seconds, max(memory, needed.memory)
+            raw += store.grid.height * store.grid.width * store.texture.channels * store.texture.dtype.itemsize
         about = self._about() | {
             "patches": None, "cells": sum(len(s.grid) for s in self.stores.values()),
             "pixels_bytes": raw, "memory_mib": memory >> 20, "seconds": round(seconds, 1),
@@ -127,7 +112,7 @@ class Weaving:
         """Stream every plane, and report it; what cannot fit into memory is refused before anything is made."""
         workers = Run(threads).workers
         for path, store in self.stores.items():
-            check_fits(taken() + min(workers, len(store.grid)) * self._drawn(store), f"{path}: {self._line()}")
+            check_fits(memory_of(store, workers), f"{path}: {self._line()}")
         began = time.perf_counter()
         try:
             with self.report.watching(len(self.stores)) as meter:
@@ -146,13 +131,6 @@ class Weaving:
     def _warn(self) -> None:
         for line in self.warnings:
             self.report.warn(line)
-
-    def _drawn(self, store: Store) -> int:
-        """What a worker holds while it draws a cell, in bytes."""
-        box = store.grid.cell(0).box
-        px, deep = box.height * box.width, store.texture.channels * store.texture.dtype.itemsize
-        each = PER_PX + (0 if traits(self.texture.method).exact else BETWEEN)
-        return int(min(px * store.texture.scale[1] ** 2, DRAWN) * each + px * 2 * deep)
 
     def _line(self) -> str:
         return f"{self.size[0]}x{self.size[1]} px, {self.texture.method.slug}, seed {self.texture.seed}"

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import operator
-import os
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from ..arguments import called, pair
+from ..disk.memory import free_memory
 from ..errors import ParameterError, ResourceError
 from ..geometry import Box
 from ..methods.base import FARTHEST
@@ -118,21 +117,6 @@ def check_memory(box: Box, pixel: int) -> None:
             f"a window of {box.width}x{box.height} px takes {gigabytes(needed)}, {gigabytes(free)} are free; stream it "
             "with texture.to_zarr(path, shape, origin=...), to_tiff or to_dask, or slice less."
         )
-
-
-def free_memory() -> int | None:
-    """Bytes that this process may still take, as far as the system tells."""
-    found = []
-    with suppress(OSError, ValueError, IndexError), open("/proc/meminfo", encoding="ascii") as file:
-        found += [int(line.split()[1]) << 10 for line in file if line.startswith("MemAvailable")]
-    with suppress(OSError, ValueError), open("/sys/fs/cgroup/memory.max", encoding="ascii") as file:
-        most = int(file.read())
-        with open("/sys/fs/cgroup/memory.current", encoding="ascii") as now:
-            found.append(max(most - int(now.read()), 0))
-    if not found:
-        with suppress(OSError, ValueError, AttributeError):
-            found.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    return min(found, default=None)
 
 
 def gigabytes(count: int) -> str:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import errno
 import os
+import time
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
+from ..disk.memory import taken
 from ..errors import ResourceError
+from ..methods.base import traits
 from ..run import Run
 from .bigtiff import TiffStore
 from .cells import Cell
 from .deepzoom import TileStore
-from .executors import ExecutorLike, check_sendable, executor_of
+from .executors import AHEAD, ExecutorLike, check_sendable, executor_of
 from .picture import Packer, Picture, Store
 from .zarrays import ZarrStore
 
@@ -23,6 +26,14 @@ STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore], int
     "tiles": (TileStore, 256),
 }
 """Name -> the store, and the usual side of its chunks or tiles."""
+
+
+PER_PX, BETWEEN = 16, 140
+"""Bytes of memory of a px that is drawn, its map and weights; and what it takes besides where it is read between
+pixels."""
+
+DRAWN = 1 << 22
+"""Px of the map that a worker holds at most."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +47,38 @@ class DrawnAndPacked:
     def __call__(self, cell: Cell) -> list[bytes]:
         pixels = self.texture.draw(cell.box.moved(*self.origin))
         return self.packer(pixels.reshape(*pixels.shape[:2], -1), cell)
+
+
+@dataclass(frozen=True)
+class Needed:
+    """What filling a store will take: seconds, and bytes of this process's memory at its peak."""
+
+    seconds: float
+    memory: int
+
+
+def memory_of(store: Store, workers: int) -> int:
+    """Bytes that this process takes at least while so many workers fill a store."""
+    return taken() + min(workers, len(store.grid)) * _drawn(store)
+
+
+def estimated(store: Store, workers: int) -> Needed:
+    """Draw a cell of a store to tell what so many workers like this one will need to fill it; nothing is written."""
+    task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
+    task(cell)
+    began = time.perf_counter()
+    packed = sum(map(len, task(cell)))
+    share = cell.box.height * cell.box.width * workers / (store.grid.height * store.grid.width)
+    others = min(workers, len(store.grid)) - 1  # the first was measured just now
+    memory = taken() + others * _drawn(store) + AHEAD * (others + 1) * packed
+    return Needed((time.perf_counter() - began) / share, memory)
+
+
+def _drawn(store: Store) -> int:
+    """What a worker holds while it draws a cell, in bytes."""
+    box, texture = store.grid.cell(0).box, store.texture
+    px, each = box.height * box.width, PER_PX + (0 if traits(texture.method).exact else BETWEEN)
+    return int(min(px * texture.scale[1] ** 2, DRAWN) * each + px * 2 * texture.channels * texture.dtype.itemsize)
 
 
 def stream(store: Store, executor: ExecutorLike, run: Run) -> None:

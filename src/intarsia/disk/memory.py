@@ -65,6 +65,18 @@ def check_fits(needed: int, what: str) -> None:
             )
 
 
+def free_memory() -> int | None:
+    """Return how many bytes this process may still take, as far as the system tells."""
+    found = [max(most - used, 0) for most, used in _groups()]
+    memory = _numbers("/proc/meminfo")
+    if "MemAvailable" in memory:
+        found.append(memory["MemAvailable"])
+    if not found:
+        with suppress(OSError, ValueError, AttributeError):
+            found.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    return min(found, default=None)
+
+
 def taken() -> int:
     """Return the most that this process has taken of memory so far, in bytes; 0 where the system does not tell."""
     return _numbers("/proc/self/status").get("VmHWM", 0)

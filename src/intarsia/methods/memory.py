@@ -6,10 +6,10 @@ import numpy as np
 
 from ..canvas import Canvas
 from ..disk.depth import dtype_of
+from ..disk.memory import taken
 from ..exemplar import Exemplar
-from ..methods.base import Method, traits
 from ..sourcemap import Blend
-from .memory import taken
+from .base import Method, traits
 
 WORKING = 45 << 20
 """Bytes that the first kernels and the writer of files add to what planning took."""
@@ -31,7 +31,7 @@ SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
 def memory_of(
     exemplars: tuple[Exemplar, ...], canvas: Canvas, method: Method, blend: Blend, depth: str | None
-) -> int:  # fmt: skip
+) -> int:
     """Estimate the peak of this process's memory in bytes, within 25 % where kernels are compiled already.
 
     Exemplars must be read and methods resolved: what that took is measured, not counted again.
