@@ -22,10 +22,13 @@ MAX_PIXELS = 1 << 31
 FEATHER = 1024
 """Px over which seams may be softened, or steps at them evened out, at most."""
 
+OVERLAYS = ("lattice", "segments")
+"""What can be drawn over an exemplar."""
+
 TIMES = 64
 """How many times larger than they are grown pictures are drawn at most."""
 
-WEIGHT, WEIGHTS = 2.0, 100.0
+WEIGHT, WEIGHTS = 2.0, 100
 """How much a guide counts against the seams: usually, and at most."""
 
 REACHES = 256

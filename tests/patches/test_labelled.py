@@ -17,9 +17,9 @@ from intarsia.image import Plane
 from intarsia.patches.growth import Growth
 from intarsia.patches.settings import PatchSettings, Repeats
 from intarsia.sourcemap import HOLE, identity
+from intarsia.tasks.starts import with_hole
 from intarsia.testing.cases import texture
 from intarsia.testing.maps import which_of
-from intarsia.testing.start import with_hole
 
 
 class TestUses:

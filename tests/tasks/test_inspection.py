@@ -14,10 +14,10 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
+from intarsia.arguments import OVERLAYS
 from intarsia.blocks.grid import phase_of
 from intarsia.cli.app import cli
 from intarsia.segments.segments import segments
-from intarsia.tasks.overlays import KINDS
 from intarsia.tasks.segment_drawing import segment_overlay
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -240,7 +240,7 @@ class TestDrawn:
             assert (drawn.dtype, drawn.shape) == (np.uint8, (120, 132, 3))
 
     def test_kinds_are_a_table(self) -> None:
-        assert set(KINDS) == {"lattice", "segments"}
+        assert set(OVERLAYS) == {"lattice", "segments"}
         with pytest.raises(ia.ParameterError, match="overlay=magic is unknown; choose one of lattice, segments"):
             ia.analyze("weave.png").overlay("magic")
 

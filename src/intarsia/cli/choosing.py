@@ -9,9 +9,9 @@ import click
 from ..choosing.auto import AUTO_METHOD, MOST_TRIALS, Auto
 from ..errors import ParameterError
 from ..methods.base import Method, make, method_class
-from ..params import Parameter, parameters
+from ..params import parameters
 from .again import written
-from .options import opt
+from .options import Union, opt
 from .pictures import value_of
 
 if TYPE_CHECKING:
@@ -26,8 +26,6 @@ EXPLAIN = opt(
     "explain", "--explain", is_flag=True,
     help="With --method auto: tell what was measured, which rule chose, and the command without auto.",
 )
-Union = dict[str, tuple[Parameter, list[str]]]
-"""The parameters of several methods by name, with the methods that have them."""
 
 
 def chosen_of(slug: str, trials: int | None, given: dict[str, Any], union: Union) -> Method | Auto:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +12,7 @@ import click
 from ..arguments import TIMES
 from ..disk.limits import allowing
 from ..errors import ParameterError
+from ..methods.base import METHODS, method_class
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets, Work
@@ -37,6 +38,10 @@ class Opt:
         if not self.names:
             return click.argument(self.field, **self.facts)(command)
         return click.option(self.field, *self.names, **self.facts)(command)
+
+    def but(self, **facts: Any) -> Opt:
+        """Return the same option, of which some is told otherwise."""
+        return replace(self, facts=self.facts | facts)
 
 
 def opt(field: str, *names: str, **facts: Any) -> Opt:
@@ -108,6 +113,7 @@ DONORS = opt(
     help="Take new pixels from this picture (or these), in place of the picture itself.",
 )  # fmt: skip
 
+FORCE = opt("force", "--force", is_flag=True, help="Replace files that exist.")
 OUT = opt(
     "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
     help="The picture to write; further planes lie beside it as OUT_NAME. - is the standard output (PNG).",
@@ -119,8 +125,8 @@ TARGET_OPTIONS = (
         "depth", "--depth", type=click.Choice(DEPTHS),
         help="Bits of the output; by default those of the exemplar, exactly.",
     ),
-    opt("force", "--force", is_flag=True, help="Replace files that exist."),
-)  # fmt: skip
+    FORCE,
+)
 
 MAP_OPTIONS = (
     opt("save_map", "--save-map", type=FILE, metavar="FILE.npz", help="Save which exemplar pixel went where."),
@@ -191,7 +197,7 @@ def _allow(ctx: click.Context, param: click.Parameter, value: int | None) -> Non
 
 def named_target_options(done: str) -> Callable[[Command], Command]:
     """Add the options on files to write, of which -o can be left out: NAME_grown.png where `done` is grown."""
-    out = replace(OUT, facts=OUT.facts | {"required": False, "help": OUT.facts["help"] + USUAL.format(done=done)})
+    out = OUT.but(required=False, help=OUT.facts["help"] + USUAL.format(done=done))
 
     def make(out: str | None, **given: Any) -> Targets:
         return Targets(out="", done=done, **given) if out is None else Targets(out, **given)
@@ -204,6 +210,9 @@ grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, into="targets", m
 work_options = gathered(*WORK_OPTIONS, into="work", make=Work)
 report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
 
+
+Union = dict[str, tuple[Parameter, list[str]]]
+"""The parameters of several methods by name, with the methods that have them."""
 
 METAVARS = {
     "extent": "PX|WxH",
@@ -237,13 +246,12 @@ def _default(p: Parameter) -> str:
     return f"{value} {p.unit}".strip() if p.kind in ("int", "extent") else str(value)
 
 
-def method_parameters(taken: set[str]) -> dict[str, tuple[Parameter, list[str]]]:
-    """Return the parameters of all methods by name, with the methods that have them, but for the names `taken`."""
-    from ..methods.base import METHODS, method_class
-
-    union: dict[str, tuple[Parameter, list[str]]] = {}
+def offered(slugs: Collection[str], *options: Opt) -> tuple[Union, tuple[Opt, ...]]:
+    """Return the parameters that some methods have, and an option for each; not those named as `options` are."""
+    taken, every = {o.field for o in options}, dict[str, tuple[Parameter, list[str]]]()
     for slug in METHODS:
         for p in parameters(method_class(slug)):
             if p.name not in taken:
-                union.setdefault(p.name, (p, []))[1].append(slug)
-    return union
+                every.setdefault(p.name, (p, []))[1].append(slug)
+    union = {name: (p, own) for name, (p, owners) in every.items() if (own := [o for o in owners if o in slugs])}
+    return union, tuple(method_option(p, owners, len(owners) == len(slugs)) for p, owners in union.values())

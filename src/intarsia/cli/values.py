@@ -91,29 +91,24 @@ class Number(click.FloatRange):
 
 
 class Place(ParamType):
-    """A pixel as X,Y; gives (x, y)."""
+    """A pixel as X,Y, of an endless plane a negative or huge one, too; gives (x, y)."""
 
     name = "X,Y"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        if not re.fullmatch(r"[0-9]{1,10},[0-9]{1,10}", str(value)):
-            self.fail(f"{value} is no place; give the pixel's column and row such as 120,80.", param, ctx)
-        x, y = str(value).split(",")
-        return int(x), int(y)
-
-
-class Position(ParamType):
-    """A pixel of an endless plane as X,Y, negative or huge; gives (x, y)."""
-
-    name = "X,Y"
+    one, such_as = "[0-9]{1,10}", "the pixel's column and row such as 120,80"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         if isinstance(value, tuple):
             return value
-        if not re.fullmatch(r"-?[0-9]{1,13},-?[0-9]{1,13}", str(value)):
-            self.fail(f"{value} is no place; give column and row such as -4096,1000000.", param, ctx)
+        if not re.fullmatch(f"{self.one},{self.one}", str(value)):
+            self.fail(f"{value} is no place; give {self.such_as}.", param, ctx)
         x, y = str(value).split(",")
         return int(x), int(y)
+
+
+class Position(Place):
+    """A pixel of an endless plane."""
+
+    one, such_as = "-?[0-9]{1,13}", "column and row such as -4096,1000000"
 
 
 class Colour(ParamType):

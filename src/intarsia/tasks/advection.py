@@ -16,27 +16,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from numbers import Integral
 from types import NoneType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import called, expect, whole_within
 from ..canvas import Canvas
+from ..corrections import advected, descent, stack
 from ..errors import InputError, IntarsiaError, ParameterError, said
 from ..field import function_name
-from ..lazy import lazy
 from ..methods.base import recipe_settings
 from ..methods.parallel_controllable import ParallelControllable
 from ..run import Run, run_of
 from ..synthesis import Synthesis, check_start
-
-if TYPE_CHECKING:
-    from ..corrections import advected, descent, stack
-else:
-    descent = lazy("intarsia.corrections.descent")
-    stack = lazy("intarsia.corrections.stack")
-    advected = lazy("intarsia.corrections.advected")
 
 FARTHEST = 1 << 24  # px
 MOST_FRAMES = 1 << 40

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..analysis.elements import ElementSize
 from ..analysis.light import Slope
+from ..arguments import OVERLAYS
 from ..canvas import Canvas
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
@@ -34,7 +35,8 @@ from ..sourcemap import Blend, SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
 from ..tiles.tile_layout import periods_along, read_offsets
 from ..tiles.tiling import BAND, Tiling
-from . import overlays
+from .overlays import lattice_lines
+from .segment_drawing import segment_overlay
 
 CELLS = 8  # periods that a tile holds at most to be a rectangle
 
@@ -113,11 +115,11 @@ class Findings:
 
     def overlay(self, kind: str = "lattice") -> Plane:
         """Draw what was found over the exemplar, in 8 bits; MethodError where it was not found."""
-        if not isinstance(kind, str) or kind not in overlays.KINDS:
-            raise ParameterError(f"overlay={said(kind)} is unknown; choose one of {', '.join(overlays.KINDS)}.")
+        if not isinstance(kind, str) or kind not in OVERLAYS:
+            raise ParameterError(f"overlay={said(kind)} is unknown; choose one of {', '.join(OVERLAYS)}.")
         if kind == "segments":
-            return overlays.segment_groups(self.exemplar, self.segments)
-        return overlays.lattice_lines(self.exemplar, self.found_lattice("overlay"), self.elements.size)
+            return Plane(segment_overlay(self.exemplar, self.segments))
+        return lattice_lines(self.exemplar, self.found_lattice("overlay"), self.elements.size)
 
     def found_lattice(self, wanted: str) -> Lattice:
         """Return the lattice, or say in one line that there is none, and what to do instead."""

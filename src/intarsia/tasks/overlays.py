@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..lazy import lazy
+import numpy as np
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from .. import files
-    from ..analysis import features
-    from ..blocks import grid
-    from ..exemplar import Exemplar
-    from ..image import Plane
-    from ..lattice import vectors
-    from ..lattice.lattice import Lattice
-    from ..segments.segments import Segments
-    from . import segment_drawing
-else:
-    np = lazy("numpy")
-    features = lazy("intarsia.analysis.features")
-    segment_drawing = lazy("intarsia.tasks.segment_drawing")
-    grid = lazy("intarsia.blocks.grid")
-    vectors = lazy("intarsia.lattice.vectors")
-    files = lazy("intarsia.files")
+from .. import files
+from ..analysis.features import features
+from ..blocks.grid import phase_of
+from ..exemplar import Exemplar
+from ..image import Plane
+from ..lattice.lattice import Lattice
+from ..lattice.vectors import UNIT
 
 YELLOW, CYAN, WHITE = (255.0, 225.0, 0.0), (0.0, 225.0, 255.0), (255.0, 255.0, 255.0)
 PAPER = 128.0  # under what is transparent
@@ -42,15 +30,13 @@ def lattice_lines(exemplar: Exemplar, lattice: Lattice, size: float) -> Plane:
     picture = on_paper(exemplar)
     height, width = picture.shape[:2]
     cell = (lattice.vectors[0], lattice.vectors[1] if len(lattice.vectors) == 2 else None)
-    phase = grid.phase_of(
-        features.features([exemplar]).pictures[0], cell, max(1.5 * size, 48.0)
-    )
+    phase = phase_of(features([exemplar]).pictures[0], cell, max(1.5 * size, 48.0))
     y, x = np.mgrid[:height, :width] + 0.5 - np.reshape(phase, (2, 1, 1))
-    p, q = np.array(cell[0]) / vectors.UNIT
+    p, q = np.array(cell[0]) / UNIT
     if cell[1] is None:
         along = (y * p + x * q) / np.hypot(p, q)
         return as_plane(_line(picture, _off(along / np.hypot(p, q)) * np.hypot(p, q), YELLOW))
-    r, s = np.array(cell[1]) / vectors.UNIT
+    r, s = np.array(cell[1]) / UNIT
     area = p * s - q * r
     first, second = (y * s - x * r) / area, (x * p - y * q) / area
     picture = _line(picture, _off(first) * abs(area) / np.hypot(r, s), YELLOW)
@@ -58,17 +44,6 @@ def lattice_lines(exemplar: Exemplar, lattice: Lattice, size: float) -> Plane:
     a, b = first - np.floor(first), second - np.floor(second)
     corners = [np.hypot((a - i) * p + (b - j) * r, (a - i) * q + (b - j) * s) for i in (0, 1) for j in (0, 1)]
     return as_plane(_line(picture, np.maximum(np.min(corners, axis=0) - POINT, 0.0), WHITE))
-
-
-def segment_groups(exemplar: Exemplar, segments: Segments) -> Plane:
-    """Draw the segments: the chosen group bright under yellow borders, the others dim, each group in a tint."""
-    from ..image import Plane
-
-    return Plane(segment_drawing.segment_overlay(exemplar, segments))
-
-
-KINDS = ("lattice", "segments")
-"""What can be drawn over an exemplar."""
 
 
 def on_paper(exemplar: Exemplar) -> Any:
@@ -83,8 +58,6 @@ def on_paper(exemplar: Exemplar) -> Any:
 
 def as_plane(picture: Any) -> Plane:
     """Floats of 0 to 255 as an 8-bit plane."""
-    from ..image import Plane
-
     return Plane(np.clip(np.rint(picture), 0, 255).astype(np.uint8))
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,8 +11,9 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..methods.base import Ability
 from ..run import Run
-from ..sourcemap import HOLE, Blend, SourceMap, identity
+from ..sourcemap import Blend, SourceMap, identity
 from ..synthesis import Synthesis, synthesize
+from ..tasks.starts import with_hole
 from .cases import Case, noise, texture
 from .laws import Laws, of_those_that_claim
 from .maps import depth, laid_over, same_map, same_pixels, which_of
@@ -33,12 +32,6 @@ def hole_of(name: str, height: int, width: int, seed: int) -> NDArray[np.bool_]:
         "all": x >= 0,
     }
     return np.asarray(shapes[name], bool)
-
-
-def with_hole(smap: SourceMap, holes: NDArray[np.bool_]) -> SourceMap:
-    """Cut holes into a map."""
-    which = np.where(holes, HOLE, which_of(smap)).astype(np.uint8)
-    return replace(smap, which=which, yx=np.where(holes[:, :, None], 0, smap.yx))
 
 
 class StartLaws(Laws):

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...arguments import OVERLAYS
 from ...errors import ParameterError
-from ...tasks.overlays import KINDS
 from ..exits import say, tell
-from ..options import EXEMPLARS, FILE, gathered, input_options, opt
+from ..options import EXEMPLARS, FILE, FORCE, gathered, input_options, opt
 from ..report import Report
 from ..request import Inputs, Targets
 from ..values import FileName, ParamType
@@ -35,8 +35,8 @@ class Overlay(ParamType):
         kind, equals, path = str(value).partition("=")
         if not equals or not kind.isalpha():
             return "lattice", str(value)
-        if kind not in KINDS:
-            self.fail(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in KINDS)}.", param, ctx)
+        if kind not in OVERLAYS:
+            self.fail(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in OVERLAYS)}.", param, ctx)
         return kind, path
 
 
@@ -64,13 +64,13 @@ class OverlayFiles:
 PICTURES = (
     opt(
         "overlays", "--overlay", multiple=True, type=Overlay(),
-        help=f"Draw what was found over the exemplar; kinds: {', '.join(KINDS)}.",
+        help=f"Draw what was found over the exemplar; kinds: {', '.join(OVERLAYS)}.",
     ),
     opt(
         "best_tile", "--best-tile", type=FILE, metavar="FILE",
         help="Write the period that repeats best: upright where the lattice allows it, else with opacity 0 around it.",
     ),
-    opt("force", "--force", is_flag=True, help="Replace files that exist."),
+    FORCE,
 )  # fmt: skip
 
 

@@ -13,17 +13,17 @@ from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError, ResourceError
 from ...levelling import Finish, Levelling
 from ...methods.base import METHODS
-from ..choosing import EXPLAIN, TRIALS, Union, chosen_of
+from ..choosing import EXPLAIN, TRIALS, chosen_of
 from ..options import (
     EXEMPLARS,
     MAGNIFY,
     Command,
+    Union,
     common,
     gathered,
     input_options,
-    method_option,
-    method_parameters,
     named_target_options,
+    offered,
     opt,
     report_options,
     work_options,
@@ -33,22 +33,11 @@ from ..report import Report
 from ..request import Inputs, Targets, Wish, Work
 from ..values import Size
 
-OWN = (
-    opt(
-        "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
-        help="Size of the output in px, one number for a square; by default twice the exemplar.",
-    ),
-    opt(
-        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *METHODS]), default=AUTO_METHOD,
-        show_default=True,
-        help="How to grow; auto chooses by what the exemplar is like; `intarsia methods` tells of each.",
-    ),
-    TRIALS,
-    EXPLAIN,
-    opt(
-        "wrap", "--wrap", type=click.Choice(["none", "x", "y", "both"]), default="none", show_default=True,
-        help="Along which axes the output must continue in itself (tile).",
-    ),
+METHOD = opt(
+    "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *METHODS]), default=AUTO_METHOD, show_default=True,
+    help="How to grow; auto chooses by what the exemplar is like; `intarsia methods` tells of each.",
+)  # fmt: skip
+JOINS = (
     opt(
         "feather", "--feather", type=click.IntRange(0, FEATHER), metavar="PX",
         help="Soften the seams over so many px; 0 copies exactly. By default as the method means it.",
@@ -61,14 +50,27 @@ OWN = (
         "level", "--level", type=click.IntRange(0, FEATHER), metavar="PX",
         help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
     ),
+)  # fmt: skip
+OWN = (
+    opt(
+        "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
+        help="Size of the output in px, one number for a square; by default twice the exemplar.",
+    ),
+    METHOD,
+    TRIALS,
+    EXPLAIN,
+    opt(
+        "wrap", "--wrap", type=click.Choice(["none", "x", "y", "both"]), default="none", show_default=True,
+        help="Along which axes the output must continue in itself (tile).",
+    ),
+    *JOINS,
     opt(
         "repair", "--repair", type=click.IntRange(0, MOST_PASSES), default=0, metavar="N",
         help="Look for the worst seams N times, and cover them anew where that helps; 4 is much. Default: 0.",
     ),
 )  # fmt: skip
 
-UNION = method_parameters({o.field for o in OWN})
-PARAMETERS = tuple(method_option(p, owners, len(owners) == len(METHODS)) for p, owners in UNION.values())
+UNION, PARAMETERS = offered(METHODS, *OWN)
 
 
 def finish_of(level: int | None) -> tuple[Finish, ...] | None:

@@ -58,10 +58,9 @@ def _method() -> list[Any]:
     options = []
     for o in OWN:
         if o.field == "method":
-            offered = click.Choice([AUTO_METHOD, *able])
-            options.append(replace(o, facts=o.facts | {"type": offered, "help": "How to fill the holes."}))
+            options.append(o.but(type=click.Choice([AUTO_METHOD, *able]), help="How to fill the holes."))
         elif o.field == "wrap":
-            options.append(replace(o, facts=o.facts | {"help": "Along which axes the picture continues in itself."}))
+            options.append(o.but(help="Along which axes the picture continues in itself."))
         elif o.field in ("explain", "repair"):
             options.append(o)
     return options

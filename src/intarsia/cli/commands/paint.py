@@ -9,11 +9,11 @@ import click
 from ...arguments import REACHES, SAMPLES, WEIGHT, WEIGHTS
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
-from ..options import EXEMPLARS, FILE, gathered, input_options, method_option, method_parameters, opt
+from ..options import EXEMPLARS, FILE, gathered, input_options, offered, opt
 from ..request import Labels, Wish
 from ..values import Number
+from .grow import METHOD, growing, wish_of
 from .grow import OWN as GROWN
-from .grow import growing, wish_of
 
 GUIDED = tuple(slug for slug in METHODS if Ability.GUIDE in method_class(slug).supports)
 
@@ -34,20 +34,11 @@ OWN = (
         "reach", "--reach", type=click.IntRange(0, REACHES), default=0, show_default=True, metavar="PX",
         help="Pixels this near to a boundary count as partly of both labels.",
     ),
-    opt(
-        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *GUIDED]), default=AUTO_METHOD,
-        show_default=True,
-        help="How to grow; `intarsia methods` tells of each.",
-    ),
+    METHOD.but(type=click.Choice([AUTO_METHOD, *GUIDED]), help="How to grow; `intarsia methods` tells of each."),
     *(o for o in GROWN if o.field in ("explain", "wrap", "feather", "mixing", "level", "repair")),
 )  # fmt: skip
 
-UNION = {
-    name: (p, [slug for slug in owners if slug in GUIDED])
-    for name, (p, owners) in method_parameters({o.field for o in OWN}).items()
-    if any(slug in GUIDED for slug in owners)
-}
-PARAMETERS = tuple(method_option(p, owners, len(owners) == len(GUIDED)) for p, owners in UNION.values())
+UNION, PARAMETERS = offered(GUIDED, *OWN)
 
 
 def _wish(labels: tuple[str, ...], target: str, weight: float, reach: int, **given: Any) -> Wish:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ...arguments import FEATHER, MAX_PIXELS
+from ...arguments import MAX_PIXELS
 from ...errors import InputError, ParameterError
 from ..exits import CANCEL
 from ..options import FILE, KNOWN, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
 from ..report import Report
 from ..request import Inputs, Targets
 from ..values import Rectangle
-from .grow import check_stdout, finish_of
+from .grow import JOINS, check_stdout, finish_of
 
 if TYPE_CHECKING:
     from ...exemplar import Exemplar
@@ -30,17 +30,11 @@ class View(NamedTuple):
     window: tuple[int, int, int, int] | None
 
 
+FEATHER, MIXING, LEVEL = JOINS
 VIEW_OPTIONS = (
-    opt(
-        "feather", "--feather", type=click.IntRange(0, FEATHER), metavar="PX",
-        help="Soften the seams over so many px; by default as it was grown.",
-    ),
-    opt(
-        "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
-        help="How pieces mix within the feather; by default as it was grown.",
-    ),
-    opt(
-        "level", "--level", type=click.IntRange(0, FEATHER), metavar="PX",
+    FEATHER.but(help="Soften the seams over so many px; by default as it was grown."),
+    MIXING.but(help="How pieces mix within the feather; by default as it was grown."),
+    LEVEL.but(
         help="Even out steps of light and colour so far to either side of seams, 0: leave them; by default as it was "
         "grown.",
     ),

@@ -43,7 +43,7 @@ PICTURES = (
         "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
         help="The mask that was given: the hole that was healed, elsewhere the exemplar pixels that could be used.",
     ),
-    replace(DONORS, facts=DONORS.facts | {"help": "What new pixels were taken from, in place of the picture itself."}),
+    DONORS.but(help="What new pixels were taken from, in place of the picture itself."),
 )
 
 

@@ -10,24 +10,12 @@ import click
 from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError
 from ...methods.base import METHODS, Ability, method_class
-from ..options import (
-    EXEMPLARS,
-    FILE,
-    MAGNIFY,
-    SEED,
-    common,
-    gathered,
-    input_options,
-    method_option,
-    method_parameters,
-    opt,
-    report_options,
-)
+from ..options import EXEMPLARS, FILE, MAGNIFY, SEED, common, gathered, input_options, offered, opt, report_options
 from ..report import Report
 from ..request import Inputs, Loom, Wish
 from ..values import Position, Size
+from .grow import METHOD, wish_of
 from .grow import OWN as GROWN
-from .grow import wish_of
 
 ABLE = tuple(slug for slug in METHODS if Ability.WINDOW in method_class(slug).supports)
 MOST = 1 << 80  # px; cells and disk set the limit
@@ -37,20 +25,14 @@ OWN = (
         "size", "--size", "-s", type=Size(MOST), required=True, metavar="WIDTHxHEIGHT",
         help="Size of the output in px, one number for a square; as large as the disk allows.",
     ),
-    opt(
-        "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *ABLE]), default=AUTO_METHOD, show_default=True,
+    METHOD.but(
+        type=click.Choice([AUTO_METHOD, *ABLE]),
         help="How to grow; auto chooses, by what the exemplar is like, among those that make windows alone.",
     ),
     *(o for o in GROWN if o.field in ("explain", "feather", "mixing", "level")),
 )  # fmt: skip
 
-UNION = {
-    name: (p, [o for o in owners if o in ABLE])
-    for name, (p, owners) in method_parameters({o.field for o in OWN}).items()
-    if set(owners) & set(ABLE)
-}
-PARAMETERS = tuple(method_option(p, owners, len(owners) == len(ABLE)) for p, owners in UNION.values())
-
+UNION, PARAMETERS = offered(ABLE, *OWN)
 
 LOOM = (
     opt(
