@@ -63,7 +63,8 @@ def test_a_plain_canvas_is_the_window_at_the_origin() -> None:
 
 def test_windows_larger_than_a_cell_are_filled_by_cells(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = small(3)[-50:70, -40:60]
-    monkeypatch.setattr("intarsia.giant.texture.SIDE", 16)
+    for module in ("texture", "picture"):
+        monkeypatch.setattr(f"intarsia.giant.{module}.SIDE", 16)
     assert (small(3)[-50:70, -40:60] == whole).all()
     assert (small(3).draw(Box(-50, -40, 70, 60)) == whole).all()
 
@@ -91,7 +92,7 @@ def test_a_smaller_plane_is_averaged_in_its_own_windows() -> None:
     assert (rough[-9:23, 5:40][9:20, 3:30] == rough[0:11, 8:35]).all()
     whole = rough[-9:40, 5:60]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("intarsia.giant.texture.SIDE", 16)
+        patch.setattr("intarsia.giant.picture.SIDE", 16)
         assert (rough.draw(Box(-9, 5, 40, 60)) == whole).all()
 
 

@@ -25,7 +25,7 @@ from ..run import Run
 from .cells import Cell, Grid
 from .folder import check_folder
 from .ledger import Ledger, as_line, checksum, read_header
-from .picture import Picture, check_side, checked, header_of
+from .picture import Kept, Picture, check_side, checked, header_of
 from .tiffhead import START, directory, head, sizes_in
 
 AREA = 1 << 20  # px drawn together, about
@@ -56,21 +56,13 @@ class TiffPacker:
 
 
 @dataclass
-class TiffStore:
+class TiffStore(Kept):
     """A BigTIFF of a texture: ``PATH.part`` until it is whole, and ``PATH.ledger`` beside it.
 
     ``PATH.header`` holds the first line of the ledger once more, until the file is whole and tells its recipe itself.
     """
 
-    path: Path
-    printable: str
-    texture: Picture
-    origin: tuple[int, int]
-    grid: Grid
-    header: dict[str, Any]
-    force: bool
     packer: TiffPacker
-    ledger: Ledger | None = field(default=None, init=False)
     file: BinaryIO | None = field(default=None, init=False)
     ends: list[int] = field(default_factory=lambda: [START], init=False)  # where each tile ends, and the next begins
 
@@ -106,10 +98,10 @@ class TiffStore:
         """Begin or go on; the tiles that are there are checked, and what follows the last whole one is cut off."""
         check_folder(self.path, self.printable)
         whole.sweep(os.path.dirname(os.path.abspath(self.path)))
-        self.ledger = self._begun()
+        self._ledger = self._begun()
         done, count = self.path.exists(), len(self.tiles)
         self.file = whole.open_again(self.path if done else self.part, new=not done)
-        bad, kept = self._checked(self.ledger), len(self.ends) - 1
+        bad, kept = self._checked(), len(self.ends) - 1
         if done and (kept < count or bad):  # what is not whole does not bear the name
             self._tell_twice()
             os.replace(self.path, self.part)
@@ -117,19 +109,15 @@ class TiffStore:
             self.ledger.settle([str(n) for n in range(kept)])
         if kept < count:
             self.file.truncate(max(self.ends[-1], START))
-        return [
-            cell.number
-            for cell in self.grid
-            if any(n >= kept or n in bad for n in self._numbers(cell))
-        ]  # fmt: skip
+        return [cell.number for cell in self.grid if any(n >= kept or n in bad for n in self._numbers(cell))]
 
-    def _checked(self, ledger: Ledger) -> set[int]:
+    def _checked(self) -> set[int]:
         """Find where each tile ends that is there, up to the last good one; return the numbers of damaged ones."""
         assert self.file is not None
         bad, length = set[int](), self.file.seek(0, os.SEEK_END)
         self.file.seek(START)
         for number in range(len(self.tiles)):
-            entry = ledger.entries.get(str(number))
+            entry = self.ledger.entries.get(str(number))
             if entry is None or self.ends[-1] + entry.size > length:
                 break
             if checksum(self.file.read(entry.size)) != entry.digest:
@@ -147,7 +135,6 @@ class TiffStore:
     def put(self, cell: Cell, pieces: list[bytes]) -> None:
         """Append the tiles of a cell, or write them where they were damaged."""
         assert self.file is not None
-        assert self.ledger is not None
         for number, data in zip(self._numbers(cell), pieces, strict=True):
             begin, new = self.ends[number], number + 1 == len(self.ends)
             if not new and self.ends[number + 1] - begin != len(data):
@@ -163,7 +150,6 @@ class TiffStore:
     def finish(self, run: Run) -> None:
         """Write the head and the directory; then the file takes its name."""
         assert self.file is not None
-        assert self.ledger is not None
         where = self.ends[-1] + self.ends[-1] % 2
         tail = b"\0" * (where - self.ends[-1]) + self._directory(self.ends, where)
         for at, data in ((0, head(where)), (self.ends[-1], tail)):
@@ -180,10 +166,10 @@ class TiffStore:
         self._beside("header").unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Let go of the files."""
-        for held in (self.file, self.ledger):
-            if held is not None:
-                held.close()
+        """Let go of all files."""
+        super().close()
+        if self.file is not None:
+            self.file.close()
 
     def _begun(self) -> Ledger:
         """The ledger that is there, or a new one."""

@@ -18,9 +18,9 @@ from typing import Any
 from ..disk import whole
 from ..errors import InputError, IntarsiaError, ParameterError, ResourceError, printable
 from ..run import Run
-from .cells import Cell, Grid
+from .cells import Cell
 from .ledger import Ledger, read_header, sound
-from .picture import Picture
+from .picture import Kept
 
 LEDGER, HEADER = "weave.ledger", "weave.header"
 
@@ -30,17 +30,9 @@ FOLDERS = re.compile(rf"c(/{_N}){{0,2}}|image_files(/{_N})?")
 
 
 @dataclass
-class FolderStore(ABC):
+class FolderStore(Kept, ABC):
     """A folder, its ledger, and the files that say what it holds."""
 
-    path: Path
-    printable: str
-    texture: Picture
-    origin: tuple[int, int]
-    grid: Grid
-    header: dict[str, Any]
-    force: bool
-    ledger: Ledger | None = field(default=None, init=False)
     _ways: set[Path] = field(default_factory=set, init=False)  # folders that were found to be such
 
     @abstractmethod
@@ -68,20 +60,14 @@ class FolderStore(ABC):
 
     def open(self) -> Iterable[int]:
         """Begin or go on; yield the numbers of the cells of which a file is missing or damaged."""
-        self.ledger = self._begun()
+        self._ledger = self._begun()
         whole.sweep(self.path)
         return [cell.number for cell in self.grid if not all(self.sound(name) for name in self.files_of(cell))]
 
     def sound(self, name: str) -> bool:
         """Say whether a file is there as it was written."""
-        entry = self.known.entries.get(name)
+        entry = self.ledger.entries.get(name)
         return entry is not None and sound(self._place(name), entry)
-
-    @property
-    def known(self) -> Ledger:
-        """The ledger of the store, which must be open."""
-        assert self.ledger is not None
-        return self.ledger
 
     def put(self, cell: Cell, pieces: list[bytes]) -> None:
         """Write the files of a cell."""
@@ -93,16 +79,11 @@ class FolderStore(ABC):
         target = self._place(name)
         target.parent.mkdir(parents=True, exist_ok=True)
         whole.put(target, data, by=self.path)
-        self.known.add(name, data)
+        self.ledger.add(name, data)
 
     def finish(self, run: Run) -> None:
         """Put the ledger in order, so that equal stores are equal in all their files."""
-        self.known.settle(self.all_files())
-
-    def close(self) -> None:
-        """Let go of the ledger."""
-        if self.ledger is not None:
-            self.ledger.close()
+        self.ledger.settle(self.all_files())
 
     def _begun(self) -> Ledger:
         """The ledger that is there, or a new one; what the store holds is told in both places, for good."""

@@ -1,62 +1,152 @@
-"""What stores ask of an endless picture, and what is asked of them."""
+"""One plane of an endless texture, drawn anywhere; and what is asked of stores of it.
+
+Every window is made alone: the map of the window with the margin that feather and finish reach, then its rendering. So
+it never depends on what was drawn before, on the size of the pieces, or on who draws them.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterable
-from typing import Any, Protocol
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol, Self
 
 import numpy as np
 
 from ..arguments import called, pair, whole
-from ..errors import ParameterError
+from ..errors import ParameterError, said
+from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Plane
-from ..methods.base import WindowMethod
+from ..methods.base import WindowMethod, recipe_settings
+from ..rendering.render import render
 from ..run import Run
-from .cells import Cell, Grid
-from .ledger import ABOUT
+from ..sourcemap import Blend, SourceMap
+from ..synthesis import recipe_exemplars
+from ..version import VERSION
+from .cells import SIDE, Cell, Grid, check_near
+from .ledger import ABOUT, Ledger
 
 LEAST = 16  # px: shortest side of chunks and tiles
 
 
-class Picture(Protocol):
-    """One plane of an endless texture, drawn where it is asked for; :class:`.texture.Picture` is one."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Picture:
+    """One plane of an endless texture, drawn where it is asked for.
+
+    `exemplars`, `method`, with every parameter decided, and `seed`: what it is made of; `blend`: how pieces are joined;
+    `name`: the plane that is drawn.
+    """
+
+    exemplars: tuple[Exemplar, ...]
+    method: WindowMethod
+    seed: int
+    blend: Blend
+    name: str
 
     @property
-    def method(self) -> WindowMethod:
-        """What makes it, with every parameter decided."""
+    def planes(self) -> tuple[str, ...]:
+        """The names of all planes."""
+        return self.exemplars[0].drawn
+
+    def plane(self, name: str) -> Self:
+        """Return the same texture showing another plane, as ``texture.plane("normal")``."""
+        if not isinstance(name, str) or name not in self.planes:
+            raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(self.planes)}.")
+        return replace(self, name=name)
 
     @property
     def like(self) -> Plane:
-        """A plane of the kind, type and channels of what is drawn."""
+        """The plane of the exemplar that is shown: its type, kind, transfer and meta are those of every window."""
+        return self.exemplars[0].planes[self.name]
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """Type of a sample."""
+        """The type of the pixels, that of the exemplar."""
+        return self.like.pixels.dtype
 
     @property
     def channels(self) -> int:
-        """Channels, alpha included."""
+        """Channels of a pixel, opacity included."""
+        return self.like.channels
 
     @property
     def scale(self) -> tuple[int, int]:
-        """How many times larger, and how many times smaller, it is than its map."""
+        """How many times larger, and how many times smaller, the plane is than the map."""
+        own, base = self.like.height, self.exemplars[0].height
+        return max(own // base, 1), max(base // own, 1)
+
+    def shape_of(self, height: int, width: int) -> tuple[int, ...]:
+        """The shape of the array of a window."""
+        return (height, width) if self.like.pixels.ndim == 2 else (height, width, self.channels)
+
+    def draw(self, box: Box, run: Run | None = None) -> Array:
+        """Return the pixels (h, w[, C]) of a box; at most 2048 x 2048 px of the map are held at a time."""
+        step = max(2 * SIDE // self.scale[1], 1)
+        if max(box.height, box.width) <= step:
+            return self._drawn(box, run or Run(1))
+        out = np.empty(self.shape_of(box.height, box.width), self.dtype)
+        for cell in Grid(box.height, box.width, step, step):
+            at = cell.box
+            out[at.y0 : at.y1, at.x0 : at.x1] = self._drawn(at.moved(box.y0, box.x0), run or Run(1))
+        return out
+
+    def _drawn(self, box: Box, run: Run) -> Array:
+        """Draw a box in one piece: its map with the margin that feather and finish reach, then the rendering."""
+        inner, (grow, shrink) = self.map_box(box), self.scale
+        outer = self._around(inner)
+        reach = inner.y0 - outer.y0
+        part = Box(reach, reach, reach + inner.height, reach + inner.width)
+        pixels = render(self.exemplars, self.map(outer, run), self.name, self.blend, part, run).pixels
+        dy, dx = box.y0 - inner.y0 * grow // shrink, box.x0 - inner.x0 * grow // shrink
+        return pixels[dy : dy + box.height, dx : dx + box.width]
+
+    def _around(self, inner: Box) -> Box:
+        """A box of the map with what feather and finish reach around it."""
+        reach = (self.blend.feather + 1) // 2 + sum(f.radius for f in self.blend.finish)
+        reach = -(-reach // self.scale[1]) * self.scale[1]
+        return Box(inner.y0 - reach, inner.x0 - reach, inner.y1 + reach, inner.x1 + reach)
+
+    def map(self, box: Box, run: Run | None = None) -> SourceMap:
+        """Return which exemplar pixel every pixel of a box is; px of the map, which larger planes show larger."""
+        return self.method.window(self.exemplars, box, self.seed, run or Run(1))
+
+    def map_box(self, box: Box) -> Box:
+        """The box of the map that a box of the plane shows; ParameterError where it lies too far away."""
+        grow, shrink = self.scale
+        found = Box(
+            box.y0 // grow * shrink, box.x0 // grow * shrink, -(-box.y1 // grow) * shrink, -(-box.x1 // grow) * shrink
+        )
+        check_near(found)
+        return found
+
+    @property
+    def recipe(self) -> dict[str, Any]:
+        """All that a pixel depends on, beside its place; but of functions among the parameters only the names."""
+        return {
+            "intarsia": VERSION,
+            "method": self.method.slug,
+            "parameters": recipe_settings(self.method),
+            "seed": self.seed,
+            "blend": self.blend.as_recipe,
+            "exemplars": recipe_exemplars(self.exemplars),
+            "plane": self.name,
+        }
+
+    def recipe_over(self, box: Box) -> dict[str, Any]:
+        """All that the pixels of a box depend on: functions with a hash of all that they say for it.
+
+        They are asked for the whole box, in pieces; that is quick beside drawing it.
+        """
+        around = self._around(self.map_box(box))
+        return self.recipe | {"parameters": recipe_settings(self.method, self.exemplars, around)}
 
     @property
     def digest(self) -> str:
-        """What all its pixels follow from, as a hash."""
-
-    def shape_of(self, height: int, width: int) -> tuple[int, ...]:
-        """Shape of the array of a box of so many px."""
-
-    def draw(self, box: Box, run: Run | None = None) -> Array:
-        """Draw a box of it."""
-
-    def map_box(self, box: Box) -> Box:
-        """Return the box of the map under a box of pixels; refused where it lies too far away."""
-
-    def recipe_over(self, box: Box) -> dict[str, Any]:
-        """Return all that the pixels of a box follow from."""
+        """SHA-256 of the recipe, as 64 hexadecimal digits."""
+        return hashlib.sha256(json.dumps(self.recipe, sort_keys=True).encode()).hexdigest()
 
 
 class Packer(Protocol):
@@ -103,6 +193,31 @@ class Store(Protocol):
 
     def close(self) -> None:
         """Let go of all files."""
+
+
+@dataclass
+class Kept:
+    """What is known of a store of this package before it is opened; its ledger comes when it is."""
+
+    path: Path
+    printable: str
+    texture: Picture
+    origin: tuple[int, int]
+    grid: Grid
+    header: dict[str, Any]
+    force: bool
+    _ledger: Ledger | None = field(default=None, init=False)
+
+    @property
+    def ledger(self) -> Ledger:
+        """The ledger of the store, which must be open."""
+        assert self._ledger is not None
+        return self._ledger
+
+    def close(self) -> None:
+        """Let go of all files."""
+        if self._ledger is not None:
+            self._ledger.close()
 
 
 def header_of(
