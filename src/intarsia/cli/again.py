@@ -32,14 +32,12 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
         sources = wish.labels.sources
         for path in sources if len(sources) == len(order.sets) else sources[order.lot : order.lot + 1]:
             said += ["--labels", path]
-        said += ["--target", wish.labels.target, "--weight", str(wish.labels.weight), "--reach", str(wish.labels.reach)]
+        said += given(target=wish.labels.target, weight=wish.labels.weight, reach=wish.labels.reach)
     said += ["-o", next(iter(order.pictures.values()))]
     said += ["--size", "x".join(map(str, order.size))] * (verb == "grow")
-    said += ["--seed", str(seed), *joining_options(wish)]
-    said += ["--wrap", wish.wrap] * (wish.wrap != "none")
-    said += ["--depth", str(targets.depth)] * (targets.depth is not None)
     lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
-    said += ["--repair", str(wish.repair)] * (wish.repair > 0 and not lattice)
+    said += ["--seed", str(seed), *joining_options(wish), *given(wrap=None if wish.wrap == "none" else wish.wrap)]
+    said += given(depth=targets.depth, repair=None if lattice else wish.repair or None)
     said += ["--force"] * targets.force
     always = ("tolerance",) if healed else ()  # heal has a usual one of its own
     return shlex.join(["intarsia", *said, "--method", method.slug, *options_of(method, wish.pictures, always)])
@@ -50,10 +48,7 @@ def weave_command_of(method: Method, out: str, sets: Sequence[Set], inputs: Inpu
     assert wish.size is not None
     said = ["weave", *pictures_of(sets), *inputs_of(inputs), "-o", out, "--size", "x".join(map(str, wish.size))]
     said += ["--origin", ",".join(map(str, loom.origin))] * any(loom.origin)
-    said += ["--chunk", str(loom.chunk)] * (loom.chunk is not None)
-    said += ["--executor", str(loom.executor)] * (loom.executor is not None)
-    said += ["--dask", str(loom.dask)] * (loom.dask is not None)
-    said += ["--seed", str(loom.seed), *joining_options(wish)]
+    said += given(chunk=loom.chunk, executor=loom.executor, dask=loom.dask, seed=loom.seed) + joining_options(wish)
     return shlex.join(["intarsia", *said, "--method", method.slug, *options_of(method, wish.pictures)])
 
 
@@ -76,11 +71,13 @@ def inputs_of(inputs: Inputs) -> list[str]:
 
 def joining_options(wish: Wish) -> list[str]:
     """Return the options on how pieces are joined, as far as they were given."""
-    said = ["--feather", str(wish.feather)] * (wish.feather is not None)
-    said += ["--mixing", str(wish.mixing)] * (wish.mixing is not None)
-    if wish.finish is not None:
-        said += ["--level", str(wish.finish[0].radius if wish.finish else 0)]
-    return said
+    level = None if wish.finish is None else wish.finish[0].radius if wish.finish else 0
+    return given(feather=wish.feather, mixing=wish.mixing, level=level)
+
+
+def given(**values: Any) -> list[str]:
+    """Return the options of these names, but for those without a value."""
+    return [word for name, value in values.items() if value is not None for word in (f"--{name}", str(value))]
 
 
 def options_of(method: Method, pictures: Mapping[str, str], always: tuple[str, ...] = ()) -> list[str]:

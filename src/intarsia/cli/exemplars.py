@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from ..image import Plane
 from ..tasks.starts import grown_hole
 from .adapt import adapted
 from .report import Report
-from .request import Inputs, Wish
+from .request import Begin, Inputs, Wish
 
 Set = dict[str, str]
 """The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
@@ -25,9 +24,7 @@ Set = dict[str, str]
 
 def sets_of(inputs: Inputs, report: Report) -> list[Set]:
     """Sort the files into exemplars, add what --map and --mask name, and tell how they were read."""
-    sets: list[Set] = [
-        {name: os.fspath(path) for name, path in found.items()} for found in files.group(inputs.files, inputs.how)
-    ]
+    sets = _grouped(inputs.files, inputs.how)
     by_name: dict[str, list[str]] = {}
     for name, path in [*inputs.maps, *(("mask", path) for path in inputs.masks)]:
         by_name.setdefault(name, []).append(path)
@@ -50,9 +47,11 @@ def sets_of(inputs: Inputs, report: Report) -> list[Set]:
 
 def donors_of(inputs: Inputs) -> list[Set]:
     """Sort the files of --from into exemplars."""
-    if not inputs.donors:
-        return []
-    return [{name: os.fspath(path) for name, path in found.items()} for found in files.group(inputs.donors, "auto")]
+    return _grouped(inputs.donors, "auto")
+
+
+def _grouped(paths: tuple[str, ...], how: str) -> list[Set]:
+    return [{name: os.fspath(path) for name, path in found.items()} for found in files.group(paths, how)]
 
 
 def stem_of(found: Set) -> str:
@@ -72,7 +71,8 @@ class Shelf:
     """Reads exemplars when they are asked for and keeps the last, so that a long batch does not fill memory."""
 
     def __init__(self, lots: list[list[Set]], inputs: Inputs, report: Report, wish: Wish | None = None) -> None:
-        self.lots, self.inputs, self._report, self._wish = lots, inputs, report, wish
+        self.lots, self.inputs, self._report = lots, inputs, report
+        self._begin, self._wrap = (wish and wish.begin) or Begin(), Wrap(wish.wrap if wish else "none")
         self._held: tuple[int, tuple[Exemplar, ...]] | None = None
 
     def get(self, number: int) -> tuple[Exemplar, ...]:
@@ -84,9 +84,7 @@ class Shelf:
 
     def hole(self, number: int, base: Plane, name: str) -> NDArray[np.bool_]:
         """Read the hole of the picture of a lot, whose base plane is `base`."""
-        assert self._wish is not None
-        assert self._wish.begin is not None
-        holes = self._wish.begin.holes
+        holes = self._begin.holes
         return hole_of(holes[number if len(holes) > 1 else 0], self.lots[number][0], base, name)
 
     def warn(self, *lines: str) -> None:
@@ -96,17 +94,14 @@ class Shelf:
                 self._report.warn(line)
 
     def _read(self, found: Set, number: int, n: int) -> Exemplar:
-        begin = None if self._wish is None or n else self._wish.begin
-        unused = partial(self._unused, number) if begin is not None and begin.holes else None
-        exemplar = files.read_set(found, alpha=self.inputs.alpha, unused=unused)
+        def unused(base: Plane, name: str) -> NDArray[np.bool_]:
+            """What of a picture is filled anew, so that it does not matter what is there."""
+            return grown_hole(self.hole(number, base, name), self._begin.grow or 0, self._wrap)
+
+        healed = self._begin.holes and not n
+        exemplar = files.read_set(found, alpha=self.inputs.alpha, unused=unused if healed else None)
         before = list(self._report.warnings)
         return adapted(exemplar, self.inputs, lambda line: None if line in before else self._report.warn(line))
-
-    def _unused(self, number: int, base: Plane, name: str) -> NDArray[np.bool_]:
-        """What of a picture is filled anew, so that it does not matter what is there."""
-        assert self._wish is not None
-        assert self._wish.begin is not None
-        return grown_hole(self.hole(number, base, name), self._wish.begin.grow or 0, Wrap(self._wish.wrap))
 
 
 def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray[np.bool_]:

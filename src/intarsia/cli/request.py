@@ -51,22 +51,12 @@ class Inputs:
 
     def recipe(self) -> dict[str, Any]:
         """Return what a recipe must say of it: all that differs from the plain file, but no path."""
-        said: dict[str, Any] = {}
-        if self.alpha != "auto":
-            said["alpha"] = self.alpha
-        if self.avoid is not None:
-            said["avoid"] = "#" + bytes(self.avoid).hex()
-        if self.toroidal:
-            said["toroidal"] = True
-        if self.crop is not None:
-            said["crop"] = list(self.crop)
-        if self.scale != 1:
-            said["scale"] = f"1/{self.scale}"
-        if self.flatten:
-            said["flatten"] = True
-        if self.magnify != 1:
-            said["magnify"] = self.magnify
-        return said
+        said = {
+            "alpha": self.alpha, "avoid": self.avoid and "#" + bytes(self.avoid).hex(), "toroidal": self.toroidal,
+            "crop": self.crop and list(self.crop), "scale": f"1/{self.scale}", "flatten": self.flatten,
+            "magnify": self.magnify,
+        }  # fmt: skip
+        return {name: said[name] for name in said if getattr(self, name) != getattr(Inputs, name)}
 
 
 @dataclass(frozen=True)

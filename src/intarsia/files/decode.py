@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -184,7 +185,9 @@ def _full_mode(image: Any) -> str:
     return mode if mode in ("LA", "RGBA", "I;16") else "RGBA" if clear else "RGB"
 
 
-def _by_oiio(picture: PictureFile, data: bytes | None = None) -> Decoded:
+@contextmanager
+def opened(picture: PictureFile, data: bytes | None = None) -> Iterator[tuple[Any, str]]:
+    """Open a picture by OpenImageIO, or `data` in its place; also tell by which path, which errors hold."""
     import OpenImageIO as oiio
 
     with picture.plain_path(data) as path:
@@ -194,12 +197,17 @@ def _by_oiio(picture: PictureFile, data: bytes | None = None) -> Decoded:
         if file is None:
             raise headers.damaged(picture.name, oiio.geterror().replace(path, "file"))
         try:
-            spec = file.spec()
-            first, stop, chosen, dtype = _what_to_read(picture, spec)
-            pixels = _bands(file, spec, first, stop, dtype)
-            error = file.geterror()
+            yield file, path
         finally:
             file.close()
+
+
+def _by_oiio(picture: PictureFile, data: bytes | None = None) -> Decoded:
+    with opened(picture, data) as (file, path):
+        spec = file.spec()
+        first, stop, chosen, dtype = _what_to_read(picture, spec)
+        pixels = _bands(file, spec, first, stop, dtype)
+        error = file.geterror()
     if pixels is None or error:
         raise headers.damaged(picture.name, error.replace(path, "file") or "no pixels came")
     if chosen != list(range(pixels.shape[2])):

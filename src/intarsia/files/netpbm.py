@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -26,18 +27,18 @@ HEADER = 1 << 20
 def decode_netpbm(data: bytes, name: str) -> Array:
     """Read any netpbm picture; grey is (H, W), colour (H, W, 3), pixels are scaled to the full range."""
     kind = data[1:2]
-    if kind in b"Ff":
-        return _float(data, name, 3 if kind == b"F" else 1)
-    channels = 3 if kind in b"36" else 1
+    channels = 3 if kind in b"36F" else 1
     width, pos = _header_number(data, 2, name, "width")
     height, pos = _header_number(data, pos, name, "height")
     check_size(name, width, height)
+    shape = (height, width) if channels == 1 else (height, width, 3)
+    if kind in b"Ff":
+        return _float(data, pos, name, shape)
     maxval = 1
     if kind not in b"14":
         maxval, pos = _header_number(data, pos, name, "maximum")
         if not 1 <= maxval <= 65535:
             raise InputError(f"{name} has the maximum value {maxval}; allowed are 1 to 65535, so save it again.")
-    shape = (height, width) if channels == 1 else (height, width, 3)
     if kind in b"123":
         values = _written_out(data[pos:], height * width * channels, name, bits=kind == b"1")
     elif kind == b"4":
@@ -159,11 +160,8 @@ def _full_range(values: Array, maxval: int) -> Array:
     return np.asarray(table.astype(dtype)[values])
 
 
-def _float(data: bytes, name: str, channels: int) -> Array:
+def _float(data: bytes, pos: int, name: str, shape: tuple[int, ...]) -> Array:
     """PFM: rows from the bottom up; the sign of the scale tells the byte order, its size is ignored."""
-    width, pos = _header_number(data, 2, name, "width")
-    height, pos = _header_number(data, pos, name, "height")
-    check_size(name, width, height)
     found = _TOKEN.match(data, pos, pos + HEADER)
     try:
         scale = float(found[1]) if found else 0.0
@@ -172,6 +170,5 @@ def _float(data: bytes, name: str, channels: int) -> Array:
     if not found or not np.isfinite(scale) or scale == 0.0:
         raise InputError(f"{name} states no scale in its header; it is damaged, save it again.")
     dtype = np.dtype("<f4" if scale < 0 else ">f4")
-    values = _raw(data, found.end(), width * height * channels, dtype, name).astype(np.float32)
-    shape = (height, width) if channels == 1 else (height, width, 3)
+    values = _raw(data, found.end(), prod(shape), dtype, name).astype(np.float32)
     return np.ascontiguousarray(values.reshape(shape)[::-1])

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..errors import InputError, printable
 from . import headers, png
+from .decode import opened
 from .encode import MARK
 from .source import PictureFile, look
 
@@ -87,15 +88,7 @@ def _text_by_pillow(picture: PictureFile) -> str:
 
 
 def _text_by_oiio(picture: PictureFile) -> str:
-    import OpenImageIO as oiio
-
     if picture.format == "exr":
         headers.exr(picture.head(), picture.name)
-    with picture.plain_path() as path:
-        file = oiio.ImageInput.open(path)
-        if file is None:
-            raise headers.damaged(picture.name, oiio.geterror().replace(path, "file"))
-        try:
-            return str(file.spec().get_string_attribute("ImageDescription"))
-        finally:
-            file.close()
+    with opened(picture) as (file, _):
+        return str(file.spec().get_string_attribute("ImageDescription"))

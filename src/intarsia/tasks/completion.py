@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..analysis.features import Features, features
+from ..analysis.features import features
 from ..analysis.rim import rim_of
 from ..arguments import MARGIN, chosen, expect, whole_within
 from ..choosing.auto import AUTO_METHOD, Auto
@@ -144,9 +144,11 @@ def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> 
     """
     best: Synthesis | None = None
     least, refused, scene = 0, None, plan.scene
-    feats = features(scene.exemplars)
     run = run_of(run)
-    run.notes.extend(rim_left(scene, feats))
+    if more := rim_around(scene):
+        grow = scene.recipe.get("heal", {}).get("grow", 0) + more
+        seen = "pixels at the edge of the hole look like a rim of what was there"
+        run.notes.append(f"{seen}; --grow {grow} would cover it.")
     for attempt in attempts(scene, plan.method):
         try:
             made = filled(scene, attempt, seed, Blend(0), run)
@@ -155,7 +157,7 @@ def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> 
                 raise
             refused = refused or e
             continue
-        cost = seam_total(feats, scene.exemplars, made.map)
+        cost = seam_total(features(scene.exemplars), scene.exemplars, made.map)
         if best is None or cost < least:
             best, least = made, cost
     if best is None:
@@ -169,23 +171,14 @@ def healed_scene(
 ) -> Scene:
     """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
     scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)
-    more = rim_around(scene, features(scene.exemplars)) if grow is None else 0
+    more = rim_around(scene) if grow is None else 0
     return scene_to_heal(picture, hole, donors, wrap, more) if more else scene
 
 
-def rim_around(scene: Scene, feats: Features) -> int:
+def rim_around(scene: Scene) -> int:
     """By how many px the hole of a scene must grow to cover a rim of the defect; 0 where none is seen."""
     assert scene.canvas.start is not None
-    return rim_of(feats.pictures[0], scene.canvas.start.holes, scene.exemplars[0].usable)
-
-
-def rim_left(scene: Scene, feats: Features) -> tuple[str, ...]:
-    """Say so where a rim of the defect seems to be left outside of the hole, and how far it must grow."""
-    more = rim_around(scene, feats)
-    if not more:
-        return ()
-    grow = scene.recipe.get("heal", {}).get("grow", 0) + more
-    return (f"pixels at the edge of the hole look like a rim of what was there; --grow {grow} would cover it.",)
+    return rim_of(features(scene.exemplars).pictures[0], scene.canvas.start.holes, scene.exemplars[0].usable)
 
 
 def exacting(slug: str, values: dict[str, Any]) -> Method:

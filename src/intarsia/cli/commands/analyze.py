@@ -125,40 +125,36 @@ def command(inputs: Inputs, pictures: OverlayFiles, report: Report) -> None:
     report.result(results[0] if len(results) == 1 else {"results": results})
 
 
-@dataclass(frozen=True)
-class AnalysisFiles:
-    """The files of one exemplar: kinds of overlays, and planes of the best tile."""
-
-    overlays: tuple[tuple[str, str], ...]
-    tile: dict[str, str]
+Plan = tuple[list[tuple[str, str]], dict[str, str]]
+"""The files of one exemplar: kinds of overlays with theirs, and those of planes of the best tile."""
 
 
-def _plan(pictures: OverlayFiles, found: dict[str, str], seen: set[str]) -> AnalysisFiles:
+def _plan(pictures: OverlayFiles, found: dict[str, str], seen: set[str]) -> Plan:
     """Name the files, and refuse what cannot be written before anything is looked at."""
     from ...files import format_of
     from ..exemplars import stem_of
     from ..outputs import check_all, filled_name, plane_files
 
     fields = {"stem": stem_of(found), "seed": 0, "method": "", "w": "", "h": ""}
-    overlays = tuple((kind, filled_name(path, fields)) for kind, path in pictures.overlays)
+    overlays = [(kind, filled_name(path, fields)) for kind, path in pictures.overlays]
     tile = {} if pictures.best_tile is None else plane_files(filled_name(pictures.best_tile, fields), found)
     paths = [path for _, path in overlays] + list(tile.values())
     for path in paths:
         if path != "-":
             format_of(path)
     check_all(paths, pictures.force, seen)
-    return AnalysisFiles(overlays, tile)
+    return overlays, tile
 
 
-def _write(found: Findings, plan: AnalysisFiles, answer: dict[str, Any], force: bool) -> None:
+def _write(found: Findings, plan: Plan, answer: dict[str, Any], force: bool) -> None:
     """Write the pictures of one exemplar, all or none, and tell where they are."""
     from ... import files
     from ..outputs import Staging
 
-    drawn = [(path, kind, found.overlay(kind)) for kind, path in plan.overlays]
-    if plan.tile:
+    drawn = [(path, kind, found.overlay(kind)) for kind, path in plan[0]]
+    if plan[1]:
         tile = found.best_tile()
-        drawn += [(path, name, tile.planes[name]) for name, path in plan.tile.items()]
+        drawn += [(path, name, tile.planes[name]) for name, path in plan[1].items()]
         base = next(iter(tile.planes.values()))
         answer["best_tile"] = {
             "corner": list(tile.corner),
