@@ -30,11 +30,7 @@ def sets_of(inputs: Inputs, report: Report) -> list[Set]:
         by_name.setdefault(name, []).append(path)
     for name, paths in by_name.items():
         option = "--mask" if name == "mask" else f"--map {name}="
-        if len(paths) != len(sets):
-            raise ParameterError(
-                f"{option}: {len(paths)} given for {len(sets)} exemplar{'s' * (len(sets) > 1)}; "
-                "give it once for each, in the same order."
-            )
+        check_each(option, len(paths), len(sets))
         for found, path in zip(sets, paths, strict=True):
             if name in found:
                 raise ParameterError(f"{option}: {found[name]} already is the plane {name}; drop one of the two.")
@@ -43,6 +39,13 @@ def sets_of(inputs: Inputs, report: Report) -> list[Set]:
         for line in files.describe([{**found} for found in sets]).splitlines():
             report.note(line)
     return sets
+
+
+def check_each(option: str, given: int, several: int) -> None:
+    """Refuse an option that is not given once for each exemplar."""
+    if given != several:
+        number = f"{given} given for {several} exemplar{'s' * (several > 1)}"
+        raise ParameterError(f"{option}: {number}; give it once for each, in the same order.")
 
 
 def donors_of(inputs: Inputs) -> list[Set]:

@@ -6,24 +6,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from .. import files
-from ..errors import InputError, ParameterError
+from ..errors import InputError
 from ..exemplar import Exemplar
 from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from .adapt import adapted
-from .exemplars import Shelf
+from .exemplars import Shelf, check_each
 from .request import Labels
 
 
 def guide_of(labels: Labels, shelf: Shelf, lot: int, exemplars: Sequence[Exemplar]) -> Guide:
     """Read the label pictures of a lot of exemplars and the target, or refuse them in one line."""
     sources = labels.sources if len(shelf.lots) == 1 else labels.sources[lot : lot + 1]
-    several = sum(len(found) for found in shelf.lots)
-    if len(labels.sources) != several:
-        raise ParameterError(
-            f"--labels: {len(labels.sources)} given for {several} exemplar{'s' * (several > 1)}; "
-            "give it once for each, in the same order."
-        )
+    check_each("--labels", len(labels.sources), sum(map(len, shelf.lots)))
     planes = [files.read_plane(path, Kind.LABEL) for path in (*sources, labels.target)]
     for path, plane, found, e in zip(sources, planes, shelf.lots[lot], exemplars, strict=False):
         _check_size(path, plane, next(iter(found.values())), e, shelf)

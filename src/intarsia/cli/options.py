@@ -179,18 +179,15 @@ def input_options(*files: Opt, without: tuple[str, ...] = ()) -> Callable[[Comma
     """Add the options on exemplars; `files` declares how the pictures themselves are given."""
     kept = [o for o in INPUT_OPTIONS if o.field not in without]
     add = gathered(*files, *kept, into="inputs", make=_inputs)
-    return lambda command: add(_max_pixels(command))
-
-
-def _max_pixels(command: Command) -> Command:
-    """Add --max-pixels, which holds while the command runs."""
-    return click.option(
+    limit = click.option(
         "--max-pixels", type=click.IntRange(1), metavar="N", expose_value=False, callback=_allow,
         help="Most pixels of a picture that is read. Default: 67108864 (8192x8192), or what INTARSIA_MAX_PIXELS says.",
-    )(command)  # fmt: skip
+    )  # fmt: skip
+    return lambda command: add(limit(command))
 
 
 def _allow(ctx: click.Context, param: click.Parameter, value: int | None) -> None:
+    """Let --max-pixels hold while the command runs."""
     if not ctx.resilient_parsing:
         ctx.with_resource(allowing(value))
 

@@ -38,7 +38,8 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
     if target is None:
         raise ParameterError(f"{fmt} is no format; choose one of {', '.join(known)}.")
     check_holds(target, plane)
-    pixels = _storable(plane)
+    bits = plane.pixels.dtype == bool
+    pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if bits else plane.samples)
     text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
     icc = plane.meta.get("icc") if target.icc else None
     if target.name in ("ppm", "pgm", "pfm"):
@@ -79,13 +80,6 @@ def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: tu
 def _any_of(words: list[str]) -> str:
     words = words[:4]
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
-
-
-def _storable(plane: Plane) -> Array:
-    pixels = plane.samples
-    if pixels.dtype == bool:
-        pixels = pixels.astype(np.uint8) * np.uint8(255)
-    return np.ascontiguousarray(pixels)
 
 
 def _bytes_by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:

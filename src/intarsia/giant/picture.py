@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, Self
@@ -87,10 +87,20 @@ class Picture:
         step = max(2 * SIDE // self.scale[1], 1)
         if max(box.height, box.width) <= step:
             return self._drawn(box, run or Run(1))
+        return self._filled(box, step, lambda part: self._drawn(part, run or Run(1)), map)
+
+    def _filled(self, box: Box, side: int, draw: Callable[[Box], Array], each: Callable[..., Iterable[Any]]) -> Array:
+        """Draw a box in pieces of `side` px, the first alone, as it prepares what the others share."""
         out = np.empty(self.shape_of(box.height, box.width), self.dtype)
-        for cell in Grid(box.height, box.width, step, step):
+
+        def fill(cell: Cell) -> None:
             at = cell.box
-            out[at.y0 : at.y1, at.x0 : at.x1] = self._drawn(at.moved(box.y0, box.x0), run or Run(1))
+            out[at.y0 : at.y1, at.x0 : at.x1] = draw(at.moved(box.y0, box.x0))
+
+        cells = iter(Grid(box.height, box.width, side, side))
+        fill(next(cells))
+        for _ in each(fill, cells):
+            pass
         return out
 
     def _drawn(self, box: Box, run: Run) -> Array:

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..draws import check_seed
@@ -19,7 +17,7 @@ from ..rendering.render import check_alike
 from ..run import Run, run_of
 from ..sourcemap import Blend
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
-from .cells import SIDE, Grid, box_of, check_memory, sides_of
+from .cells import SIDE, box_of, check_memory, sides_of
 from .picture import Picture
 
 if TYPE_CHECKING:
@@ -58,17 +56,8 @@ class Weave(Picture):
         self.map_box(box)
         if box.height * box.width <= 2 * SIDE * SIDE:
             return self.draw(box)
-        out = np.empty(self.shape_of(box.height, box.width), self.dtype)
-        cells = list(Grid(box.height, box.width, SIDE, SIDE))
-
-        def fill(n: int) -> None:
-            at = cells[n].box
-            out[at.y0 : at.y1, at.x0 : at.x1] = self.draw(at.moved(box.y0, box.x0))
-
-        fill(0)  # prepares what the others share
         with Run().pool() as each:
-            each(fill, range(1, len(cells)))
-        return out
+            return self._filled(box, SIDE, self.draw, each)
 
     def to_dask(self, shape: Sides, chunks: Any = SIDE, origin: tuple[int, int] = (0, 0)) -> Any:
         """Return a dask array whose blocks are windows; nothing is drawn before it is computed.

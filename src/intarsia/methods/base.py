@@ -106,6 +106,13 @@ def recipe_settings(
     return out
 
 
+def method_of(slug: str, settings: dict[str, Any]) -> Method:
+    """Make a method again from its parameters as recipes hold them; ParameterError where they cannot be."""
+    kinds = {p.name: p.kind for p in params.parameters(method_class(slug))}
+    flipped = {n: v[::-1] if kinds.get(n) == "extent" else v for n, v in settings.items() if isinstance(v, list)}
+    return make(slug, settings | {n: tuple(v) for n, v in flipped.items()})
+
+
 def keeps_lattice(method: Method) -> bool:
     """Say whether a method lays its pieces on a lattice."""
     return any(p.name == "lattice" for p in params.parameters(method)) and traits(method).snap == "on"

@@ -13,8 +13,7 @@ from scipy.ndimage import distance_transform_cdt
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, Wrap
 from ..image import Array
-from ..methods.base import make
-from ..params import parameters
+from ..methods.base import method_of
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Synthesis, synthesize
 from ..tasks.repair import repair
@@ -86,16 +85,11 @@ def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
     """Run a recipe (JSON, without a start map) again on its exemplars."""
     recipe_read = json.loads(recipe)
     assert [s["sha256"] for s in recipe_read["exemplars"]] == [e.digest for e in exemplars]
-    kinds = {p.name: p.kind for p in parameters(make(recipe_read["method"], {}))}
-    values = {
-        name: value[::-1] if kinds[name] == "extent" and isinstance(value, list) else value
-        for name, value in recipe_read["parameters"].items()
-    }
     width, height = recipe_read["size"]
     made = synthesize(
         exemplars,
         (height, width),
-        make(recipe_read["method"], values),
+        method_of(recipe_read["method"], recipe_read["parameters"]),
         seed=recipe_read["seed"],
         wrap=recipe_read["wrap"],
         blend=Blend.of(recipe_read["blend"]),

@@ -9,8 +9,7 @@ import click
 
 from ...arguments import MOST_PASSES, TIMES
 from ...errors import InputError, ParameterError
-from ...methods.base import make, method_class
-from ...params import parameters
+from ...methods.base import method_of
 from ...version import VERSION
 from ..options import (
     ALPHA,
@@ -135,15 +134,14 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     from ...sourcemap import Blend
 
     try:
-        kinds = {p.name: p.kind for p in parameters(method_class(recipe["method"]))}
-        given = {k: _value(kinds.get(k, ""), v) for k, v in recipe["parameters"].items()}
+        method = method_of(recipe["method"], {**recipe["parameters"]})
         width, height = (_whole(n) for n in recipe["size"])
         blend = recipe["blend"]
         if not isinstance(recipe["exemplars"], list) or not recipe["exemplars"]:
             raise ValueError
         for entry in recipe["exemplars"]:
             str(entry["sha256"])
-        method, begin = make(recipe["method"], given), _begin(recipe)
+        begin = _begin(recipe)
         size = (width, height) if begin is None else None
         _whole(blend["feather"])
         joined = Blend.of(blend)
@@ -277,12 +275,6 @@ def _begin(recipe: dict[str, Any]) -> Begin | None:
 
 def _damaged(name: str) -> InputError:
     return InputError(f"the recipe of {name} is damaged, or of an unknown version; grow it again.")
-
-
-def _value(kind: str, value: Any) -> Any:
-    if isinstance(value, list):
-        return tuple(reversed(value)) if kind == "extent" else tuple(value)
-    return value
 
 
 def _whole(value: Any, low: int | None = None, high: int | None = None) -> int:
