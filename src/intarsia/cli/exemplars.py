@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,12 @@ from .. import files
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
-from ..image import Plane
+from ..guide import Guide, numbered
+from ..image import Kind, Plane
 from ..tasks.starts import grown_hole
 from .adapt import adapted
 from .report import Report
-from .request import Begin, Inputs, Wish
+from .request import Begin, Inputs, Labels, Wish
 
 Set = dict[str, str]
 """The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
@@ -89,6 +91,24 @@ class Shelf:
         """Read the hole of the picture of a lot, whose base plane is `base`."""
         holes = self._begin.holes
         return hole_of(holes[number if len(holes) > 1 else 0], self.lots[number][0], base, name)
+
+    def guide(self, labels: Labels, lot: int) -> Guide:
+        """Read the label pictures of a lot and the target; those are as large as the exemplars, and cut as they are."""
+        check_each("--labels", len(labels.sources), sum(map(len, self.lots)))
+        sources = labels.sources if len(self.lots) == 1 else labels.sources[lot : lot + 1]
+        paths = (*sources, labels.target)
+        planes = [files.read_plane(path, Kind.LABEL) for path in paths]
+        for path, plane, found, e in zip(sources, planes, self.lots[lot], self.get(lot), strict=False):
+            first, whole = next(iter(found.values())), self.inputs.crop is None and self.inputs.scale == 1
+            size = e.base if whole else files.read_plane(first)
+            if (plane.width, plane.height) != (size.width, size.height):
+                said = f"{plane.width}x{plane.height} px, {first} is {size.width}x{size.height}"
+                raise InputError(f"the labels {path} are {said}; make them equal.")
+        *beside, target = numbered(list(zip(paths, planes, strict=True)), self.warn)
+        inputs = replace(self.inputs, avoid=None, toroidal=False)
+        alone = [Exemplar.of({"labels": plane}, name=path) for path, plane in zip(sources, beside, strict=True)]
+        cut = [adapted(e, inputs, lambda line: None).base for e in alone]
+        return Guide(cut, target, labels.weight, labels.reach)
 
     def warn(self, *lines: str) -> None:
         """Tell of what may be wrong, once."""

@@ -22,7 +22,6 @@ from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
 from ..tasks.starts import Margins, extension
 from .exemplars import Set, Shelf, stem_of
-from .labels import guide_of
 from .outputs import filled_name, plane_files, usual_files, usual_name
 from .request import Targets, Wish
 
@@ -85,7 +84,7 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
     exemplars, begin, wrap = as_exemplars(list(shelf.get(lot))), wish.begin, Wrap(wish.wrap)
     if begin is None:
         if guide is None and wish.labels is not None:
-            guide = guide_of(wish.labels, shelf, lot, exemplars)
+            guide = shelf.guide(wish.labels, lot)
         size = None if wish.size is None or guide is not None else small_of(wish.size, exemplars[0].times)[::-1]
         start, rim = (None, None) if wish.start is None else (SourceMap.load(wish.start[0]), wish.start[1])
         return Scene(exemplars, canvas_of(exemplars, size, wrap, start, guide, rim))
@@ -135,7 +134,7 @@ def orders_of(
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
     if targets.out:
-        plane_files(filled_name(targets.out, fields), _endings(sets[0]))  # refused before anything is read
+        plane_files(filled_name(targets.out, fields), sets[0])  # refused before anything is read
     scene = scene_of(shelf, lot, wish)
     if check is not None:
         check(scene)
@@ -165,7 +164,7 @@ def named(
 ) -> dict[str, str]:
     """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
     if targets.out:
-        return plane_files(filled_name(targets.out, fields), _endings(sets[0]))
+        return plane_files(filled_name(targets.out, fields), sets[0])
     longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
     name = usual_name(sets, targets.done, fields["seed"] if many else None)
     return usual_files(name, sets[0], exemplar, longer, targets.depth)
@@ -189,19 +188,13 @@ def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
     return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
-def _endings(found: Set) -> dict[str, str]:
-    return {name: path for name, path in found.items() if name != "mask"}
-
-
 def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Targets) -> None:
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     for name, path in order.pictures.items():
         plane = exemplars[0].planes[name]
         width, height = (side * plane.width // (exemplars[0].width * order.times) for side in order.size)
         check_depth(path, plane, targets.depth, (width, height))
-        if path == "-":
-            continue
-        if not format_of(path).text:
+        if path != "-" and not format_of(path).text:
             check_writable(recipe_path(path), targets.force)
     if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
         raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")

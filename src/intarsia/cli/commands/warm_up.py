@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from typing import Any
 
 import click
 
@@ -19,118 +17,8 @@ from ..report import Report
 def command(report: Report, threads: int | None) -> None:
     """Compile everything for this computer now, so that the first picture comes at once."""
     began = time.perf_counter()
-    pictures = 0
-    for job in _jobs():
-        _grow(job, threads)
-        pictures += 1
+    from ...run import Run
+    from ...tasks.warming import warm_up
+
+    pictures = warm_up(Run(threads, None, CANCEL))
     report.note(f"ready: grew {pictures} tiny textures in {time.perf_counter() - began:.1f} s")
-
-
-def _jobs() -> Iterator[dict[str, Any]]:
-    """Every method, and every option that runs other kernels."""
-    from ...methods.base import METHODS, Ability, method_class
-    from ...params import parameters
-
-    for slug in METHODS:
-        cls = method_class(slug)
-        yield {"method": slug}
-        options: list[dict[str, Any]] = [
-            {p.name: choice} for p in parameters(cls) for choice in p.choices if choice != p.default
-        ]
-        names = {p.name for p in parameters(cls)}
-        more = ("isometries", "both"), ("min_repeat_distance", 2), ("angle", 30)
-        options += [{n: v} for n, v in more if n in names]
-        for values in options:
-            if values.get("search") == "pyramid":
-                values |= {"patch": 12, "overlap": 4}
-            if "fit" in values:  # only looked at by the plain variant
-                values |= {"variant": "plain"}
-            yield {"method": slug, "values": values}
-        if Ability.WRAP in cls.supports:
-            yield {"method": slug, "wrap": "both"}
-        if Ability.SEVERAL in cls.supports:
-            yield {"method": slug, "several": True}
-        if Ability.MASK in cls.supports:
-            yield {"method": slug, "mask": True}
-        if Ability.GUIDE in cls.supports:
-            yield {"method": slug, "guide": True}
-
-
-def _grow(job: dict[str, Any], threads: int | None) -> None:
-    import numpy as np
-
-    from ...exemplar import Exemplar
-    from ...guide import Guide
-    from ...image import Kind, Plane
-    from ...levelling import Levelling
-    from ...methods.base import make, method_class
-    from ...params import parameters
-    from ...run import Run
-    from ...synthesis import synthesize
-
-    rows, columns = np.mgrid[:24, :24]
-    noise = (rows * 73 + columns * 151 + rows * columns * 7) % 251
-    colour = np.stack([noise, noise // 2, 250 - noise], axis=2).astype(np.uint8)
-    normal = np.dstack([colour[:, :, :2], np.full((24, 24), 250, np.uint8)])
-    planes: dict[str, Any] = {
-        "albedo": colour,
-        "deep": colour.astype(np.uint16) * 257,
-        "light": colour.astype(np.float32) / 255,
-        "clear": np.dstack([colour, colour[:, :, :1]]),
-        "glow": np.dstack([colour, colour[:, :, :1]]).astype(np.float32) / 255,
-        "height": noise.astype(np.uint16),
-        "normal": normal,
-        "normals": normal.astype(np.float32) / 255,
-        "id": (noise // 90).astype(np.uint8),
-    }
-    usable = noise > 3 if job.get("mask") else None
-    exemplars = [Exemplar.of(planes, usable=usable)]
-    if job.get("several"):
-        exemplars.append(Exemplar.of({name: plane[::-1] for name, plane in planes.items()}))
-    names = {p.name for p in parameters(method_class(job["method"]))}
-    patch: dict[str, Any] = {"patch": 6} if "patch" in names else {}
-    if "lattice" in names:
-        _find_lattice()
-        _lay_courses(threads)
-        sizes: dict[str, dict[str, Any]] = {"block": {"block": 4, "border": 2}, "band": {"band": 2}}
-        patch |= next((values for name, values in sizes.items() if name in names), {})
-        if job.get("values", {}).get("snap") != "off":
-            patch |= {"lattice": ((5, 0), (0, 5))}
-    run = Run(threads, None, CANCEL)
-    method = make(job["method"], patch | job.get("values", {}))
-    marks = Plane((columns > 11).astype(np.uint8), Kind.LABEL)
-    guide = Guide(marks, Plane(marks.pixels[:20, 2:22], Kind.LABEL)) if job.get("guide") else None
-    grown = synthesize(exemplars, (20, 20), method, wrap=job.get("wrap", "none"), guide=guide, run=run)
-    for plane in planes:
-        for feather in (0, 3):
-            grown.render(plane, feather=feather, run=run)
-        if grown.map.exact:
-            grown.render(plane, finish=(Levelling(8),), run=run)
-
-
-def _find_lattice() -> None:
-    """Look for a lattice where there is one."""
-    import numpy as np
-
-    from ...exemplar import Exemplar
-    from ...lattice.vectors import lattice_of
-
-    rows, columns = np.mgrid[:48, :48]
-    pixels = (rows % 8 * 20 + columns % 6 * 15 + (rows * 73 + columns * 151) % 11).astype(np.uint8)
-    lattice_of(Exemplar.of(pixels), "near-regular")
-
-
-def _lay_courses(threads: int | None) -> None:
-    """Grow bricks, and boards without joints, from one lattice vector."""
-    import numpy as np
-
-    from ...methods.base import make
-    from ...run import Run
-    from ...synthesis import synthesize
-
-    rows, columns = np.mgrid[:48, :64]
-    grain = (rows * 73 + columns * 151) % 31
-    beds, joints = rows % 12 < 2, (columns + rows // 12 * 8) % 16 < 2
-    for mortar in (beds | joints, beds):
-        pixels = np.where(mortar, 10, 150 + grain).astype(np.uint8)
-        synthesize(pixels, (24, 40), make("near-regular", {"lattice": ((0, 12),)}), run=Run(threads, None, CANCEL))
