@@ -65,7 +65,7 @@ class Batch:
         batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
-            check_all((path for order in found for path in order.paths), targets.force, batch.named)
+            check_all((path for order in found for path, _ in order.files), targets.force, batch.named)
             batch.orders += found
         return batch
 
@@ -146,9 +146,7 @@ class Batch:
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
         """What JSON says of a result, x before y, and of how its method was chosen."""
-        files = [{"path": path, "holds": name} for name, path in order.pictures.items()]
-        more = ((order.save_map, "map"), (order.st_map, "st map"), (order.distance_map, "distances"))
-        files += [{"path": p, "holds": w} for p, w in more if p is not None]
+        files = [{"path": path, "holds": held} for path, held in order.files]
         about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": self.wish.wrap}
         about |= method_as_json(order.method if grown is None else grown.method, order.blend)
         if order.times > 1:

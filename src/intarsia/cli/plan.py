@@ -50,10 +50,10 @@ class Order:
     distance_map: str | None
 
     @property
-    def paths(self) -> list[str]:
-        """All files of the order."""
-        more = (self.save_map, self.st_map, self.distance_map)
-        return [*self.pictures.values(), *(p for p in more if p is not None)]
+    def files(self) -> list[tuple[str, str]]:
+        """All files of the order, and what each holds."""
+        more = ((self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances"))
+        return [(path, name) for name, path in self.pictures.items()] + [(p, what) for p, what in more if p is not None]
 
     def plan(self, scene: Scene) -> Plan:
         """The plan again, on its scene."""
@@ -68,7 +68,7 @@ class Order:
     def line(self) -> str:
         """What a person wants to know of it."""
         width, height = self.size
-        return f"{', '.join(self.paths)}: {width}x{height} px, {self.method.slug}, seed {self.seed}"
+        return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px, {self.method.slug}, seed {self.seed}"
 
 
 def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:

@@ -70,19 +70,17 @@ class Weaving:
         out = filled_name(loom.out, fields) if loom.out else usual_name(sets, "woven") + USUAL
         stem, own = os.path.splitext(out)
         names = {name: f"{stem}_{name}{own}" if n else out for n, name in enumerate(texture.planes)}
-        grown_height, grown_width = height // inputs.magnify, width // inputs.magnify
-        origin, stores = [n // inputs.magnify for n in (loom.origin[1], loom.origin[0])], dict[str, Store]()
+        place, stores = [n // inputs.magnify for n in (height, width, *loom.origin[::-1])], dict[str, Store]()
         for name, path in names.items():
             drawn = texture.plane(name)
-            (grow, shrink), (h, w) = drawn.scale, (grown_height, grown_width)
-            if h % shrink or w % shrink or origin[0] % shrink or origin[1] % shrink:
+            grow, shrink = drawn.scale
+            if any(n % shrink for n in place):
                 raise ParameterError(
                     f"{width}x{height} px do not suit the plane {name}, {shrink}x smaller; give multiples of {shrink}."
                 )
-            sides, first = (h * grow // shrink, w * grow // shrink), tuple(n * grow // shrink for n in origin)
-            store = store_of(ENDINGS[ending], drawn, path, sides, first, loom.chunk, loom.force)
-            store.look()
-            stores[name] = store
+            h, w, y, x = (n * grow // shrink for n in place)
+            stores[name] = store_of(ENDINGS[ending], drawn, path, (h, w), (y, x), loom.chunk, loom.force)
+            stores[name].look()
         auto = {} if choice is None else as_json(choice, wish.explain)
         if choice is not None:
             auto["command"] = weave_command_of(texture.method, out, sets, inputs, wish, loom)

@@ -42,7 +42,8 @@ def _jobs() -> Iterator[dict[str, Any]]:
         yield {"method": slug}
         known = {p.name: p for p in parameters(cls)}
         options: list[dict[str, Any]] = [{n: c} for n, p in known.items() for c in p.choices if c != p.default]
-        options += [{n: v} for n, v in (("isometries", "both"), ("min_repeat_distance", 2), ("angle", 30)) if n in known]
+        more = ("isometries", "both"), ("min_repeat_distance", 2), ("angle", 30)
+        options += [{n: v} for n, v in more if n in known]
         for values in options:
             if values.get("search") == "pyramid":
                 values |= {"patch": 12, "overlap": 4}
