@@ -25,6 +25,9 @@ FEATHER = 1024
 OVERLAYS = ("lattice", "segments")
 """What can be drawn over an exemplar."""
 
+ALPHAS = ("auto", "channel", "mask")
+"""What the opacity of an exemplar may count as."""
+
 TIMES = 64
 """How many times larger than they are grown pictures are drawn at most."""
 

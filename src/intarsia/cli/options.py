@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from ..arguments import TIMES
-from ..disk.limits import allowing
+from ..arguments import ALPHAS, TIMES
+from ..disk.limits import DEFAULT_PIXELS, VARIABLE, allowing
 from ..errors import ParameterError
 from ..methods.base import METHODS, method_class
 from ..params import Parameter, parameters
@@ -21,7 +21,7 @@ from .values import Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, 
 Command = Callable[..., Any]
 
 FILE = FileName()
-ALPHA = click.Choice(["auto", "channel", "mask"])
+ALPHA = click.Choice(ALPHAS)
 DEPTHS = ("8", "16", "half", "float")
 
 
@@ -181,7 +181,7 @@ def input_options(*files: Opt, without: tuple[str, ...] = ()) -> Callable[[Comma
     add = gathered(*files, *kept, into="inputs", make=_inputs)
     limit = click.option(
         "--max-pixels", type=click.IntRange(1), metavar="N", expose_value=False, callback=_allow,
-        help="Most pixels of a picture that is read. Default: 67108864 (8192x8192), or what INTARSIA_MAX_PIXELS says.",
+        help=f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
     )  # fmt: skip
     return lambda command: add(limit(command))
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import chosen, expect_path
+from ..arguments import ALPHAS, chosen, expect_path
 from ..errors import InputError, ParameterError, printable, said
 from ..exemplar import KIND_OF_NAME, Exemplar, finite
 from ..image import Kind, Plane, Transfer
@@ -21,7 +21,6 @@ from .source import look
 
 PathLike = str | os.PathLike[str]
 Mask = NDArray[np.bool_]
-ALPHA = ("auto", "channel", "mask")
 
 
 def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", **planes: PathLike) -> Exemplar:
@@ -57,8 +56,8 @@ def read_set(
 
     `unused` gives the pixels (H, W) of a base plane and its name that are replaced anyway; they may be NaN.
     """
-    if not isinstance(alpha, str) or alpha not in ALPHA:
-        raise ParameterError(f"alpha={said(alpha)} is not allowed; choose one of {', '.join(ALPHA)}.")
+    if not isinstance(alpha, str) or alpha not in ALPHAS:
+        raise ParameterError(f"alpha={said(alpha)} is not allowed; choose one of {', '.join(ALPHAS)}.")
     for path in files.values():
         expect_path(path)
     paths = {name: p for name, p in files.items() if name != "mask"}

@@ -11,6 +11,7 @@ import click
 from ...arguments import FEATHER, MOST_PASSES, SAMPLES
 from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError, ResourceError
+from ...geometry import Wrap
 from ...levelling import Finish, Levelling
 from ...methods.base import METHODS
 from ..choosing import EXPLAIN, TRIALS, chosen_of
@@ -60,7 +61,7 @@ OWN = (
     TRIALS,
     EXPLAIN,
     opt(
-        "wrap", "--wrap", type=click.Choice(["none", "x", "y", "both"]), default="none", show_default=True,
+        "wrap", "--wrap", type=click.Choice([w.value for w in Wrap]), default=Wrap.NONE.value, show_default=True,
         help="Along which axes the output must continue in itself (tile).",
     ),
     *JOINS,
