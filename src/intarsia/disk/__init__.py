@@ -1,1 +1,1 @@
-"""Files as bytes: written whole or not at all, checked before they are read, and what they may cost."""
+"""Files as bytes: written whole or not at all, checked before they are read; what they, and any work, may cost."""
