@@ -35,22 +35,12 @@ Move = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class Continued:
-    """An exemplar's features with completed periods around it.
+    """An exemplar's features with completed periods around it."""
 
-    Attributes
-    ----------
-    picture, usable : int16 array (H, W, C), bool array (H, W)
-        The features, and which of them exist.
-    source : int32 array (H, W, 2)
-        The exemplar's pixel that each shows.
-    before : (rows, columns)
-        What was added above and to the left, px.
-    """
-
-    picture: NDArray[np.int16]
-    usable: NDArray[np.bool_]
-    source: NDArray[np.int32]
-    before: tuple[int, int] = (0, 0)
+    picture: NDArray[np.int16]  # (H, W, C): the features
+    usable: NDArray[np.bool_]  # (H, W): which of them exist
+    source: NDArray[np.int32]  # (H, W, 2): the exemplar's pixel that each shows
+    before: tuple[int, int] = (0, 0)  # rows and columns added above and to the left, px
 
     def placed(self, grid: BlockGrid) -> BlockGrid:
         """The grid of the exemplar as it lies here."""
@@ -136,22 +126,13 @@ def _colour_distances(a: Array, b: Array) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """The last `border` rows of a picture and those to be added below them, as one translation reads them.
+    """The last `border` rows of a picture and those to be added below them, as one translation reads them."""
 
-    Attributes
-    ----------
-    y, x : int arrays (rows,), (columns,)
-        What is read.
-    there : bool array (rows, columns)
-        Which of it exists.
-    apart : int64 array (border, columns)
-        How far what is read differs from the rows that are there, 1/16 of a feature unit; 0 where one is missing,
-        BARRED above the exemplar's first row.
-    """
-
-    y: Array
-    x: Array
-    there: NDArray[np.bool_]
+    y: Array  # (rows,): what is read
+    x: Array  # (columns,): the same
+    there: NDArray[np.bool_]  # (rows, columns): which of it exists
+    # (border, columns): how far what is read differs from the rows that are there, 1/16 of a feature unit; 0
+    # where one is missing, BARRED above the exemplar's first row.
     apart: NDArray[np.int64]
 
     @classmethod

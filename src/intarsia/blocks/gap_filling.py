@@ -37,49 +37,21 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """An endless texture of square blocks.
+    """An endless texture of square blocks."""
 
-    Attributes
-    ----------
-    picture : int16 array (H, W, C)
-        The exemplar's features.
-    valid : bool array
-        Where a patch with its border may begin in the exemplar.
-    cell : two (rows, columns)
-        The lattice vectors, 1/256 px.
-    blocks : SquareBlocks
-        How the canvas lies on the lattice, and where its blocks begin.
-    border, slack : int
-        Width of the border, and how far a gap's patch may leave the lattice, px.
-    correlate : bool
-        Whether borders are compared by correlation in place of squared differences.
-    seed : int
-        What the draws follow from.
-    ring : int64 array (n, 3)
-        The px of a gap's border and the neighbour that each is read from.
-    runs : int64 array (n, 3)
-        Stretches of rows that make up the border, in the order in which they are compared.
-    sums : pair of int64 arrays (h, w, C)
-        Sums of values and squares in the border of every place.
-    short_list : ShortList or None
-        Where places are so many that comparing them one by one would be slow.
-    everywhere : int64 array (n, 2) or None
-        All places, where a gap's patch may come from any of them.
-    """
-
-    picture: NDArray[np.int16]
-    valid: NDArray[np.bool_]
-    cell: tuple[Vector, Vector]
-    blocks: SquareBlocks
-    border: int
-    slack: int
-    correlate: bool
-    seed: int
-    ring: Array
-    runs: Array
-    sums: tuple[Array, Array]
-    short_list: ShortList | None
-    everywhere: Array | None
+    picture: NDArray[np.int16]  # (H, W, C): the exemplar's features
+    valid: NDArray[np.bool_]  # where a patch with its border may begin in the exemplar
+    cell: tuple[Vector, Vector]  # the lattice vectors (rows, columns), 1/256 px
+    blocks: SquareBlocks  # how the canvas lies on the lattice, and where its blocks begin
+    border: int  # px
+    slack: int  # how far a gap's patch may leave the lattice, px
+    correlate: bool  # compare borders by correlation in place of squared differences
+    seed: int  # what the draws follow from
+    ring: Array  # (n, 3): the px of a gap's border and the neighbour that each is read from
+    runs: Array  # (n, 3): stretches of rows that make up the border, in the order in which they are compared
+    sums: tuple[Array, Array]  # of values and of squares in the border of every place, (h, w, C)
+    short_list: ShortList | None  # where places are so many that comparing them one by one would be slow
+    everywhere: Array | None  # (n, 2): all places, where a gap's patch may come from any of them
 
     @classmethod
     def of(cls, settings: BlockSettings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:

@@ -33,28 +33,16 @@ Shares = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class GapTable:
-    """What pairs of places cost side by side.
+    """What pairs of places cost side by side."""
 
-    Attributes
-    ----------
-    sums, px : four float64 arrays (k, n, moves) each
-        For each neighbour (above, below, left, right): squared differences, and of how many px; whole numbers.
-    barred : four uint8 arrays (k, n)
-        1 where a place of the gap repeats the neighbour's, 2 where it only continues it.
-    sampled : int
-        Px that were compared.
-    slack : int
-        How far a place is moved, px.
-    prices : int64 array (n,)
-        What a place costs beside its mismatch.
-    """
-
+    # (k, n, moves) for each neighbour (above, below, left, right): squared differences.
     sums: tuple[NDArray[np.float64], ...]
-    px: tuple[NDArray[np.float64], ...]
+    px: tuple[NDArray[np.float64], ...]  # and of how many px; whole numbers
+    # (k, n) each: 1 where a place of the gap repeats the neighbour's, 2 where it only continues it.
     barred: tuple[NDArray[np.uint8], ...]
-    sampled: int
-    slack: int
-    prices: NDArray[np.int64]
+    sampled: int  # px that were compared
+    slack: int  # how far a place is moved, px
+    prices: NDArray[np.int64]  # (n,): what a place costs beside its mismatch
 
     @classmethod
     def of(

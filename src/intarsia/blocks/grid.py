@@ -43,22 +43,12 @@ class BlockSettings(NamedTuple):
 
 @dataclass(frozen=True)
 class BlockGrid:
-    """Where blocks lie: block (i, j) begins at ``phase + i rows + j columns``.
+    """Where blocks lie: block (i, j) begins at ``phase + i rows + j columns``."""
 
-    Attributes
-    ----------
-    rows, columns : (int, int)
-        The steps from block to block, (dy, dx) in 1/256 px.
-    phase : (int, int)
-        Where block (0, 0) begins, in the exemplar as on the canvas.
-    cell : ((int, int), (int, int) or None)
-        The lattice vectors; None for the second where one direction is free.
-    """
-
-    rows: Vector
-    columns: Vector
-    phase: Vector
-    cell: Cell
+    rows: Vector  # the step from block to block, (dy, dx) in 1/256 px
+    columns: Vector  # and the one aside
+    phase: Vector  # where block (0, 0) begins, in the exemplar as on the canvas, 1/256 px
+    cell: Cell  # the lattice vectors, 1/256 px; None for the second where one direction is free
 
     @property
     def vectors(self) -> tuple[Vector, Vector]:

@@ -44,41 +44,19 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class Mosaic:
-    """An endless mosaic.
+    """An endless mosaic."""
 
-    Attributes
-    ----------
-    settings : BlockSettings
-        The parameters that it is laid by.
-    seed : int
-        What the draws follow from.
-    laid : LaidBlocks
-        Where the blocks lie.
-    sheet : Sheet
-        The exemplar's features and usable pixels in all poses, one below the other, that blocks are read in.
-    nearest : int array (2, H, W) or None
-        For every pixel of it the nearest usable one; None where all are usable.
-    places : dict of int64 arrays (n, 2)
-        Where on it blocks may be read, 1/256 px, by the parity of their row and column.
-    shares : dict of int64 arrays (n,)
-        How often each of the places is to be read, in parts of their sum.
-    before : (rows, columns)
-        What was added to the exemplar above and to the left, px.
-    start : Continuation or None
-        What is on the canvas already, and must be continued.
-    orders, fitted : dicts
-        Shuffled places, kept for squares of blocks that were asked for, and places that continue the start map.
-    """
-
-    settings: BlockSettings
-    seed: int
-    laid: LaidBlocks
-    sheet: Sheet
+    settings: BlockSettings  # the parameters that it is laid by
+    seed: int  # what the draws follow from
+    laid: LaidBlocks  # where the blocks lie
+    sheet: Sheet  # the exemplar's features and usable pixels in all poses, one below the other, that blocks are read in
+    # (2, H, W): for every pixel of it the nearest usable one; None where all are usable.
     nearest: NDArray[np.intp] | None
-    places: Places
-    shares: Shares
-    before: Place
-    start: Continuation | None = None
+    places: Places  # where on it blocks may be read, 1/256 px, by the parity of their row and column
+    shares: Shares  # how often each of the places is to be read, in parts of their sum
+    before: Place  # rows and columns added to the exemplar above and to the left, px
+    start: Continuation | None = None  # what is on the canvas already, and must be continued
+    # Shuffled places, kept for squares of blocks that were asked for, and places that continue the start map.
     orders: dict[tuple[Place, Place], list[int]] = field(default_factory=dict, repr=False)
     fitted: dict[Place, Array | None] = field(default_factory=dict, repr=False)
 

@@ -30,26 +30,14 @@ Places = dict[tuple[int, int], NDArray[np.int64]]
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """The posed copies.
+    """The posed copies."""
 
-    Attributes
-    ----------
-    picture, usable : int16 array (H, W, C), bool array (H, W)
-        The copies, each in its own band of `pitch` rows; what lies between them is not usable.
-    poses : tuple of int
-        Isometry of each band, the identity first.
-    size : (rows, columns)
-        Of the picture that was posed.
-    source : int32 array (H, W, 2)
-        The exemplar's pixel that each pixel of that picture shows.
-    """
-
-    picture: NDArray[np.int16]
-    usable: NDArray[np.bool_]
-    poses: tuple[int, ...]
-    pitch: int
-    size: tuple[int, int]
-    source: NDArray[np.int32]
+    picture: NDArray[np.int16]  # (H, W, C): the copies, each in its own band of `pitch` rows
+    usable: NDArray[np.bool_]  # (H, W): which may be used; what lies between the copies may not
+    poses: tuple[int, ...]  # isometry of each band, the identity first
+    pitch: int  # px
+    size: tuple[int, int]  # rows and columns of the picture that was posed
+    source: NDArray[np.int32]  # (H, W, 2): the exemplar's pixel that each pixel of that picture shows
 
     def to_exemplar(self, yx: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
         """Turn px of the sheet into px of the exemplar, and their poses; None where all are upright."""

@@ -25,24 +25,12 @@ Place = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class LaidBlocks:
-    """The blocks of an endless or a wrapped canvas, and the windows around them.
+    """The blocks of an endless or a wrapped canvas, and the windows around them."""
 
-    Attributes
-    ----------
-    grid : BlockGrid
-        How they lie (strained a little where the canvas wraps).
-    around : (rows, columns)
-        Blocks around a wrapped canvas along each axis, 0 where it does not wrap.
-    lengths : (rows, columns)
-        Size of the canvas, px.
-    half : float
-        Half the width of the zone in which gaps are cut, px.
-    """
-
-    grid: BlockGrid
-    around: Place
-    lengths: Place
-    half: float
+    grid: BlockGrid  # how they lie, strained a little where the canvas wraps
+    around: Place  # blocks around a wrapped canvas down the rows and along them, 0 where it does not wrap
+    lengths: Place  # rows and columns of the canvas, px
+    half: float  # half the width of the zone in which gaps are cut, px
 
     @classmethod
     def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> LaidBlocks:
@@ -130,21 +118,12 @@ def _unfit(axis: int, length: int, what: str, strain: float, good: list[int]) ->
 
 @dataclass(frozen=True)
 class SquareBlocks:
-    """Square blocks of a canvas, and the lattice under it.
+    """Square blocks of a canvas, and the lattice under it."""
 
-    Attributes
-    ----------
-    block : (rows, columns)
-        Size of a block, px; around a wrapped canvas some are one px shorter.
-    lengths, around : (rows, columns)
-        Size of the canvas, and how many blocks lie around it; 0 blocks where it does not wrap.
-    turns : ((int, int), (int, int))
-        The lattice vectors, 1/256 px, that go once around; one px along the axis where it does not wrap.
-    """
-
-    block: Place
-    lengths: Place
-    around: Place
+    block: Place  # rows and columns of a block, px; around a wrapped canvas some are one px shorter
+    lengths: Place  # rows and columns of the canvas, px
+    around: Place  # how many blocks lie around it along each axis; 0 where it does not wrap
+    # The lattice vectors, 1/256 px, that go once around; one px along the axis where it does not wrap.
     turns: tuple[Vector, Vector]
 
     @classmethod

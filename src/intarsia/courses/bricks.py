@@ -43,29 +43,16 @@ SORTING, BOND = Sorting(), Bond()
 
 @dataclass(frozen=True, eq=False)
 class Bricks:
-    """The bricks of an exemplar.
+    """The bricks of an exemplar."""
 
-    Attributes
-    ----------
-    table : int64 array (n, 5)
-        Of every brick its course, first column and end in the exemplar, and what lies at both ends: the number of a
-        joint, or FACE where the border of the exemplar cuts it.
-    usual : float
-        The mean length of a whole brick, px.
-    least : int
-        The shortest piece of a brick that looks like one, px.
-    beside, beyond : int64 array
-        What a joint costs by its distance (px) from the nearest one in the next course, and in the next but one.
-    common : int
-        The distance from joints of the next course that is the most usual.
-    """
-
+    # (n, 5): of every brick its course, first column and end in the exemplar, and what lies at both ends: the
+    # number of a joint, or FACE where the border of the exemplar cuts it.
     table: NDArray[np.int64]
-    usual: float
-    least: int
-    beside: NDArray[np.int64]
-    beyond: NDArray[np.int64]
-    common: int
+    usual: float  # the mean length of a whole brick, px
+    least: int  # the shortest piece of a brick that looks like one, px
+    beside: NDArray[np.int64]  # what a joint costs by its distance (px) from the nearest one in the next course,
+    beyond: NDArray[np.int64]  # and in the next but one
+    common: int  # the distance from joints of the next course that is the most usual
 
     @property
     def sizes(self) -> NDArray[np.int64]:

@@ -61,36 +61,16 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Brickwork:
-    """Beds, joints and bricks of an exemplar.
+    """Beds, joints and bricks of an exemplar."""
 
-    Attributes
-    ----------
-    line : Line
-        Where beds lie on average.
-    beds : int64 array (n, W)
-        The row of every bed that is found, in every column.
-    courses : list of int
-        Numbers k of the whole courses, between beds k and k + 1.
-    spans : dict
-        The columns (first, end) of each course that lie in the exemplar.
-    joints : int64 array (m, H)
-        The column of every joint in every row.
-    of_course : dict
-        The joints of each course, from left to right.
-    faces : int16 array (H, W)
-        How little a pixel looks like mortar: 0 to 255.
-    thickness : int
-        Width of a joint, px.
-    """
-
-    line: Line
-    beds: NDArray[np.int64]
-    courses: list[int]
-    spans: dict[int, tuple[int, int]]
-    joints: NDArray[np.int64]
-    of_course: dict[int, list[int]]
-    faces: NDArray[np.int16]
-    thickness: int
+    line: Line  # where beds lie on average
+    beds: NDArray[np.int64]  # (n, W): the row of every bed that is found, in every column
+    courses: list[int]  # numbers k of the whole courses, between beds k and k + 1
+    spans: dict[int, tuple[int, int]]  # the columns (first, end) of each course that lie in the exemplar
+    joints: NDArray[np.int64]  # (m, H): the column of every joint in every row
+    of_course: dict[int, list[int]]  # the joints of each course, from left to right
+    faces: NDArray[np.int16]  # (H, W): how little a pixel looks like mortar: 0 to 255
+    thickness: int  # width of a joint, px
 
 
 def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:

@@ -58,21 +58,11 @@ class Spectra:
 
 @dataclass(frozen=True)
 class Phase:
-    """The course that each pixel lies in, as a polynomial of its place.
+    """The course that each pixel lies in, as a polynomial of its place."""
 
-    Attributes
-    ----------
-    factors : tuple of int
-        Of TERMS, in 1 / TURN courses; places run from -1 to 1 over the exemplar.
-    upright : bool
-        The courses run down the rows: across them is x.
-    strength : float
-        Share of what is seen that is one wave of this phase.
-    """
-
-    factors: tuple[int, ...]
-    upright: bool
-    strength: float
+    factors: tuple[int, ...]  # of TERMS, in 1 / TURN courses; places run from -1 to 1 over the exemplar
+    upright: bool  # the courses run down the rows: across them is x
+    strength: float  # share of what is seen that is one wave of this phase
 
     def at(self, across: Array, along: Array) -> Floats:
         """The phase at places from -1 to 1, in 1 / TURN courses; products one by one, the same on every machine."""

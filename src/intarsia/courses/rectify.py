@@ -45,27 +45,13 @@ BENDING = Bending()
 
 @dataclass(frozen=True, eq=False)
 class Straight:
-    """An exemplar laid straight.
+    """An exemplar laid straight."""
 
-    Attributes
-    ----------
-    exemplar : Exemplar
-        Its pixels where they lie now; what lay outside is not usable.
-    yx : int32 array (H, W, 2)
-        The pixel of the given exemplar that each pixel is.
-    slant : float
-        Px down per px along (or px aside per px down) by which the courses leaned.
-    converging : float
-        How much wider the courses are at one end than at the other, as a share.
-    off : float
-        How far courses lay from straight, parallel and equal ones at most, px.
-    """
-
-    exemplar: Exemplar
-    yx: NDArray[np.int32]
-    slant: float
-    converging: float
-    off: float
+    exemplar: Exemplar  # its pixels where they lie now; what lay outside is not usable
+    yx: NDArray[np.int32]  # (H, W, 2): the pixel of the given exemplar that each pixel is
+    slant: float  # px down per px along (or px aside per px down) by which the courses leaned
+    converging: float  # how much wider the courses are at one end than at the other, as a share
+    off: float  # how far courses lay from straight, parallel and equal ones at most, px
 
     def to_exemplar(self, yx: NDArray[np.int32]) -> NDArray[np.int32]:
         """Turn pixels of the straight exemplar into those of the given one."""

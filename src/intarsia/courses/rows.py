@@ -24,28 +24,14 @@ STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped c
 
 @dataclass(frozen=True)
 class CourseRows:
-    """The courses of an endless canvas, which run along x and may lean.
+    """The courses of an endless canvas, which run along x and may lean."""
 
-    Attributes
-    ----------
-    phase : int
-        The row at which course 0 begins in column 0, 1/256 px.
-    pitch, slope : (int, int)
-        Px from course to course, and px down for each px along, as fractions.
-    around : int
-        Courses around a canvas that wraps down the rows, else 0.
-    width : int
-        Columns of a canvas that wraps along the courses, else 0.
-    turn : int
-        Once around along the courses, course i goes on as course i + turn.
-    """
-
-    phase: int
-    pitch: tuple[int, int]
-    slope: tuple[int, int]
-    around: int
-    width: int
-    turn: int
+    phase: int  # the row at which course 0 begins in column 0, 1/256 px
+    pitch: tuple[int, int]  # px from course to course, as a fraction
+    slope: tuple[int, int]  # px down for each px along, as a fraction
+    around: int  # courses around a canvas that wraps down the rows, else 0
+    width: int  # columns of a canvas that wraps along the courses, else 0
+    turn: int  # once around along the courses, course i goes on as course i + turn
 
     @classmethod
     def of(cls, line: Line, canvas: Canvas, upright: bool) -> CourseRows:
@@ -103,28 +89,17 @@ class CourseRows:
 
 
 class Piece(NamedTuple):
-    """A piece of a course on the canvas.
+    """A piece of a course on the canvas."""
 
-    Attributes
-    ----------
-    first, end : int
-        Its columns on the canvas, up to the middle of the joints at both ends.
-    source : int
-        The exemplar column that `first` shows.
-    course, left, right, low, high, brick : int
-        The exemplar's course, what lies at both ends (a joint, FACE or OPEN), the exemplar columns of the ends, and
-        the number of the brick.
-    """
-
-    first: int
+    first: int  # its columns on the canvas, up to the middle of the joints at both ends
     end: int
-    source: int
-    course: int
-    left: int
+    source: int  # the exemplar column that `first` shows
+    course: int  # of the exemplar
+    left: int  # what lies at both ends: a joint, FACE or OPEN
     right: int
-    low: int
+    low: int  # the exemplar columns of the ends
     high: int
-    brick: int
+    brick: int  # its number
 
 
 @dataclass(eq=False)

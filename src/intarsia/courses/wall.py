@@ -54,30 +54,14 @@ REACH = Reach()
 
 @dataclass(frozen=True, eq=False)
 class Wall:
-    """An endless wall of courses.
+    """An endless wall of courses."""
 
-    Attributes
-    ----------
-    work : Brickwork
-        What the exemplar holds; its courses run along x.
-    layout : Chains or Boards
-        Which piece lies where.
-    rows : CourseRows
-        Where the courses lie.
-    scene : tuple of arrays
-        What the kernels show (see :mod:`intarsia.courses.wall_kernels`).
-    upright : bool
-        The courses of the exemplar and of the canvas run down the rows: axes are swapped.
-    known : int array (2, H, W) or None
-        For every pixel the nearest usable one; None where all are.
-    """
-
-    work: Brickwork
-    layout: Chains | Boards
-    rows: CourseRows
-    scene: tuple[Any, ...]
-    upright: bool
-    known: NDArray[np.intp] | None
+    work: Brickwork  # what the exemplar holds; its courses run along x
+    layout: Chains | Boards  # which piece lies where
+    rows: CourseRows  # where the courses lie
+    scene: tuple[Any, ...]  # what the kernels show: see :mod:`intarsia.courses.wall_kernels`
+    upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
+    known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
 
     @classmethod
     def of(

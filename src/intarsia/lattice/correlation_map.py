@@ -29,38 +29,27 @@ LIGHT = 6  # the short side over this is the sigma of what counts as light
 class CorrelatedPictures:
     """The two pictures that are correlated, and which of their pixels count.
 
-    Attributes
-    ----------
-    colours, edges : float64 arrays (H, W, C) and (H, W, 1)
-        Whole numbers, 0 where pixels do not count.
-    usable, inner : bool arrays (H, W), or None where all pixels count
-        Of the colours, and of the edges: those with four usable neighbours.
+    Whole numbers, 0 where pixels do not count; no mask where all of them do.
     """
 
-    colours: Floats
-    edges: Floats
-    usable: Mask | None
-    inner: Mask | None
+    colours: Floats  # (H, W, C)
+    edges: Floats  # (H, W, 1)
+    usable: Mask | None  # (H, W): which pixels of the colours count,
+    inner: Mask | None  # and of the edges: those with four usable neighbours
 
 
 @dataclass(frozen=True)
 class CorrelationMap:
     """How well the texture agrees with itself at every offset; the offset 0 is in the middle.
 
-    Attributes
-    ----------
-    values, smooth : int32 arrays, shape (2 rows + 1, 2 columns + 1)
-        Correlations in millionths, as they are, and after a Gaussian of sigma 1 px.
-    weights : int32 array
-        1000 times the root of the share of pixels that overlap; 0 where that share is below 0.3.
-    share : int32 array
-        The share of pixels that overlap, in thousandths.
+    All are (2 rows + 1, 2 columns + 1).
     """
 
-    values: NDArray[np.int32]
-    smooth: NDArray[np.int32]
+    values: NDArray[np.int32]  # correlations in millionths,
+    smooth: NDArray[np.int32]  # and after a Gaussian of sigma 1 px
+    # 1000 times the root of the share of pixels that overlap; 0 where that share is below 0.3.
     weights: NDArray[np.int32]
-    share: NDArray[np.int32]
+    share: NDArray[np.int32]  # the share of pixels that overlap, in thousandths
 
 
 def pictures(features: NDArray[np.int64], usable: Mask | None) -> CorrelatedPictures:

@@ -66,23 +66,13 @@ RANKING, FITTING = Ranking(), Fitting()
 
 @dataclass(frozen=True)
 class Scored:
-    """Lattices and how good they are.
+    """Lattices and how good they are."""
 
-    Attributes
-    ----------
-    vectors : int64 array, shape (n, 2, 2)
-        In 1/256 px, rows (dy, dx).
-    mean, contrast, confidence : int64 arrays, shape (n,)
-        Millionths: M at the points, C = M - the best of the ring, K = C (1 - 1 / sqrt(points)).
-    points : int64 array, shape (n,)
-        Lattice points in one half plane whose offset leaves enough overlap.
-    """
-
-    vectors: Int64
-    mean: Int64
-    contrast: Int64
-    confidence: Int64
-    points: Int64
+    vectors: Int64  # (n, 2, 2): in 1/256 px, rows (dy, dx)
+    mean: Int64  # (n,): M at the points, in millionths
+    contrast: Int64  # (n,): C = M - the best of the ring
+    confidence: Int64  # (n,): K = C (1 - 1 / sqrt(points))
+    points: Int64  # (n,): lattice points in one half plane whose offset leaves enough overlap
 
     def best(self, most: int) -> Int64:
         """Return which are most confident, ties in order of size, then of their numbers."""

@@ -48,24 +48,12 @@ TURNING = Turning()
 
 @dataclass(frozen=True)
 class RowPitch:
-    """Rows that lie one pitch apart.
+    """Rows that lie one pitch apart."""
 
-    Attributes
-    ----------
-    pitch : (dy, dx)
-        Across the rows, px.
-    contrast : int
-        Millionths: the mean correlation along the rows minus that halfway between.
-    lines : int
-        Rows, on one side of the origin, whose offset leaves enough overlap.
-    residual : float
-        How far the rows lie from whole pitches, rms, px.
-    """
-
-    pitch: tuple[float, float]
-    contrast: int
-    lines: int
-    residual: float
+    pitch: tuple[float, float]  # (dy, dx) across the rows, px
+    contrast: int  # millionths: the mean correlation along the rows minus that halfway between
+    lines: int  # rows, on one side of the origin, whose offset leaves enough overlap
+    residual: float  # how far the rows lie from whole pitches, rms, px
 
 
 def courses(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:

@@ -40,27 +40,14 @@ def depth_of(known: Mask, wrap: Wrap, most: int) -> NDArray[Any]:
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """The start of a canvas.
+    """The start of a canvas."""
 
-    Attributes
-    ----------
-    start : SourceMap
-        What is there.
-    depth : int array (H, W)
-        How deep its pixels lie, 0 in holes.
-    rim : int
-        How deep they may be replaced, px.
-    anchor : (y, x)
-        The exemplar pixel that canvas pixel (0, 0) shows, or would show if that piece reached so far: of most pixels.
-    band : bool array (H, W)
-        Those of that piece near holes: what is added must go on from there.
-    """
-
-    start: SourceMap
-    depth: NDArray[Any]
-    rim: int
+    start: SourceMap  # what is there
+    depth: NDArray[Any]  # (H, W): how deep its pixels lie, 0 in holes
+    rim: int  # how deep they may be replaced, px
+    # The exemplar pixel that canvas pixel (0, 0) shows, or would show if the piece of most pixels reached so far.
     anchor: Vector
-    band: Mask
+    band: Mask  # (H, W): the pixels of that piece near holes: what is added must go on from there
 
     @classmethod
     def of(cls, canvas: Canvas, rim: int) -> Continuation | None:

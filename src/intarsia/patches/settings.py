@@ -51,40 +51,23 @@ class Boundaries(NamedTuple):
 class PatchSettings:
     """How patches are laid: their size, where, from what, and at which price.
 
-    Attributes
-    ----------
-    patch, overlap : (rows, columns)
-        Of a window, px; neighbours share `overlap`.
-    hangs : bool
-        Windows keep their pitch and may hang over the border (Multrus 2003), or are spread to end at it.
-    weights, context, isometries, search
-        As the parameters of the methods: channel weights, weight of the surroundings, poses, search.
-    pyramid : (filter, kept)
-        Of the pyramid search: what is averaged, and how many positions are followed.
-    listed : int
-        Candidates kept of every search.
-    repeats : Repeats
-        What a repeat costs.
-    rim : int
-        How deep start pixels may be replaced, px.
-    boundaries : Boundaries
-        How patches lie along the boundaries of a guide's labels.
-    finder : callable, optional
-        Makes the search of a method that has one of its own, from variants and the size of the windows.
+    `weights`, `context`, `isometries` and `search` as the parameters of the methods of these names.
     """
 
-    patch: tuple[int, int]
-    overlap: tuple[int, int]
+    patch: tuple[int, int]  # rows and columns of a window, px
+    overlap: tuple[int, int]  # that neighbours share, px
+    # Windows keep their pitch and may hang over the border (Multrus 2003), or are spread to end at it.
     hangs: bool = False
     weights: tuple[float, ...] | None = None
-    context: float = 0.0
+    context: float = 0.0  # weight of the surroundings
     isometries: str | tuple[int, ...] = "none"
     search: str = "fast"
-    pyramid: tuple[str, int] = ("mean", 1)
-    listed: int = SHORT_LIST
-    repeats: Repeats = field(default=Repeats())
-    rim: int = 0
-    boundaries: Boundaries = field(default=Boundaries())
+    pyramid: tuple[str, int] = ("mean", 1)  # of search="pyramid": the filter, and how many positions are followed
+    listed: int = SHORT_LIST  # candidates kept of every search
+    repeats: Repeats = field(default=Repeats())  # what a repeat costs
+    rim: int = 0  # how deep start pixels may be replaced, px
+    boundaries: Boundaries = field(default=Boundaries())  # how patches lie along the boundaries of a guide's labels
+    # Makes the search of a method that has one of its own, from variants and the size of the windows.
     finder: Callable[[PosedExemplars, tuple[int, int]], Search] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:

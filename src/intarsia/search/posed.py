@@ -25,28 +25,17 @@ MAX_VARIANTS = 250
 class PosedExemplars:
     """Posed exemplars as kernels want them.
 
-    Attributes
-    ----------
-    flat : int16 array
-        The features of all variants, one after the other, each (rows, stride, channels).
-    table : int64 array, shape (V, 4)
-        Of every variant: where it begins in ``flat``, height, width, and the stride in px. A toroidal exemplar
-        is followed by its own beginning, so that every window can be read straight.
-    exemplar, pose : uint8 arrays, shape (V,)
-        Which exemplar it is, and how it lies.
-    valid : tuple of bool arrays
-        Of every variant, the windows' first pixels at which a patch holds usable pixels only.
-    toroidal : bool array, shape (V,)
-        Whether its exemplar is.
+    A toroidal exemplar is followed by its own beginning, so that every window can be read straight.
     """
 
-    flat: NDArray[np.int16]
-    table: NDArray[np.int64]
-    exemplar: NDArray[np.uint8]
-    pose: NDArray[np.uint8]
+    flat: NDArray[np.int16]  # all features, one variant after the other, each (rows, stride, channels)
+    table: NDArray[np.int64]  # (V, 4): where a variant begins in ``flat``, height, width, and the stride in px
+    exemplar: NDArray[np.uint8]  # (V,): which exemplar it is
+    pose: NDArray[np.uint8]  # (V,): and how it lies
+    # Of every variant, the windows' first pixels at which a patch holds usable pixels only.
     valid: tuple[NDArray[np.bool_], ...]
     channels: int
-    toroidal: NDArray[np.bool_]
+    toroidal: NDArray[np.bool_]  # (V,): whether its exemplar is
 
     def __len__(self) -> int:
         return len(self.table)
