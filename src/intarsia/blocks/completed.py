@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels import paths
 from ..kernels.paths import BARRED
 from ..lattice.vectors import UNIT
@@ -29,7 +29,6 @@ ASIDE = 4  # px at the ends of a strip that repeat the last one
 REACH = 24  # multiples of the vectors that are looked at
 TRIED = 6  # continuations of which the seam is sought
 COVERED = 0.6  # of a strip must exist
-Array = NDArray[Any]
 Move = tuple[int, int]
 
 

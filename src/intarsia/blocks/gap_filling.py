@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.usable import valid_windows
+from ..arrays import Array
 from ..canvas import Canvas
 from ..draws import draw_many
 from ..errors import MethodError, ParameterError
@@ -32,7 +32,6 @@ STAGE = 20110
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
 DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
 TOGETHER = 16  # gaps that one call fills
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,6 @@ from ..lattice.vectors import UNIT, Vector
 from . import gap_kernels
 from .gap_filling_kernels import lattice_points
 
-Array = NDArray[Any]
 Cell = tuple[Vector, Vector | None]
 
 LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd elements are not scattered

@@ -13,13 +13,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
+from ..arrays import Array
 from ..canvas import Canvas
 from ..draws import below, deck, draw
 from ..exemplar import Exemplar
@@ -39,7 +39,6 @@ STAGE = 2011
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
 APART = 0.5  # the same, where all of them repeat a neighbour
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)

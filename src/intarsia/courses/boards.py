@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..draws import below, draw
 from ..lattice.vectors import UNIT
 from . import chain_kernels
 from .brickwork import Brickwork
 from .rows import STAGE, CourseLayout, CourseRows, Piece
 from .wall_kernels import OPEN
-
-Array = NDArray[Any]
 
 LONG = 1024  # px from anchor to anchor; halved and doubled: leaps elsewhere, nothing is seen
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from scipy.ndimage import gaussian_filter1d
 from .brickwork import Brickwork
 from .wall_kernels import FACE
 
-Array = NDArray[Any]
 Brick = tuple[int, int, int, int, int]
 
 class Sorting(NamedTuple):

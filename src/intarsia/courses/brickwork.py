@@ -6,18 +6,18 @@ A course runs along x here, from bed to bed; whoever has courses that stand upri
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
+from ..arrays import Array
 from ..errors import MethodError
 from ..kernels import paths
 from ..lattice.vectors import UNIT, Vector
 from .mortar import FACE, levelled, model, mortar_at
 
-Array = NDArray[Any]
 
 class Finding(NamedTuple):
     """How beds and joints are found. What halving and doubling does is of 16 walls (docs/design/012)."""

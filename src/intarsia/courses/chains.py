@@ -7,11 +7,12 @@ half-way between, then the others: each knows those around it that came before, 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..draws import below, draw
 from ..lattice.vectors import UNIT
 from . import chain_kernels
@@ -19,8 +20,6 @@ from .bricks import Bricks
 from .brickwork import Brickwork
 from .rows import STAGE, CourseLayout, CourseRows, Piece
 from .wall_kernels import FACE
-
-Array = NDArray[Any]
 
 LONG = 512  # px from anchor to anchor; halved: repeats in brick walls rise from 46 to 59, doubled: they stay
 LEAST_LONG = 8  # usual bricks from anchor to anchor; halved: 25 joints lie over others instead of 9, doubled: 8

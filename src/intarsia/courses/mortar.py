@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-Array = NDArray[Any]
+from ..arrays import Array
 
 FACE = 255  # what a pixel of a face counts; one of mortar counts 0
 class Mortar(NamedTuple):

@@ -7,14 +7,14 @@ remains is a polynomial of few numbers, rounded, so that no last bit of a transf
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..lattice.correlation_map import CorrelatedPictures
 
-Array = NDArray[Any]
 Floats = NDArray[np.float64]
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))

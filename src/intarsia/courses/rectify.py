@@ -10,7 +10,7 @@ Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); h
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,11 @@ from scipy.ndimage import gaussian_filter
 
 from ..analysis.features import features
 from ..analysis.reduction import factor_for, reduced
+from ..arrays import Array
 from ..exemplar import Exemplar
 from ..image import Plane
 from ..lattice.correlation_map import pictures
 from .phase import TURN, Phase, phases, samples
-
-Array = NDArray[Any]
 
 WORK_SIDE = 256  # px: larger exemplars are reduced to it, to be looked at, as waves of 6 px are the shortest followed
 LEAN = 256  # joints lean by whole multiples of 1 / LEAN: a unit

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
+from ..arrays import Array
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..kernels import paths
@@ -31,8 +32,6 @@ from .brickwork import Brickwork, brickwork_of
 from .chains import Chains
 from .mortar import FACE
 from .rows import CourseRows, Piece
-
-Array = NDArray[Any]
 
 Strip = tuple[Array, Array, Array]
 CHUNK = 256  # columns of a bed that are cut at once, so that any window is made of a few; 128 and 512: the same bytes

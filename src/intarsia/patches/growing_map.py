@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
+from ..arrays import Array
 from ..canvas import Canvas
 from ..draws import below
 from ..exemplar import Exemplar
@@ -22,7 +22,6 @@ from ..sourcemap import HOLE, Blend, SourceMap
 from .continuation import depth_of
 from .fill_order import levels
 
-Array = NDArray[Any]
 Window = tuple[int, int]
 
 

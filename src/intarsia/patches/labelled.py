@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..guide import Guide
@@ -25,7 +25,6 @@ else:  # only canvases with a guide need them
     ndimage, guidance = lazy("scipy.ndimage"), lazy("intarsia.search.guide")
 
 PASS = 1 << 20  # draws of the second pass are apart from those of the first
-Array = NDArray[Any]
 
 
 class Stages:

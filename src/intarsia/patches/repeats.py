@@ -12,11 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..search import exhaustive_kernels
 from ..search.candidates import SHORT_LIST, Candidates, Prices
 from ..search.fourier import PatchSearch
@@ -24,8 +23,6 @@ from ..search.posed import PosedExemplars, in_one_row
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
 LITTLE = 1 << 22  # so many px of patches are measured, rather than searched
-
-Array = NDArray[Any]
 
 
 class Table:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import Features
 from ..analysis.rarity import rarity
+from ..arrays import Array
 from ..geometry import ISOMETRIES
 from ..kernels import returns
 from ..search.candidates import Candidates, Prices, Search
@@ -37,8 +38,6 @@ MATCH = 0.25  # a perfect match counts as this share of the usual distance when 
 DRIFT = 3.0  # used so many times more than its share, a part of the exemplar becomes dear
 MOST_EXCESS = 1 << 24
 STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
-
-Array = NDArray[Any]
 
 
 class RepetitionRule(StrEnum):

@@ -9,13 +9,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from .posed import PosedExemplars
 from .reduce_kernels import Correlated, Fee
 from .transforms import Correlator
 
 SHORT_LIST = 16  # candidates kept of every search, where a method does not ask for more
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from ..analysis.variance import principal_axes
+from ..arrays import Array
 from ..errors import ParameterError
 from ..kernels import returns, windows
 from . import fourier_kernels, near
@@ -33,7 +33,6 @@ FINENESS = 1.2e-7  # how fine the reduced pictures of the exact search are, for 
 BATCH_BYTES = 2 << 20  # spectra of one batch: what stays in a core's cache
 FINEST_SIDE = 600  # reduced exemplars are at most about this large
 NOWHERE = np.zeros((0, 0), bool)  # a variant without any patch is not even looked at
-Array = NDArray[Any]
 
 
 class PatchSearch:

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
 from ..analysis.ranges import counted, ends
 from ..analysis.sums import running_sums, window_sums
 from ..analysis.usable import valid_windows
+from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -34,8 +34,6 @@ else:  # only boundaries need it
     ndimage = lazy("scipy.ndimage")
 
 ONE = 1020  # a label that is there, the full range of a target picture
-
-Array = NDArray[Any]
 
 
 class WindowGuide:

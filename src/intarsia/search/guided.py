@@ -7,9 +7,9 @@ from abc import ABC, abstractmethod
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import RANGE, channel_shares
+from ..arrays import Array
 from ..exemplar import Exemplar
 from ..image import Kind
 from ..kernels.windows import Posed
@@ -22,7 +22,6 @@ from .pyramid import LEVELS, PyramidSearch, to_level
 from .pyramid_kernels import Rung
 from .reduce_kernels import Listed
 
-Array = NDArray[Any]
 AnySearch = TypeVar("AnySearch", PatchSearch, PyramidSearch)
 MOST = float(1 << 30)  # costs of the short-list stay below
 

@@ -8,12 +8,12 @@ pixel. Everything that decides is a whole number.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.sums import running_sums
+from ..arrays import Array
 from ..draws import below, draw_many
 from ..kernels import windows
 from ..sourcemap import HOLE
@@ -23,7 +23,6 @@ from .posed import PosedExemplars
 
 LEVELS = 24  # steps of the root of a share; of 8 groups at most, 25 to the power of 8 fits into 64 bits
 PATCHES = 1 << 18  # of a larger exemplar only every second, third, ... row and column is indexed
-Array = NDArray[Any]
 Int64 = NDArray[np.int64]
 Sides = tuple[bool, bool, bool, bool]  # top, left, bottom, right
 

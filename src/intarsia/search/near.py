@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from . import exhaustive_kernels, fourier_kernels, near_kernels
 from .candidates import Prices, Reduced, ReducedSearch
 from .reduce_kernels import Listed
 from .transforms import FITS
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)

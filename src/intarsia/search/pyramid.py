@@ -9,12 +9,12 @@ from __future__ import annotations
 import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from ..arrays import Array
 from ..errors import ParameterError
 from ..kernels import windows
 from . import fourier_kernels, pyramid_kernels
@@ -32,8 +32,6 @@ FILTERS = {
     "none": ((0, 0, 0), (0, 1, 0), (0, 0, 0)),
 }
 """What is averaged before every second pixel is dropped: as in the source, with more weight in the middle, nothing."""
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from . import fourier_kernels, near_kernels, reduce_kernels
 
 ROUNDING = 3e-7
@@ -38,8 +38,6 @@ and checks of all sizes: 2.5e-7 and 4.6e-7 (docs/design/002)."""
 
 MASKS = 64  # whose sums of squares are kept
 FITS = 0.45  # errors below a half leave the nearest whole number what it is; the rest is for adding 1/2 in floats
-
-Array = NDArray[Any]
 
 
 class Correlator:
