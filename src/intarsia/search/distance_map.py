@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.features import LUMINANCE, RANGE
+from ..analysis.features import RANGE, channel_shares
 from ..exemplar import Exemplar
 from ..image import Kind
 from . import pyramid_kernels
@@ -41,11 +41,8 @@ def full_scale(exemplar: Exemplar, weights: tuple[float, ...] | None) -> float:
     Features are stretched to the exemplar's own range, and so is the 0..1 scale.
     """
     base = exemplar.base
-    count = base.channels - base.alpha
-    if weights is None:
-        weights = LUMINANCE if count == 3 and base.kind is Kind.COLOUR else (1.0,) * count
-    shares = (*weights, max(weights))[: base.channels] if len(weights) < base.channels else weights
-    return RANGE**2 * sum(w / max(weights) for w in shares)
+    shares = [1.0] if base.kind is Kind.LABEL else channel_shares(base, weights, base.channels)
+    return RANGE**2 * sum(shares)
 
 
 def side_by_side(maps: list[NDArray[np.float32]]) -> NDArray[np.float32]:

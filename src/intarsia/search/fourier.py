@@ -62,7 +62,18 @@ class PatchSearch:
         self.factor = factor or (1 if exact else _factor(variants, patch, overlap))
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
         self.mean, self.axes, self.scale, self.clip = self._reduction()
-        self._load()
+        pictures = [
+            reduce.coarse_picture(variants.picture(v), self.factor, self.mean, self.axes, self.clip)
+            for v in range(len(variants))
+        ]
+        self.correlator = Correlator(pictures, self.cells)
+        self.coarse = self.correlator.shapes
+        (h, w), sizes = self.cells, [p.shape[1:] for p in pictures]
+        self.wholes = [p.astype(np.int16) for p in pictures] if exact else []
+        self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
+        energies = [(p.astype(np.float64) ** 2).sum(axis=0) for p in pictures]
+        self.square_spectra = [scipy.fft.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
+        self._limit(variants.valid)
         self._masks = Masks(self.coarse, self.square_spectra, [v.shape for v in self.valid])
 
     def within(self, valid: Sequence[Array]) -> PatchSearch:
@@ -99,20 +110,6 @@ class PatchSearch:
         scale = min(clip / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
         return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64), scale, clip
 
-    def _load(self) -> None:
-        pictures = [
-            reduce.coarse_picture(self.variants.picture(v), self.factor, self.mean, self.axes, self.clip)
-            for v in range(len(self.variants))
-        ]
-        self.correlator = Correlator(pictures, self.cells)
-        self.coarse = self.correlator.shapes
-        (h, w), sizes = self.cells, [p.shape[1:] for p in pictures]
-        self.wholes = [p.astype(np.int16) for p in pictures] if self.exact else []
-        self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
-        energies = [(p.astype(np.float64) ** 2).sum(axis=0) for p in pictures]
-        self.square_spectra = [scipy.fft.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
-        self._limit(self.variants.valid)
-
     def _limit(self, valid: Sequence[Array]) -> None:
         """Search among these first pixels only."""
         self.flat_valid, self.offsets = in_one_row(valid)
@@ -123,14 +120,6 @@ class PatchSearch:
         out = np.empty(shape if allowed.size else (0, 0), bool)
         returns.reachable(allowed.view(np.uint8), self.factor, out.view(np.uint8))
         return out
-
-    def _only(self, allowed: Array) -> PatchSearch:
-        """Return the same search among the patches of a flat uint8 table like ``flat_valid``, 1 where one may begin."""
-        narrow = copy.copy(self)
-        narrow.flat_valid = allowed
-        tables = [allowed[b : b + h * w].reshape(h, w) for b, h, w in self.offsets.tolist()]
-        narrow.valid = [near if near.any() else NOWHERE for near in map(self._reachable, self._places, tables)]
-        return narrow
 
     @property
     def unpriced(self) -> Prices:
@@ -165,7 +154,8 @@ class PatchSearch:
                 one = slice(k, k + 1)
                 some, counts[k] = {v: c[one] for v, c in correlations.items()}, 0
                 out = best[one], counts[one], usual[one], found[one]
-                self._only(table)._rank(feats[one], known[one], reduced.only(one), some, prices, out)
+                among_it = self.within([table[b : b + h * w].reshape(h, w) for b, h, w in self.offsets.tolist()])
+                among_it._rank(feats[one], known[one], reduced.only(one), some, prices, out)
         return Candidates.of_all(found, counts, list(map(self.full, usual.tolist())), feats, known)
 
     def _rank(

@@ -68,7 +68,9 @@ class WindowGuide:
             for v in range(len(variants)):
                 posed = pose_array(ids[variants.exemplar[v]], int(variants.pose[v]))
                 self._held.append(label_sets(_padded(posed, variants.toroidal[v], layout.patch), layout.patch))
-            self.windows = self._window_sets(numbered_labels(guide.target, guide.names))
+            self.windows = layout.of_windows(
+                label_sets(layout.widened(numbered_labels(guide.target, guide.names), -1), layout.patch)
+            )
         self.boundaries: Array = self.windows & (self.windows - 1) != 0
 
     def allowed(self, labels: int) -> list[Array]:
@@ -108,9 +110,6 @@ class WindowGuide:
             inside[k] = ok_rows[:, None] & ok_columns[None, :]
             codes[k] = self._target[np.ix_(rows, columns)] * inside[k][:, :, None]
         return codes, inside
-
-    def _window_sets(self, ids: Array) -> Array:
-        return self.layout.of_windows(label_sets(self.layout.widened(ids, -1), self.layout.patch))
 
 
 def label_sets(ids: Array, patch: tuple[int, int]) -> Array:

@@ -8,13 +8,12 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ..analysis.features import RANGE, channel_shares
 from ..arrays import Array
 from ..exemplar import Exemplar
-from ..image import Kind
 from ..kernels.windows import Posed
 from . import guided_kernels, pyramid_kernels
 from .candidates import Candidates, Prices
+from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import Among
 from .guide import ONE, WindowGuide
@@ -70,15 +69,13 @@ class Guided(ABC, Generic[AnySearch]):
         found: list[Any] = [None] * len(windows)
         for s in sorted(set(labels)):
             mine = np.array([k for k, own in enumerate(labels) if own == s])
-            weighs = self.guidance.guide.weight > 0 and not _is_one_label(s)
-            some = (self._weighed if weighs else self._plain)(self.among[s], variant, yx, at[mine], prices)
+            if self.guidance.guide.weight > 0 and not (s and s & (s - 1) == 0):
+                some = self._weighed(self.among[s], variant, yx, at[mine], prices)
+            else:  # inside the region of one label any patch of it will do: the seam alone counts
+                some = self.among[s].find(variant, yx, at[mine], self.guidance.layout.wraps, prices)
             for k, candidates in zip(mine.tolist(), some, strict=True):
                 found[k] = candidates
         return found
-
-    def _plain(self, search: AnySearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
-        """Inside a region any patch of the region will do: the seam alone counts."""
-        return search.find(variant, yx, at, self.guidance.layout.wraps, prices)
 
     @abstractmethod
     def _weighed(self, search: AnySearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
@@ -104,7 +101,6 @@ class GuidedSearch(Guided[PatchSearch]):
         self.guide = GuideSearch(guidance.pictures, guidance.layout.patch, 0, factor=search.factor)
 
     def _weighed(self, search: PatchSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
-        """Where patches differ in what the guide says, count that too: d + alpha g, squared (Multrus 2003, 5.3.1)."""
         n, guide = len(at), self.guide
         feats, known = search.windows(variant, yx, at, self.guidance.layout.wraps)
         wanted, inside = self.guidance.wanted(at)
@@ -131,18 +127,12 @@ class GuidedSearch(Guided[PatchSearch]):
         return Candidates.of_all(found, counts, list(map(search.full, usual.tolist())), feats, known)
 
 
-def _is_one_label(labels: int) -> bool:
-    return labels > 0 and labels & (labels - 1) == 0
-
-
 def seam_unit(exemplar: Exemplar, weights: tuple[float, ...] | None) -> int:
     """Return the squared difference of one pixel that differs by the full range in every channel of the base plane.
 
     Channels count as in the search; what other planes differ by comes on top.
     """
-    base = exemplar.base
-    shares = [1.0] if base.kind is Kind.LABEL else channel_shares(base, weights, base.channels)
-    return round(RANGE * RANGE * sum(shares))
+    return round(full_scale(exemplar, weights))
 
 
 class GuidedPyramid(Guided[PyramidSearch]):
@@ -153,7 +143,6 @@ class GuidedPyramid(Guided[PyramidSearch]):
         self.guide = PyramidSearch(guidance.pictures, guidance.layout.patch, search.seam, search.smoothing)
 
     def _weighed(self, search: PyramidSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
-        """Where patches differ in what the guide says, count that too: d + alpha g, squared (Multrus 2003, 5.3.1)."""
         n, guide = len(at), self.guide
         stack = search.stack(variant, yx, at, self.guidance.layout.wraps)
         beside = guide.whole_stack(*self.guidance.wanted(at))

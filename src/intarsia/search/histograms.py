@@ -121,7 +121,9 @@ class SegmentSearch:
             if known[k].any():
                 index = np.ix_(np.arange(y, y + h) % variant.shape[0], np.arange(x, x + w) % variant.shape[1])
                 groups = np.where(variant[index] != HOLE, self.groups[yx[index][..., 0], yx[index][..., 1]], -1)
-                rows = self._measured(self.drawn(groups, known[k], (y, x)), feats[k], known[k])
+                drawn = self.drawn(groups, known[k], (y, x))
+                rows = np.empty((len(drawn), 4), np.int64)
+                rows = rows[: exhaustive_kernels.best_of(feats[k], known[k], self.variants.posed, drawn, rows)]
             found.append(Candidates(rows, 0, feats[k], known[k], free=not known[k].any()))
         return found
 
@@ -183,12 +185,6 @@ class SegmentSearch:
         (h, w), (b, c) = self.patch, self.zone
         rows, columns = slice(0, h), slice(0, w)
         return (slice(0, b), columns), (rows, slice(0, c)), (slice(h - b, h), columns), (rows, slice(w - c, w))
-
-    def _measured(self, rows: Int64, feats: Array, known: Array) -> Int64:
-        """Sort patches by the squared difference to all known pixels of the window."""
-        out = np.empty((len(rows), 4), np.int64)
-        count = exhaustive_kernels.best_of(feats, known, self.variants.posed, rows, out)
-        return out[:count]
 
 
 def histogram(counts: Array) -> Int64:

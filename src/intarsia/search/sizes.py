@@ -13,7 +13,7 @@ from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..guide import Guide
-from ..params import extent
+from ..params import extent, words
 from .guide import check_sources, largest_squares
 from .posed import isometry_ids
 
@@ -110,9 +110,9 @@ def check_patch(
     rows, columns = extent(patch)
     down, across = extent(seams)
     whole = (rows + 2 * down, columns + 2 * across)
-    described = f"patch={written(columns, rows)}"
+    described = f"patch={words((rows, columns))}"
     if any((down, across)):
-        described += f" with its seams of {written(across, down)} px"
+        described += f" with its seams of {words((down, across))} px"
     if whole[0] != whole[1] and any(ISOMETRIES[p].swaps for p in isometry_ids(isometries)):
         raise ParameterError(f"{described} is not square; rotations need a square patch.")
     for e in _sampled(exemplars):
@@ -124,11 +124,6 @@ def check_patch(
             )
     if not any(valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars):
         raise without_patch((rows, columns))
-
-
-def written(columns: int, rows: int) -> str:
-    """Write a size as it is given on the command line: one number for a square."""
-    return f"{columns}" if columns == rows else f"{columns}x{rows}"
 
 
 def _sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:

@@ -58,7 +58,10 @@ class Correlator:
             for p in pictures
         ]
         self.norms = [math.sqrt(float((p.astype(np.float64) ** 2).sum())) for p in pictures]
-        self.error = max(_error(p, cells) for p in pictures)
+        self.error = max(  # of single precision, for windows of norm 1
+            ROUNDING * (1.0 + max(n / max(m, 1) for n, m in zip(cells, p.shape[1:], strict=True))) * norm
+            for p, norm in zip(pictures, self.norms, strict=True)
+        )
         self._padded, self._lock = local(), Lock()
         self._made: dict[Any, list[Array]] = {}
 
@@ -200,8 +203,3 @@ def passes(length: int) -> float:
         total += 3.3 + (1.0 if p == 2 else ((p + 1) / 2 + 2) * math.sqrt(2 * p) + 1.0)
     return total
 
-
-def _error(picture: Array, cells: tuple[int, int]) -> float:
-    """What single precision may be wrong by, for windows of norm 1."""
-    share = max(n / max(m, 1) for n, m in zip(cells, picture.shape[1:], strict=True))
-    return ROUNDING * (1.0 + float(share)) * math.sqrt(float((picture.astype(np.float64) ** 2).sum()))
