@@ -58,7 +58,10 @@ def continued(
     """
     size = picture.shape[:2]
     out = Continued(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2))
-    vectors = _translations(grid, size)
+    (a, b), (c, d) = grid.vectors
+    times = range(-REACH, REACH + 1)
+    found = {(round((m * a + n * c) / UNIT), round((m * b + n * d) / UNIT)) for m in times for n in times}
+    vectors = sorted(v for v in found if abs(v[0]) <= size[0] and abs(v[1]) <= size[1])
     before = [0, 0]
     for axis in (0, 1):
         phase, other = (grid.phase[axis] / UNIT) % steps[axis], (grid.columns, grid.rows)[axis]
@@ -71,14 +74,6 @@ def continued(
                 out = wider
                 before[axis] += missing if end == 0 else 0
     return replace(out, before=(before[0], before[1]))
-
-
-def _translations(grid: BlockGrid, size: tuple[int, int]) -> list[Move]:
-    """The translations of the lattice, px, that are shorter than the exemplar."""
-    v1, v2 = grid.vectors
-    steps = [(a, b) for a in range(-REACH, REACH + 1) for b in range(-REACH, REACH + 1)]
-    found = [tuple(round((a * p + b * q) / UNIT) for p, q in zip(v1, v2, strict=True)) for a, b in steps]
-    return sorted({(v[0], v[1]) for v in found if abs(v[0]) <= size[0] and abs(v[1]) <= size[1]})
 
 
 def _longer(

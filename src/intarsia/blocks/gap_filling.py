@@ -68,12 +68,15 @@ class Sampling:
                 f"({min(height, width)} px); choose another."
             )
         valid = valid_windows(picture.shape, exemplar.usable, False, (height + border, width + border))
-        _check_room(valid, (v1, v2), laid.block, border)
+        area = abs(v1[0] * v2[1] - v1[1] * v2[0])
+        room = [max(0, n - 1) * UNIT for n in valid.shape]  # a px is lost by rounding; masks are seen later
+        if math.prod(room) < area or max(room) < min(math.hypot(*v1), math.hypot(*v2)):
+            raise _no_room(laid.block, border)
         ring = kernels.wedges(height, width, border)
         runs = _runs(ring, border, picture.shape)
         correlate = settings.fit == "correlation"
         sums = kernels.ring_sums(picture, height, width, border)
-        share = min(1.0, (2 * settings.slack + 1) ** 2 * UNIT**2 / abs(v1[0] * v2[1] - v1[1] * v2[0]))
+        share = min(1.0, (2 * settings.slack + 1) ** 2 * UNIT**2 / area)
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
         everywhere = np.argwhere(valid) if far <= settings.slack else None
         listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
@@ -178,16 +181,6 @@ def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
             begin = k
     runs = np.array(found, np.int64)
     return runs[np.argsort(np.arange(len(runs)) * 40503 % 65536, kind="stable")]
-
-
-def _check_room(valid: Array, cell: tuple[Vector, Vector], block: Place, border: int) -> None:
-    """Refuse an exemplar in which some place of the lattice's cell has no patch; masks are seen later."""
-    (a, b), (c, d) = cell
-    area = abs(a * d - b * c)
-    tall, wide = (max(0, n - 1) * UNIT for n in valid.shape)  # a px is lost by rounding
-    least = min(math.hypot(a, b), math.hypot(c, d))
-    if tall * wide < area or max(tall, wide) < least:
-        raise _no_room(block, border)
 
 
 def _no_room(block: Place, border: int) -> MethodError:

@@ -158,10 +158,10 @@ def phased(
     return BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell), (dear_down, dear_across)
 
 
-def phase_of(picture: NDArray[np.int16], cell: Cell, wide: float, border: int = 14) -> tuple[float, float]:
+def phase_of(picture: NDArray[np.int16], cell: Cell, wide: float) -> tuple[float, float]:
     """Where the grid of the smallest blocks begins, (y, x) px; `wide` as for :func:`block_vectors`."""
     room = int(picture.shape[0]), int(picture.shape[1])
-    y, x = phased(picture, *block_vectors(*cell, 1.0, wide, room), cell, border)[0].phase
+    y, x = phased(picture, *block_vectors(*cell, 1.0, wide, room), cell, 14)[0].phase
     return y / UNIT, x / UNIT
 
 
@@ -198,7 +198,7 @@ def _upright(v1: Vector, v2: Vector, room: tuple[int, int]) -> tuple[Vector, Vec
     # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
     for some in (sums, [(y // 2, x // 2) for y, x in sums]):
         down, across = _shortest_along(some, 0, room), _shortest_along(some, 1, room)
-        if down is not None and across is not None and _cross(down, across) != 0:
+        if down is not None and across is not None and down[0] * across[1] != down[1] * across[0]:
             return down, across
     first, second = sorted((v1, v2), key=lambda v: -abs(v[0]) / (abs(v[1]) + 1))
     return first, second
@@ -216,10 +216,6 @@ def _shortest_along(sums: list[Vector], axis: int, room: tuple[int, int]) -> Vec
 
 def _towards(v: Vector, axis: int) -> Vector:
     return v if v[axis] > 0 or (v[axis] == 0 and v[1 - axis] > 0) else (-v[0], -v[1])
-
-
-def _cross(a: Vector, b: Vector) -> int:
-    return a[0] * b[1] - a[1] * b[0]
 
 
 def _lattice_shifts(cell: Cell, shape: tuple[int, int]) -> list[Vector]:

@@ -31,7 +31,7 @@ from . import bend_kernels, gap_kernels, gap_table_kernels
 from .gap_kernels import FAR
 from .gap_table import BAR, GapTable
 from .grid import BlockSettings
-from .places import Shares, dealt, grid_and_places, place_shares, thinned
+from .places import Shares, dealt, grid_and_places, place_shares
 from .pose_sheet import Places, Sheet, lattice_poses, posed_places, sheet_of
 from .wrapping import LaidBlocks, Place, beside
 
@@ -104,7 +104,10 @@ class Mosaic:
     @cached_property
     def sparse(self) -> Places:
         """Of places closer together than the slack, one; for gaps, which look around each."""
-        return {kind: thinned(found, self.settings.slack) for kind, found in self.places.items()}
+        side, sparse = (self.settings.slack + 1) * UNIT, {}
+        for kind, found in self.places.items():  # the first one in every square
+            sparse[kind] = found[np.sort(np.unique(found // side, axis=0, return_index=True)[1])]
+        return sparse
 
     @cached_property
     def tables(self) -> dict[Place, GapTable | None]:
@@ -219,18 +222,14 @@ class Mosaic:
         i, j = self.laid.number(i, j)
         side = 2 * math.ceil(math.sqrt(len(self._places(i, j)) / 2))
         square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
-        order = self._order(square, (i % 2, j % 2))
-        return order[cell % len(order)]
-
-    def _order(self, square: Place, kind: Place) -> list[int]:
-        """The places of one kind of blocks, shuffled for a square of blocks."""
-        known = self.orders.get((square, kind))
-        if known is None:
+        kind = i % 2, j % 2
+        order = self.orders.get((square, kind))
+        if order is None:
             if len(self.orders) > 256:  # an endless mosaic must not fill the memory
                 self.orders.clear()
-            order, bits = deck(len(self.places[kind]), self.seed, STAGE, 2, *square), draw(self.seed, STAGE, 2, *square)
-            known = self.orders[square, kind] = dealt(self.shares[kind], bits, order[::-1])
-        return known
+            cards, bits = deck(len(self.places[kind]), self.seed, STAGE, 2, *square), draw(self.seed, STAGE, 2, *square)
+            order = self.orders[square, kind] = dealt(self.shares[kind], bits, cards[::-1])
+        return order[cell % len(order)]
 
     def _place(self, i: int, j: int) -> Array:
         """The place that a block which is no gap is read from: what continues the canvas's start, or any."""

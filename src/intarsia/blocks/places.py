@@ -32,12 +32,6 @@ class FewPlaces(MethodError):
     """The exemplar holds too little for a mosaic; its best tile can still be repeated."""
 
 
-def thinned(places: NDArray[np.int64], slack: int) -> NDArray[np.int64]:
-    """The first place in every square of slack + 1 px."""
-    first = np.unique(places // ((slack + 1) * UNIT), axis=0, return_index=True)[1]
-    return places[np.sort(first)]
-
-
 def grid_and_places(
     settings: BlockSettings, picture: NDArray[np.int16], usable: NDArray[np.bool_], cell: Cell, element: float
 ) -> tuple[BlockGrid, Continued, Places]:

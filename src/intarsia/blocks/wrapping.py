@@ -170,10 +170,15 @@ class SquareBlocks:
 
 def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
     """The lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
+    (a, b), (c, d) = cell
+    area = a * d - b * c
 
     def nearest(size: int) -> tuple[float, Vector]:
-        goal = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
-        return min((math.dist(v, goal), v) for v in _points_near(cell, goal))
+        y, x = goal = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
+        m, n = (y * d - x * c) // area, (x * a - y * b) // area
+        around = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3) if (s, t) != (0, 0)]
+        points = [(s * a + t * c, s * b + t * d) for s, t in around]
+        return min((math.dist(v, goal), v) for v in points)
 
     off, best = nearest(length)
     if off <= STRAIN * length * UNIT:
@@ -183,12 +188,3 @@ def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
         good += islice((n for n in sizes if nearest(n)[0] <= STRAIN * n * UNIT / 2), 1)
     raise ParameterError(_unfit(axis, length, "is no whole number of periods", off / (length * UNIT), good))
 
-
-def _points_near(cell: tuple[Vector, Vector], goal: Vector) -> list[Vector]:
-    """Lattice points around a place, the origin left out."""
-    (a, b), (c, d) = cell
-    area = a * d - b * c
-    m, n = (goal[0] * d - goal[1] * c) // area, (goal[1] * a - goal[0] * b) // area
-    return [
-        (s * a + t * c, s * b + t * d) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3) if (s, t) != (0, 0)
-    ]

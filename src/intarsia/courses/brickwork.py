@@ -143,20 +143,16 @@ def _lines(line: Line, shape: tuple[int, int]) -> NDArray[np.int64]:
 
 
 def _beds(faces: Array, line: Line) -> NDArray[np.int64]:
-    """The beds near their lines."""
-    reach = max(1, int(FINDING.stray * line.pitch / UNIT))
-    return np.stack([_bed(faces, row, reach) for row in _lines(line, faces.shape)])
-
-
-def _bed(faces: Array, line: Array, reach: int) -> NDArray[np.int64]:
-    """The bed near a line that stays in mortar best."""
-    height, width = faces.shape
-    offsets = np.arange(-reach, reach + 1)
-    y = line[:, None] + offsets
-    cost = faces[np.clip(y, 0, height - 1), np.arange(width)[:, None]].astype(np.int64)
-    cost += FINDING.pull * offsets**2 // reach**2
-    cost[(y < 0) | (y >= height)] = FACE // 2
-    return np.asarray(line + paths.cheapest(cost) - reach, np.int64)
+    """The beds near their lines that stay in mortar best."""
+    (height, width), reach = faces.shape, max(1, int(FINDING.stray * line.pitch / UNIT))
+    offsets, found = np.arange(-reach, reach + 1), []
+    for row in _lines(line, faces.shape):
+        y = row[:, None] + offsets
+        cost = faces[np.clip(y, 0, height - 1), np.arange(width)[:, None]].astype(np.int64)
+        cost += FINDING.pull * offsets**2 // reach**2
+        cost[(y < 0) | (y >= height)] = FACE // 2
+        found.append(row + paths.cheapest(cost) - reach)
+    return np.stack(found).astype(np.int64)
 
 
 def _readable(usable: Array, above: Array, below: Array) -> NDArray[np.bool_]:

@@ -106,7 +106,9 @@ class Wall:
                 run.tick(done + 1 + len(strips), total)
                 cuts = each(self._cut, pairwise(strips))
                 for (strip, following), (top, end) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
-                    self._pour(strip, following, top, end, out, self._from(m) - x0)
+                    inner = slice(RUN_UP, RUN_UP + len(top))
+                    end = end + (following[2] - strip[2])[inner]
+                    kernels.pour(strip[0][:, inner], strip[2][inner], top, end, out, self._from(m) - x0)
                 done += 2 * len(courses)
         run.tick(total, total)
         return self._usable(out), None
@@ -194,12 +196,6 @@ class Wall:
             inner[end] = paths.BARRED
             inner[end, pin] = kept
         return np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64)
-
-    def _pour(self, strip: Strip, following: Strip, top: Array, end: Array, out: Array, at: int) -> None:
-        """Write what a course shows in a chunk."""
-        inner = slice(RUN_UP, RUN_UP + len(top))
-        end = end + (following[2] - strip[2])[inner]
-        kernels.pour(strip[0][:, inner], strip[2][inner], top, end, out, at)
 
 
 def _weighted(picture: Array, work: Brickwork) -> NDArray[np.int64]:

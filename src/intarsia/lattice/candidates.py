@@ -64,18 +64,6 @@ def canonical(vectors: Int64) -> Int64:
     return result
 
 
-def sensible(vectors: Int64, height: int, width: int) -> NDArray[np.bool_]:
-    """Say which reduced pairs could be the lattice of a picture: not too short, and some cells in it.
-
-    Reduced vectors meet at 60 degrees or more.
-    """
-    lengths = np.sqrt((vectors * vectors).sum(axis=2).astype(np.float64)) / UNIT
-    area = np.abs(vectors[:, 0, 0] * vectors[:, 1, 1] - vectors[:, 0, 1] * vectors[:, 1, 0]) / UNIT**2
-    room = SENSIBLE.cells * height * width
-    result: NDArray[np.bool_] = (lengths[:, 0] >= SHORTEST) & (area > 0) & (area <= room)
-    return result
-
-
 def correlation_peaks(found: CorrelationMap) -> Floats:
     """Find the offsets of one half plane at which the texture agrees with itself best: (n, 2), px.
 
@@ -173,8 +161,11 @@ def candidates(found: CorrelationMap, waves: list[Floats], height: int, width: i
 
 
 def distinct(lattices: Int64, height: int, width: int) -> Int64:
-    """Keep the first of lattices that agree to half a px, and only sensible ones."""
-    lattices = lattices[sensible(lattices, height, width)]
+    """Keep the first of reduced lattices that agree to half a px; none that is too short, or has a cell too large."""
+    lengths = np.sqrt((lattices * lattices).sum(axis=2).astype(np.float64)) / UNIT
+    area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0]) / UNIT**2
+    room = SENSIBLE.cells * height * width
+    lattices = lattices[(lengths[:, 0] >= SHORTEST) & (area > 0) & (area <= room)]
     coarse = (lattices + UNIT // 4) // (UNIT // 2)
     _, first = np.unique(coarse.reshape(-1, 4), axis=0, return_index=True)
     return lattices[np.sort(first)]

@@ -29,11 +29,6 @@ def lattice_of(
     return vectors_of(found.accepted)
 
 
-def has_lattice(exemplar: Exemplar, channel_weights: tuple[float, ...] | None = None) -> bool:
-    """Return whether an exemplar repeats by a lattice."""
-    return lattices_of(exemplar, channel_weights).accepted is not None
-
-
 def lattices_of(exemplar: Exemplar, channel_weights: tuple[float, ...] | None = None) -> Lattices:
     """What is known of the lattice of an exemplar; looked for once."""
 

@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from ..errors import ParameterError
 from ..lazy import lazy
-from ..params import AUTO, check, param
+from ..params import AUTO, param
 from . import parameters
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     import numpy as np
@@ -68,7 +68,7 @@ class Layer(Protocol):
 
 
 @dataclass(frozen=True)
-class NearRegular:
+class NearRegular(MethodBase):
     """Lay blocks of whole periods at random places of the lattice, and fill the gaps between them to fit."""
 
     slug: ClassVar[str] = "near-regular"
@@ -111,9 +111,6 @@ class NearRegular:
         choices=("auto", "on", "off"),
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def blend(self) -> sourcemap.Blend:

@@ -26,9 +26,9 @@ from ..errors import ParameterError
 from ..field import Field
 from ..geometry import Box, Wrap
 from ..lazy import lazy
-from ..params import AUTO, check, check_sizes, param
+from ..params import AUTO, check_sizes, param
 from . import parameters
-from .base import Ability
+from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
     from .. import sourcemap
@@ -63,7 +63,7 @@ ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
 
 @dataclass(frozen=True)
-class ParallelControllable:
+class ParallelControllable(MethodBase):
     """Refine an endless map of the exemplar from coarse to fine, moving pixels at random and mending what broke."""
 
     slug: ClassVar[str] = "parallel-controllable"
@@ -141,7 +141,7 @@ class ParallelControllable:
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         if self.lattice is not AUTO and self.snap == "off":
             raise ParameterError("snap=off moves pixels by no lattice; leave the lattice out, or say snap=on.")
         if math.isqrt(self.subpasses) ** 2 != self.subpasses:
@@ -183,11 +183,6 @@ class ParallelControllable:
         """Whether pixels are copies: not so where the texture lies turned or scaled."""
         return (self.angle, self.zoom) == (0, 1)
 
-    @property
-    def blend(self) -> sourcemap.Blend:
-        """Exact copies."""
-        return sourcemap.Blend(0)
-
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
         """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
         size = None if canvas.endless else (canvas.height, canvas.width)
@@ -203,7 +198,9 @@ class ParallelControllable:
         """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
         lattice, jitter, snap = self.lattice, self.jitter, self.snap
         if snap == "auto":
-            known = lattice is not AUTO or (not guided and vectors.has_lattice(exemplar, self.channel_weights))
+            known = lattice is not AUTO
+            if not known and not guided:
+                known = vectors.lattices_of(exemplar, self.channel_weights).accepted is not None
             snap = "on" if known else "off"
         if lattice is not AUTO:
             vectors.check_lattice(lattice, exemplar)

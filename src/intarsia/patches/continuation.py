@@ -60,7 +60,8 @@ class Continuation:
         here = np.moveaxis(np.indices(known.shape), 0, 2)
         offset = start.yx.astype(np.int64) - here
         upright = known if start.pose is None else known & (start.pose == 0)
-        anchor = _commonest(offset[upright if upright.any() else known])
+        found, counts = np.unique(offset[upright if upright.any() else known], axis=0, return_counts=True)
+        anchor: Vector = tuple(found[int(np.argmax(counts))].tolist())  # of equals the first
         band = upright & (offset == anchor).all(axis=2) & (depth <= rim)
         return cls(start, depth, deepest, anchor, band)
 
@@ -105,9 +106,3 @@ class Continuation:
             taken[box] = out.astype(bool)
         return taken
 
-
-def _commonest(offsets: NDArray[np.int64]) -> Vector:
-    """The offset that most pixels have; of equals the first."""
-    found, counts = np.unique(offsets, axis=0, return_counts=True)
-    y, x = found[int(np.argmax(counts))]
-    return int(y), int(x)

@@ -104,7 +104,11 @@ def waves(layout: WindowGrid, wanted: NDArray[np.bool_]) -> list[list[Window]]:
     numbers: outward from what is known.
     """
     if layout.places is not None:
-        return _free_waves(layout, layout.places)
+        wave_of = levels(list(layout.places), layout.patch, (layout.height, layout.width), layout.wraps)
+        free: list[list[Window]] = [[] for _ in range(max(wave_of, default=-1) + 1)]
+        for k, wave in enumerate(wave_of):
+            free[wave].append((k, 0))
+        return free
     rows = _neighbours(layout.rows, layout.patch[0], layout.height, layout.wrap_y)
     columns = _neighbours(layout.columns, layout.patch[1], layout.width, layout.wrap_x)
     reach = [b - a for a, near in enumerate(columns) for b in near]
@@ -125,15 +129,6 @@ def waves(layout: WindowGrid, wanted: NDArray[np.bool_]) -> list[list[Window]]:
         if mine == len(out):
             out.append([])
         out[mine].append((int(row), int(column)))
-    return out
-
-
-def _free_waves(layout: WindowGrid, found: tuple[Window, ...]) -> list[list[Window]]:
-    size = layout.height, layout.width
-    wave_of = levels(list(found), layout.patch, size, layout.wraps)
-    out: list[list[Window]] = [[] for _ in range(max(wave_of, default=-1) + 1)]
-    for number, wave in enumerate(wave_of):
-        out[wave].append((number, 0))
     return out
 
 

@@ -19,7 +19,7 @@ from ..arrays import Array
 from ..search import exhaustive_kernels
 from ..search.candidates import SHORT_LIST, Candidates, Prices
 from ..search.fourier import PatchSearch
-from ..search.posed import PosedExemplars, in_one_row
+from ..search.posed import in_one_row
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
 LITTLE = 1 << 22  # so many px of patches are measured, rather than searched
@@ -56,7 +56,13 @@ def best_given(
     if not is_little(mask, search.patch):
         (again,) = search.search(found.feats[None], found.known[None], prices, lambda *_: mask)
     if not len(again.rows):
-        again = measured_given(search.variants, found, table.rows(mask), check)
+        rows, best = table.rows(mask), np.empty((0, 4), np.int64)
+        for first in range(0, len(rows), CHUNK):
+            check()
+            out = np.empty((SHORT_LIST, 4), np.int64)
+            part = np.concatenate([best, rows[first : first + CHUNK]])
+            best = out[: exhaustive_kernels.best_of(found.feats, found.known, search.variants.posed, part, out)]
+        again = replace(found, rows=best)
     return replace(again, usual=found.usual, permitted=True)
 
 
@@ -64,13 +70,3 @@ def is_little(mask: Array, patch: tuple[int, int]) -> bool:
     """True where all patches of a table are so few and small that they are soon measured."""
     return mask.size * math.prod(patch) <= LITTLE
 
-
-def measured_given(variants: PosedExemplars, found: Candidates, rows: Array, check: Callable[[], None]) -> Candidates:
-    """Return the nearest among given patches (n, 4), all of them measured, in place of the short-list's."""
-    best = np.empty((0, 4), np.int64)
-    for first in range(0, len(rows), CHUNK):
-        check()
-        out = np.empty((SHORT_LIST, 4), np.int64)
-        part = np.concatenate([best, rows[first : first + CHUNK]])
-        best = out[: exhaustive_kernels.best_of(found.feats, found.known, variants.posed, part, out)]
-    return replace(found, rows=best)

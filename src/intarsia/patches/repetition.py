@@ -25,7 +25,7 @@ from ..geometry import ISOMETRIES
 from ..kernels import returns
 from ..search.candidates import Candidates, Prices, Search
 from ..search.fourier import PatchSearch
-from ..search.posed import PosedExemplars
+from ..search.posed import PosedExemplars, in_one_row
 from ..search.windows import WindowGrid
 from ..sourcemap import HOLE
 from . import repetition_kernels
@@ -74,10 +74,9 @@ class Repetition:
         self.search, self.layout, self.distance, self.strength, self.rule = search, layout, distance, strength, rule
         shapes = [v.shape for v in search.valid]
         self.striking = striking or [np.full(s, 256, np.int32) for s in shapes]
-        self._flat = np.zeros(sum(a * b for a, b in shapes), np.int32)
+        flat, self._offsets = in_one_row(search.valid)
+        self._flat = np.zeros(len(flat), np.int32)
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
-        begins = np.cumsum([0] + [a * b for a, b in shapes])
-        self._offsets = np.array([(o, *s) for o, s in zip(begins, shapes, strict=False)], np.int64)
         # The uses, and what drift adds to them; the source's rules count at once.
         self._priced = self._flat.copy() if rule is RepetitionRule.PRICES else self._flat
         self.laid = 0
@@ -117,24 +116,16 @@ class Repetition:
         if not self.strength or not self.laid:
             return
         most = int(self._flat.max(initial=0))
-        if self._groups is None and most <= DRIFT * self._mean_use() * LEAST_STRIKING:
+        # Uses of each part of the exemplar, or of each group, if all were used alike.
+        even: Any = self.laid * math.prod(self.search.cells) / max(self._flat.size, 1) + 1
+        if self._groups is None and most <= DRIFT * even * LEAST_STRIKING:
             return
         uses = self._flat / self._flat_striking  # what strikes was counted more
-        even = self._even(uses)
+        if self._groups is not None:
+            even = (np.bincount(self._groups, uses) / np.maximum(np.bincount(self._groups), 1))[self._groups] + 1
         if most > DRIFT * float(np.min(even)) * LEAST_STRIKING:
             excess = np.maximum(uses / even - DRIFT, 0.0) * (repetition_kernels.ONE / (self.strength * STEADY))
             self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
-
-    def _mean_use(self) -> float:
-        """Uses of each part of the exemplar if all were used alike."""
-        return self.laid * math.prod(self.search.cells) / max(self._flat.size, 1) + 1
-
-    def _even(self, uses: Array) -> Any:
-        """Uses of each part if all were used alike: of the exemplar, or of each group."""
-        if self._groups is None:
-            return self._mean_use()
-        mean = np.bincount(self._groups, uses) / np.maximum(np.bincount(self._groups), 1)
-        return mean[self._groups] + 1
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
         """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
