@@ -34,14 +34,8 @@ EDGE = 2  # a ring takes windows in which at least 1/EDGE of one seam is known
 def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Place]:
     """Return the first pixels of the windows that fill all that is not known, in the order of filling.
 
-    Parameters
-    ----------
-    known : bool array, shape (H, W)
-        What is on the canvas; some of it, or nothing is to be continued.
-    patch, overlap : (rows, columns)
-        Of a window, not larger than the canvas.
-    wraps : (rows, columns)
-        Along which axes the canvas continues in itself.
+    `known` (H, W): what is on the canvas; some of it, or nothing is to be continued. `patch`, `overlap`: rows and
+    columns of a window, not larger than the canvas; `wraps`: whether rows and columns continue in themselves.
     """
     left = ~known
     found = list(_outside(known, patch, overlap, wraps))

@@ -51,20 +51,10 @@ class RepetitionRule(StrEnum):
 class Repetition:
     """What was laid so far, and what that costs each candidate.
 
-    Parameters
-    ----------
-    search : Search
-        Whose variants and coarse positions are meant.
-    layout : WindowGrid
-        The windows.
-    strength : float
-        Price of a full repeat, relative to the usual distance; 0 switches the prices off.
-    distance : int
-        No exemplar pixel may return within this many output px; 0: no such rule.
-    striking : list of int32 arrays, optional
-        For every variant, how striking each coarse position is; 256 = usual.
-    rule : RepetitionRule
-        What a repeat costs; `strength` and `striking` belong to PRICES alone.
+    `search`: whose variants and coarse positions are meant; `strength`: price of a full repeat, relative to the usual
+    distance, 0 switches the prices off; `distance`: no exemplar pixel may return within this many output px, 0: no such
+    rule; `striking`: for every variant, how striking each coarse position is, 256 = usual; `strength` and `striking`
+    belong to the rule PRICES alone.
     """
 
     def __init__(

@@ -38,16 +38,9 @@ NOWHERE = np.zeros((0, 0), bool)  # a variant without any patch is not even look
 class PatchSearch:
     """Search patches of one size in a set of variants.
 
-    Parameters
-    ----------
-    variants : PosedExemplars
-        Posed exemplars, laid out for the patch size.
-    patch : (rows, columns)
-        Size of the windows.
-    exact : bool
-        Search every position at full resolution, in place of the reduced short-list.
-    factor : int
-        By what pictures are reduced; 0: as it suits exemplars and patch.
+    `patch`, for which the variants are laid out: rows and columns of the windows; `exact`: search every position at
+    full resolution, in place of the reduced short-list; `listed`: candidates returned; `factor`: by what pictures are
+    reduced; 0: as it suits exemplars and patch.
     """
 
     factor: int
@@ -209,10 +202,7 @@ class PatchSearch:
 def most_steps(patch: tuple[int, int], cells: tuple[int, int], axes: int) -> int:
     """Return the highest whole number of reduced pictures whose squared distances stay below 2**31.
 
-    Raises
-    ------
-    ParameterError
-        where a patch is so large that even -1 to 1 is too much.
+    ParameterError where a patch is so large that even -1 to 1 is too much.
     """
     most = math.isqrt((int(fourier_kernels.NONE) - 1) // (4 * axes * max(math.prod(cells), 1)))
     if most < 1:

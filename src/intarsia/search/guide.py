@@ -39,17 +39,11 @@ ONE = 1020  # a label that is there, the full range of a target picture
 class WindowGuide:
     """The guide of a canvas, beside every variant and under every window.
 
-    Attributes
-    ----------
-    pictures : PosedExemplars
-        The guide beside the exemplars, posed and laid out like the variants: one channel for each label of the
-        target, ONE where a pixel has it (of two labels one is enough), or the channels of a target picture, 0 .. ONE.
-    unit : int
-        The squared difference of one pixel that differs fully.
-    windows : int64 array (rows, columns)
-        The labels that each window of the layout holds, as bits; 0 everywhere without labels.
-    boundaries : bool array (rows, columns)
-        True for the windows that hold more than one label. All others take patches in `poses` only.
+    ``pictures``: the guide beside the exemplars, posed and laid out like the variants: one channel for each label of
+    the target, ONE where a pixel has it (of two labels one is enough), or the channels of a target picture, 0 .. ONE.
+    ``unit``: the squared difference of one pixel that differs fully. ``windows`` (rows, columns): the labels that each
+    window of the layout holds, as bits; 0 everywhere without labels. ``boundaries``: those that hold more than one
+    label; all others take patches in `poses` only.
     """
 
     def __init__(

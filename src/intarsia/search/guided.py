@@ -41,14 +41,8 @@ class GuideSearch(PatchSearch):
 class Guided(ABC, Generic[AnySearch]):
     """Search patches for windows under a guide.
 
-    Parameters
-    ----------
-    search : PatchSearch or PyramidSearch
-        The search for patches whose seams fit.
-    guidance : WindowGuide
-        What the guide says of windows and patches.
-    unit : int
-        The squared difference of one pixel over the full range of the exemplars: what a seam distance of 1 is.
+    `search` finds patches whose seams fit; `unit`: the squared difference of one pixel over the full range of the
+    exemplars, what a seam distance of 1 is.
     """
 
     def __init__(self, search: AnySearch, guidance: WindowGuide, unit: int) -> None:

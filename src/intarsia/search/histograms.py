@@ -30,17 +30,9 @@ Sides = tuple[bool, bool, bool, bool]  # top, left, bottom, right
 class HistogramIndex:
     """All patches of an exemplar, gathered by the histogram of groups in some sides of their boundary zone.
 
-    Parameters
-    ----------
-    counts : int array, shape (K, rows, columns)
-        Pixels of every group in the zone of the patch that begins there.
-    valid : bool array, shape (rows, columns)
-        Which patches may be used.
-
-    Attributes
-    ----------
-    histograms : int array, shape (n, K)
-        The different histograms, see :func:`histogram`, sorted by their last entry, then by the one before.
+    `counts` (K, rows, columns): pixels of every group in the zone of the patch that begins there; `valid` (rows,
+    columns): which patches may be used. ``histograms`` (n, K): the different ones, see :func:`histogram`, sorted by
+    their last entry, then by the one before.
     """
 
     def __init__(self, counts: Array, valid: NDArray[np.bool_]) -> None:
@@ -71,20 +63,9 @@ class HistogramIndex:
 class SegmentSearch:
     """Find patches whose boundary zone holds the same groups as what is known around a window.
 
-    Parameters
-    ----------
-    variants : PosedExemplars
-        One exemplar, upright.
-    patch : (rows, columns)
-        Size of the windows.
-    groups : int array, shape (H, W)
-        Group of every pixel of the exemplar, 0 to 7; -1 where it must not be used.
-    zone : (rows, columns)
-        Width of the boundary zone, px.
-    hits, points : int
-        How many histograms are looked at for a window, and how many patches are drawn of each.
-    seed, stage : int
-        Of the draws.
+    `variants`: one exemplar, upright; `patch`: rows and columns of the windows; `groups` (H, W): group of every pixel
+    of the exemplar, 0 to 7, -1 where it must not be used; `zone`: width of the boundary zone, (rows, columns) px;
+    `hits`, `points`: how many histograms are looked at for a window, and how many patches are drawn of each.
     """
 
     factor = 1

@@ -83,14 +83,8 @@ def posed_exemplars(
 ) -> PosedExemplars:
     """Lay out every exemplar in every pose for patches of (rows, columns) px.
 
-    Poses that are only `shown` (in a start map) can be read, but no patch is taken from them.
-
-    Raises
-    ------
-    ParameterError
-        where there are too many variants.
-    MethodError
-        where no window of any exemplar is free of masked pixels.
+    Poses that are only `shown` (in a start map) can be read, but no patch is taken from them. ParameterError where
+    there are too many variants, MethodError where no window of any exemplar is free of masked pixels.
     """
     if len(exemplars) * len(poses) > MAX_VARIANTS:
         raise ParameterError(

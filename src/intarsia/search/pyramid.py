@@ -52,20 +52,9 @@ class PyramidLevel:
 class PyramidSearch:
     """Search patches of one size in a set of variants, from coarse to fine.
 
-    Parameters
-    ----------
-    variants : PosedExemplars
-        Posed exemplars, laid out for the patch size.
-    patch : (rows, columns)
-        Size of the windows, seams included.
-    seam : (rows, columns)
-        Width of the seams.
-    smoothing : {"mean", "gaussian", "none"}
-        What is averaged before every second pixel is dropped.
-    kept : int
-        Positions followed from each level to the next finer one.
-    listed : int
-        Candidates returned.
+    `patch`, for which the variants are laid out: rows and columns of the windows, seams included; `seam`: rows and
+    columns of these; `smoothing`: one of FILTERS; `kept`: positions followed from each level to the next finer one;
+    `listed`: candidates returned.
     """
 
     factor = 1

@@ -43,12 +43,7 @@ FITS = 0.45  # errors below a half leave the nearest whole number what it is; th
 class Correlator:
     """Correlate windows with pictures of whole numbers.
 
-    Parameters
-    ----------
-    pictures : list of float32 arrays (K, rows, columns)
-        Whole numbers; a correlation adds up all K.
-    cells : (rows, columns)
-        Size of the windows.
+    `pictures`, float32 (K, rows, columns) each: a correlation adds up all K; `cells`: rows and columns of the windows.
     """
 
     def __init__(self, pictures: list[Array], cells: tuple[int, int]) -> None:
@@ -144,14 +139,8 @@ class Correlator:
 class Masks:
     """Sums of squares under masks, kept: few masks occur again and again.
 
-    Parameters
-    ----------
-    padded : list of (rows, columns)
-        For every variant the shape that its spectra belong to.
-    spectra : list of arrays
-        Spectra of the variants' squares.
-    shapes : list of (rows, columns)
-        How many positions of each variant are looked at.
+    For every variant: `padded`, the rows and columns that its spectra belong to; `spectra` of its squares; `shapes`,
+    the rows and columns of the positions that are looked at.
     """
 
     def __init__(self, padded: list[tuple[int, int]], spectra: list[Array], shapes: list[tuple[int, ...]]) -> None:
