@@ -95,12 +95,14 @@ class Wall:
         chunks = [m for m in near if self._from(m) < x0 + width and self._from(m + 1) > x0]
         corners = [self.rows.course_at(y, x) for y in (y0, y0 + height) for x in (x0, x0 + width)]
         courses = range(min(corners) - 2, max(corners) + 3)
+        spare = RUN_UP + 2 * REACH.open
         done, total = 0, len(chunks) * (2 * len(courses) + 1)
         with run.pool() as each:
             for m in chunks:
                 run.tick(done, total)
                 # Chains know one another, so they are made in turn; what is cut from them is not shared.
-                laid = [(i, self._pieces(i, m)) for i in courses]
+                ends = self._from(m) - spare, self._from(m + 1) + spare
+                laid = [(i, self.layout.pieces(i, *ends)) for i in courses]
                 run.tick(done + 1, total)
                 strips = each(partial(self._strip, m, y0), laid)
                 run.tick(done + 1 + len(strips), total)
@@ -138,11 +140,6 @@ class Wall:
         if not self.rows.width:
             return u // CHUNK
         return u * max(1, self.rows.width // CHUNK) // self.rows.width
-
-    def _pieces(self, i: int, m: int) -> list[Piece]:
-        """The pieces of a course that show in a chunk."""
-        spare = RUN_UP + 2 * REACH.open
-        return self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare)
 
     def _strip(self, m: int, y0: int, course: tuple[int, list[Piece]]) -> Strip:
         """Lay a course: its pixels (R, w, 2), what does not belong there (R, w), the row of its first one (w,)."""

@@ -95,7 +95,10 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
     y, x = v[0] - turn * v[1], v[1] + turn * v[0]
     norm = math.sqrt(y * y + x * x)
     direction = np.rint(np.array([y, x]) * 65536 / norm).astype(np.int64)
-    mean, mass = profile(found, direction)
+    high, wide = found.values.shape[0] // 2, found.values.shape[1] // 2
+    n = 2 * int((high * abs(direction[0]) + wide * abs(direction[1])) >> 16)  # a line for every half px
+    mean, mass = np.empty(n, np.int64), np.empty(n, np.int64)
+    course_profile(found.values, found.weights, direction, mean, mass)
     stretched = 1 + np.arange(-TURNING.stretch, TURNING.stretch + 1) / TURNING.step
     lengths = np.rint(2 * UNIT * length * stretched).astype(np.int64)
     contrasts = np.empty(len(lengths), np.int64)
@@ -105,15 +108,6 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
     if lines < 1 or contrasts[k] <= 0:
         return None
     return RowPitch((float(pitch * y / norm), float(pitch * x / norm)), int(contrasts[k]), lines, residual)
-
-
-def profile(found: CorrelationMap, direction: Int64) -> tuple[Int64, Int64]:
-    """Average the map along the lines across a direction of length 65536; a line for every half px."""
-    high, wide = found.values.shape[0] // 2, found.values.shape[1] // 2
-    n = 2 * int((high * abs(direction[0]) + wide * abs(direction[1])) >> 16)
-    mean, mass = np.empty(n, np.int64), np.empty(n, np.int64)
-    course_profile(found.values, found.weights, direction, mean, mass)
-    return mean, mass
 
 
 def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:

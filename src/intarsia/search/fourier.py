@@ -65,9 +65,9 @@ class PatchSearch:
         self.wholes = [p.astype(np.int16) for p in pictures] if exact else []
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
         energies = [(p.astype(np.float64) ** 2).sum(axis=0) for p in pictures]
-        self.square_spectra = [scipy.fft.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
+        squares = [scipy.fft.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
         self._limit(variants.valid)
-        self._masks = Masks(self.coarse, self.square_spectra, [v.shape for v in self.valid])
+        self._masks = Masks(self.coarse, squares, [v.shape for v in self.valid])
 
     def within(self, valid: Sequence[Array]) -> PatchSearch:
         """Return the same search among some patches only: of every variant, where they may begin."""

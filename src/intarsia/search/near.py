@@ -29,18 +29,14 @@ class Near:
         return Near(self.values[one], self.slacks[one])
 
 
-def slacks(wrong: Array) -> Array:
-    """By what distances are wrong at most, by rounded correlations that were wrong by so much."""
-    return np.where(wrong < FITS, 0, np.ceil(2.0 * wrong) + 2).astype(np.int64)
-
-
 def correlate_near(search: ReducedSearch, reduced: Reduced) -> dict[int, Near]:
     """Correlate windows with all variants that have any patch, in the floats of their spectra."""
     found, norms = {}, np.sqrt(reduced.energies.astype(np.float64))
     for v, valid in enumerate(search.valid):
         if valid.size:
             values, wrong = search.correlator.near(v, reduced.spectra, valid.shape[0], norms)
-            found[v] = Near(values, slacks(wrong))
+            slacks = np.where(wrong < FITS, 0, np.ceil(2.0 * wrong) + 2)  # of distances by rounded ones
+            found[v] = Near(values, slacks.astype(np.int64))
     return found
 
 
