@@ -70,7 +70,9 @@ class Stages:
         settings = replace(self.settings, boundaries=self.settings.boundaries._replace(isometries="none"))
         for k in np.unique(target[stray]).tolist():
             here = target == k
-            start = _only(self.map, here & (found == k))
+            which = np.zeros(target.shape, np.uint8) if self.map.which is None else self.map.which
+            kept = np.where(here & (found == k), which, HOLE).astype(np.uint8)
+            start = replace(self.map, which=kept)
             plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
             inner = replace(self.canvas, start=start, guide=replace(guide, target=plane))
             growth = Growth(settings, self.exemplars, inner, wanted=stray & here, turn=Turn(2 * PASS + k, 2, 3))
@@ -119,11 +121,6 @@ def strays(found: Array, target: Array, slack: int, beside: Array) -> Array:
             depth[here] = ndimage.distance_transform_edt(here)[here]
     deepest = np.append(-1.0, ndimage.maximum(depth, groups, np.arange(1, count + 1)))
     return np.asarray((deepest[groups] > slack) | ~beside[found, target])
-
-
-def _only(smap: SourceMap, kept: Array) -> SourceMap:
-    which = np.zeros(kept.shape, np.uint8) if smap.which is None else smap.which
-    return replace(smap, which=np.where(kept, which, HOLE).astype(np.uint8))
 
 
 def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
