@@ -35,7 +35,7 @@ Shares = NDArray[np.int64]
 class GapTable:
     """What pairs of places cost side by side."""
 
-    # (k, n, moves) for each neighbour (above, below, left, right): squared differences.
+    # For each neighbour (above, below, left, right) squared differences (k, n, moves) of its places and the gap's.
     sums: tuple[NDArray[np.float64], ...]
     px: tuple[NDArray[np.float64], ...]  # and of how many px; whole numbers
     # (k, n) each: 1 where a place of the gap repeats the neighbour's, 2 where it only continues it.

@@ -44,8 +44,8 @@ class BlockSettings(NamedTuple):
 class BlockGrid:
     """Where blocks lie: block (i, j) begins at ``phase + i rows + j columns``."""
 
-    rows: Vector  # the step from block to block, (dy, dx) in 1/256 px
-    columns: Vector  # and the one aside
+    rows: Vector  # the step down from block to block, (dy, dx) in 1/256 px
+    columns: Vector  # and the step aside
     phase: Vector  # where block (0, 0) begins, in the exemplar as on the canvas, 1/256 px
     cell: Cell  # the lattice vectors, 1/256 px; None for the second where one direction is free
 

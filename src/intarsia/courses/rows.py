@@ -94,11 +94,11 @@ class Piece(NamedTuple):
     first: int  # its columns on the canvas, up to the middle of the joints at both ends
     end: int
     source: int  # the exemplar column that `first` shows
-    course: int  # of the exemplar
-    left: int  # what lies at both ends: a joint, FACE or OPEN
-    right: int
-    low: int  # the exemplar columns of the ends
-    high: int
+    course: int  # of the exemplar that it is a piece of
+    left: int  # what lies at its left end: a joint, FACE or OPEN
+    right: int  # and at its right end
+    low: int  # the exemplar column of the left end
+    high: int  # and of the right one
     brick: int  # its number
 
 
