@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ParameterError
@@ -76,11 +77,8 @@ class Ashikhmin(MethodBase):
         scan = raster_scan.Scan(exemplars, canvas, extent(method.window or 3), 1, (seed, STAGE))
         torus, exemplar = scan.enter()
         similar = tree.similar_pixels(exemplar, torus.choices, scan.components(), method.jumps)
-        for y, x0, x1 in scan.stretches(AT_ONCE):
+        for pixels in chain(scan.stretches(AT_ONCE), scan.first_ones(AT_ONCE)):
             run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-            raster_kernels.coherent_row(torus, exemplar, similar, y, x0, x1, scan.room)
-        for pixels in scan.first_ones(AT_ONCE):
-            run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-            raster_kernels.coherent_again(torus, exemplar, similar, pixels, scan.room)
+            raster_kernels.coherent_pixels(torus, exemplar, similar, pixels, scan.room)
         run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
         return scan.map(self.blend)

@@ -24,6 +24,9 @@ from ..params import AUTO, check, extent, param, words
 from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from .. import sourcemap
     from ..canvas import Canvas
     from ..exemplar import Exemplar
@@ -87,20 +90,20 @@ class WeiLevoy(MethodBase):
         for _ in range(method.levels):
             torus, exemplar = scan.enter()
             fill = method.filler(scan, torus, exemplar)
-            for y, x0, x1 in scan.stretches(AT_ONCE):
+            for pixels in scan.stretches(AT_ONCE):
                 run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-                fill(y, x0, x1)
+                fill(pixels)
             for pixels in scan.first_ones(AT_ONCE):
                 run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-                raster_kernels.full_again(torus, exemplar, pixels, scan.room)
+                raster_kernels.full_pixels(torus, exemplar, pixels, scan.room)
         run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
         return scan.map(self.blend)
 
     def filler(
         self, scan: raster_scan.Scan, torus: raster_kernels.Torus, exemplar: Ground
-    ) -> Callable[[int, int, int], None]:
-        """Return what fills a stretch of a row of this level: (row, first column, one past the last)."""
+    ) -> Callable[[NDArray[np.int64]], None]:
+        """Return what fills pixels (n, 2) of this level, in turn."""
         if self.matching == "exact":
-            return lambda y, x0, x1: raster_kernels.full_row(torus, exemplar, y, x0, x1, scan.room)
+            return lambda pixels: raster_kernels.full_pixels(torus, exemplar, pixels, scan.room)
         tree = pixels_tree.tree_of(exemplar, torus.choices, scan.components())
-        return lambda y, x0, x1: raster_kernels.tree_row(torus, exemplar, tree, LEAVES, FEW, y, x0, x1, scan.room)
+        return lambda pixels: raster_kernels.tree_pixels(torus, exemplar, tree, LEAVES, FEW, pixels, scan.room)

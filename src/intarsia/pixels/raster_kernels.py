@@ -80,19 +80,12 @@ def template_of(torus: Any, ground: Any, y: int, x: int, template: Any) -> Any:
 
 
 @kernel
-def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> int:
-    """Return the position that continues at (y, x) what tap `t` shows, or -1 where the exemplar ends."""
+def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> Any:
+    """Return (variant, position) that continues at (y, x) what tap `t` shows; -1 where the exemplar ends."""
     a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
     b = (x + torus.taps[t, 1]) % torus.variant.shape[1]
-    v = torus.variant[a, b]
-    return position_of(ground, v, torus.yx[a, b, 0] - torus.taps[t, 0], torus.yx[a, b, 1] - torus.taps[t, 1], kind)
-
-
-@kernel
-def variant_at(torus: Any, y: int, x: int, t: int) -> Any:
-    """Return the variant that tap `t` of (y, x) shows."""
-    a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
-    return torus.variant[a, (x + torus.taps[t, 1]) % torus.variant.shape[1]]
+    v, i, j = torus.variant[a, b], torus.yx[a, b, 0] - torus.taps[t, 0], torus.yx[a, b, 1] - torus.taps[t, 1]
+    return np.int64(v), np.int64(position_of(ground, v, i, j, kind))
 
 
 @kernel
@@ -103,9 +96,8 @@ def best_continuation(torus: Any, ground: Any, y: int, x: int, kind: int, templa
     for t in range(len(torus.taps)):
         if torus.taps[t, 2] != ABOVE:
             continue
-        at = continuation(torus, ground, y, x, t, kind)
+        v, at = continuation(torus, ground, y, x, t, kind)
         if at >= 0:
-            v = variant_at(torus, y, x, t)
             aim(ground, v, template, n)
             d = template_distance(ground, v, at, template, n, best)
             if d < best or (d == best and (v < variant or (v == variant and at < position))):
@@ -117,18 +109,8 @@ def best_continuation(torus: Any, ground: Any, y: int, x: int, kind: int, templa
 
 
 @kernel
-def full_row(torus: Any, ground: Any, y: int, x0: int, x1: int, components: int) -> None:
-    """Fill a stretch of a row with the exemplar pixels whose neighbourhoods are most similar of all."""
-    template, work = room_for(components), workplace(ground)
-    for x in range(x0, x1):
-        if not torus.done[y, x]:
-            n, kind, _ = template_of(torus, ground, y, x, template)
-            full_pixel(torus, ground, y, x, n, kind, template, work)
-
-
-@kernel
-def full_again(torus: Any, ground: Any, pixels: Any, components: int) -> None:
-    """Fill pixels (n, 2) of a full torus once more: now all of their neighbours count."""
+def full_pixels(torus: Any, ground: Any, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2), in turn, with the exemplar pixels whose neighbourhoods are most similar of all."""
     template, work = room_for(components), workplace(ground)
     for k in range(len(pixels)):
         n, kind, _ = template_of(torus, ground, pixels[k, 0], pixels[k, 1], template)
@@ -149,17 +131,16 @@ def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, templ
 
 
 @kernel
-def tree_row(torus: Any, ground: Any, tree: Any, leaves: int, few: int, y: int, x0: int, x1: int, n_max: int) -> None:
-    """Fill a stretch of a row with the best of a few pixels that a tree names, and of the continuations.
+def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2), in turn, with the best of a few that a tree names, and of the continuations.
 
     Neighbourhoods that are not the usual ones are searched in full.
     """
-    template, work = room_for(n_max), workplace(ground)
+    template, work = room_for(components), workplace(ground)
     point = np.empty(tree.points.shape[1], np.int64)
     near, number = np.empty(few, np.int64), np.empty(few, np.int64)
-    for x in range(x0, x1):
-        if torus.done[y, x]:
-            continue
+    for i in range(len(pixels)):
+        y, x = pixels[i, 0], pixels[i, 1]
         n, kind, usual = template_of(torus, ground, y, x, template)
         if not usual or n == 0:
             full_pixel(torus, ground, y, x, n, kind, template, work)
@@ -180,17 +161,8 @@ def tree_row(torus: Any, ground: Any, tree: Any, leaves: int, few: int, y: int, 
 
 
 @kernel
-def coherent_row(torus: Any, ground: Any, similar: Any, y: int, x0: int, x1: int, components: int) -> None:
-    """Fill a stretch of a row with the best of the pixels that continue its neighbours in the exemplar."""
-    template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
-    for x in range(x0, x1):
-        if not torus.done[y, x]:
-            coherent_pixel(torus, ground, similar, y, x, template, tried)
-
-
-@kernel
-def coherent_again(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
-    """Fill pixels (n, 2) of a full torus once more: now all of their neighbours count, and propose."""
+def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2), in turn, with the best of those that continue their neighbours in the exemplar."""
     template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
     for k in range(len(pixels)):
         coherent_pixel(torus, ground, similar, pixels[k, 0], pixels[k, 1], template, tried)
@@ -208,7 +180,7 @@ def coherent_pixel(torus: Any, ground: Any, similar: Any, y: int, x: int, templa
     for t in range(len(torus.taps)):
         if not _counts(torus, y, x, t, kind):
             continue
-        v, at = np.int64(variant_at(torus, y, x, t)), np.int64(continuation(torus, ground, y, x, t, kind))
+        v, at = continuation(torus, ground, y, x, t, kind)
         if at < 0:
             k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
             v, at = torus.choices[k, 0], torus.choices[k, 1]

@@ -110,6 +110,7 @@ class Scan:
     def enter(self) -> tuple[Torus, Ground]:
         """Go to the next finer level; return the torus, filled with noise or the coarser level, and the exemplars."""
         self.level -= 1
+        seed, stage = np.uint64(self.draws[0]), self.draws[1]
         coarse = self.torus is not None
         given = self.pyramid[self.level]
         shape = tuple(-(-n // (1 << self.level)) for n in self.size)
@@ -132,13 +133,17 @@ class Scan:
                 f"no window={words(self.window)} of the exemplar is free of masked pixels at level {self.level + 1}; "
                 "choose fewer levels, a smaller window, or mask less."
             )
-        variant, yx = self._noise(shape, places, exemplar) if self.torus is None else self._refined(shape)
+        if self.torus is None:
+            variant, yx = np.zeros(shape, np.uint8), np.zeros((*shape, 2), np.int32)
+            raster_kernels.start_from_noise(variant, yx, exemplar, places, seed, stage, self.level)
+        else:
+            variant, yx = self._refined(shape)
         done = self._start(variant, yx)
         self.given = done.copy()
         taps = np.array(taps_of(self.window, coarse), np.int64)
         self.torus = Torus(
             variant, yx, done, context, taps, self.variants.channels, bool((exemplar.closed[1] == 0).any()), places,
-            np.uint64(self.draws[0]), self.draws[1], self.level,
+            seed, stage, self.level,
         )  # fmt: skip
         return self.torus, exemplar
 
@@ -158,12 +163,13 @@ class Scan:
         torus = self._current()
         return len(torus.taps) * max(torus.channels, len(torus.coarse))
 
-    def stretches(self, most: int) -> Iterator[tuple[int, int, int]]:
-        """Yield (row, first column, one past the last) over all of this level, at most so many px at once."""
-        height, width = self._current().variant.shape
+    def stretches(self, most: int) -> Iterator[NDArray[np.int64]]:
+        """Yield the unknown pixels (n, 2) of this level, at most so many of a row at once."""
+        done = self._current().done
+        height, width = done.shape
         for y in range(height):
             for x in range(0, width, most):
-                yield y, x, min(x + most, width)
+                yield np.ascontiguousarray(np.argwhere(~done[y : y + 1, x : x + most]) + np.array([y, x]))
                 self.done += min(x + most, width) - x
 
     def first_ones(self, most: int) -> list[NDArray[np.int64]]:
@@ -174,7 +180,7 @@ class Scan:
             saw[: self.window[0] - 1] = True
         if self.canvas.wrap.x:
             saw[:, : self.window[1] // 2] = True
-        pixels = np.argwhere(saw & ~self.given)
+        pixels = np.ascontiguousarray(np.argwhere(saw & ~self.given))
         return [pixels[k : k + most] for k in range(0, len(pixels), most)]
 
     def map(self, blend: Blend) -> SourceMap:
@@ -189,13 +195,6 @@ class Scan:
     def _current(self) -> Torus:
         assert self.torus is not None
         return self.torus
-
-    def _noise(self, shape: tuple[int, ...], places: Any, exemplar: Ground) -> tuple[Any, Any]:
-        """Show at every pixel an exemplar pixel drawn blindly."""
-        variant, yx = np.zeros(shape, np.uint8), np.zeros((*shape, 2), np.int32)
-        seed, stage = self.draws
-        raster_kernels.start_from_noise(variant, yx, exemplar, places, np.uint64(seed), stage, self.level)
-        return variant, yx
 
     def _refined(self, shape: tuple[int, ...]) -> tuple[Any, Any]:
         """Show at every pixel what the coarser level shows there, in finer steps."""
