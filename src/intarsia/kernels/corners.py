@@ -88,6 +88,7 @@ def find_path(
     """
     size = far.size
     half = edge.size // 2
+    steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
     n = corner.size
     waits = np.zeros(size, np.uint8)
     near = np.empty(size + 1, np.int32)
@@ -110,14 +111,7 @@ def find_path(
             waits[v] = _IDLE
             here = far[v]
             for d in range(4):
-                if d == 0:
-                    e, u = v, v + 1
-                elif d == 1:
-                    e, u = v - 1, v - 1
-                elif d == 2:
-                    e, u = half + v, v + stride
-                else:
-                    e, u = half + v - stride, v - stride
+                e, u = v + edges[d], v + steps[d]
                 cost = edge[e]
                 if cost < 0:
                     continue
@@ -164,21 +158,12 @@ def find_path(
 def take_path(v: int, stride: int, came: NDArray[np.uint8], edge: NDArray[np.int32]) -> int:
     """Mark the edges of the path that ends in corner `v` as cut; returns what they cost."""
     half = edge.size // 2
+    steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
     cost = 0
     while came[v] != 4:
         d = came[v]
-        if d == 0:
-            v -= 1
-            e = v
-        elif d == 1:
-            e = v
-            v += 1
-        elif d == 2:
-            v -= stride
-            e = half + v
-        else:
-            e = half + v
-            v += stride
+        v -= steps[d]
+        e = v + edges[d]
         cost += edge[e]
         edge[e] = _CUT
     return cost

@@ -104,9 +104,7 @@ def _first_pass(
                     other = find_root(parent, labels[y - 1, x])
                     if label < 0:
                         label = other
-                    elif (
-                        label != other
-                    ):  # the smaller number stays the root, so roots come first in the raster
+                    elif label != other:  # the smaller number stays the root, so roots come first in the raster
                         parent[max(label, other)] = min(label, other)
                         label = min(label, other)
             if label < 0:

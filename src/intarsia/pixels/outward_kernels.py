@@ -19,16 +19,9 @@ from ..kernels.neighbourhoods import (
     template_distance,
     workplace,
 )
+from ..kernels.windows import canvas_place
 
 HOLE = 255
-
-
-@kernel
-def inside(at: int, length: int, wrap: bool) -> int:
-    """Return a coordinate brought back onto the canvas, or -1 where it lies outside."""
-    if wrap:
-        return at % length
-    return at if 0 <= at < length else -1
 
 
 @kernel
@@ -60,11 +53,11 @@ def _known(variant: Any, y: int, x: int, up: int, side: int, wrap_y: bool, wrap_
     """Count the known taps of a window of (2 up + 1) x (2 side + 1) px."""
     count = 0
     for dy in range(-up, up + 1):
-        a = inside(y + dy, variant.shape[0], wrap_y)
+        a = canvas_place(y + dy, variant.shape[0], wrap_y)
         if a < 0:
             continue
         for dx in range(-side, side + 1):
-            b = inside(x + dx, variant.shape[1], wrap_x)
+            b = canvas_place(x + dx, variant.shape[1], wrap_x)
             if b >= 0 and variant[a, b] != HOLE:
                 count += 1
     return count
@@ -78,11 +71,11 @@ def ranks(pixels: Any, shape: Any, window: Any, wrap_y: bool, wrap_x: bool) -> A
     for k in range(len(pixels)):
         most = -1
         for dy in range(-(window[0] // 2), window[0] // 2 + 1):
-            a = inside(pixels[k, 0] + dy, shape[0], wrap_y)
+            a = canvas_place(pixels[k, 0] + dy, shape[0], wrap_y)
             if a < 0:
                 continue
             for dx in range(-(window[1] // 2), window[1] // 2 + 1):
-                b = inside(pixels[k, 1] + dx, shape[1], wrap_x)
+                b = canvas_place(pixels[k, 1] + dx, shape[1], wrap_x)
                 if b >= 0:
                     most = max(most, rank[a, b])
         rank[pixels[k, 0], pixels[k, 1]] = out[k] = most + 1
@@ -105,7 +98,7 @@ def fill(
         y, x = pixels[k, 0], pixels[k, 1]
         n = 0
         for t in range(len(taps)):
-            a, b = inside(y + taps[t, 0], height, wrap_y), inside(x + taps[t, 1], width, wrap_x)
+            a, b = canvas_place(y + taps[t, 0], height, wrap_y), canvas_place(x + taps[t, 1], width, wrap_x)
             if a < 0 or b < 0 or variant[a, b] == HOLE:
                 continue
             for c in range(channels):
@@ -127,7 +120,7 @@ def _continued(
     best = FAR
     for k in range(9):
         dy, dx = k // 3 - 1, k % 3 - 1
-        a, b = inside(y + dy, variant.shape[0], wrap_y), inside(x + dx, variant.shape[1], wrap_x)
+        a, b = canvas_place(y + dy, variant.shape[0], wrap_y), canvas_place(x + dx, variant.shape[1], wrap_x)
         if a < 0 or b < 0 or variant[a, b] == HOLE:
             continue
         v = variant[a, b]
