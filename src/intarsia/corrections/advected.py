@@ -17,8 +17,8 @@ from ..analysis.reduction import blocks
 from ..draws import below, draw_many
 from ..exemplar import Exemplar
 from ..run import Run
-from .correction_kernels import as_positions, correct, pixels
-from .descent import BAND, REACH, RULES, Corrections
+from .correction_kernels import as_positions, pixels
+from .descent import REACH, RULES, Corrections, subpass
 from .stack import ExemplarStack
 
 STAGE = 200610  # keeps these draws apart from those of others
@@ -137,15 +137,8 @@ class TornPlaces:
                 if not len(rows) or not len(columns):
                     continue
                 as_positions(self._padded(yx, place.h, closed), place.border, place.stride, padded)
-                found = np.empty((len(rows), len(columns)), np.int32)
-
                 at = rows + REACH, columns + REACH
-
-                def band(low: int, at: Any = at, found: Array = found) -> None:
-                    high = min(low + BAND, len(found))
-                    correct(padded, at[0], at[1], low, high, arrays, rule, None, place.stride, found)
-
-                each(band, range(0, len(rows), BAND))
+                found = subpass(padded, at, arrays, rule, None, place.stride, each)
                 better = np.empty((*found.shape, 2), np.int32)
                 pixels(found, 0, place.border, place.stride, better)
                 index = np.ix_(rows, columns)

@@ -73,8 +73,9 @@ def transformed(picture: Array, h: int, toroidal: bool) -> Array:
     planes = np.ascontiguousarray(np.moveaxis(bordered(halved.astype(np.int32), 2 * h, toroidal), 2, 0))
     every = max(1, height * width // SAMPLE)
     ys, xs = np.divmod(np.arange(0, height * width, every), width)
-    some = np.empty((len(ys), 25 * channels), np.float64)
-    kernels.sample_neighbourhoods(planes, h, ys, xs, some)
+    down, right = np.divmod(np.arange(25), 5)
+    taps = planes[:, ys[:, None] + down * h, xs[:, None] + right * h]
+    some = np.moveaxis(taps, 0, 2).reshape(len(ys), -1).astype(np.float64)
     weights = np.repeat(WEIGHTS, channels) / 256
     covariance = whole_products(some) / len(some) * weights[:, None] * weights
     axes = principal_axes(covariance, AXES)[1] * weights

@@ -34,16 +34,6 @@ def project_neighbourhoods(planes: Any, h: int, whole: Any, out: Any) -> None:
 
 
 @kernel
-def sample_neighbourhoods(planes: Any, h: int, ys: Any, xs: Any, out: Any) -> None:
-    """Read the 5 x 5 neighbourhoods of pixels (ys, xs) into `out` (N, 25 * C)."""
-    channels = planes.shape[0]
-    for n in range(len(ys)):
-        for tap in range(25):
-            for c in range(channels):
-                out[n, tap * channels + c] = planes[c, ys[n] + tap // 5 * h, xs[n] + tap % 5 * h]
-
-
-@kernel
 def diagonal_table(padded: Any, h: int, border: int, table: Any) -> None:
     """Write three times the features of the four diagonal neighbours of each pixel inside the border: (positions, 32).
 

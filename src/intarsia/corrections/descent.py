@@ -29,12 +29,12 @@ from .correction_kernels import (
     put_positions,
 )
 from .guide import StackGuide
-from .jitter import EVERYWHERE, Shares, spread_over
-from .orientation import Orientation, origins
+from .jitter import EVERYWHERE, Shares, part_at, spread_over
+from .orientation import Orientation, less_steps, origins
 from .orientation_kernels import AROUND, UNIT, handed_down, remainders
 from .pins import Pin, pinned
 from .scatter_kernels import SEEN, TURNS, scatter
-from .span import Span, at_rest, place_in, place_of, places_of
+from .span import Span, at_rest, place_of, places_of
 from .stack import ExemplarStack
 
 # What halving and doubling does was looked at on 24 textures, eight of them with a lattice (docs/design/012).
@@ -203,7 +203,7 @@ class Descent:
         for span, above, whole in zip(spans[level], spans[level + 1], spans[0], strict=True):
             parent = Span(0, above.period, above.period) if above.period else above
             up = span.at >> 1
-            step = place_in(span, level, whole.period) - place_of(up, parent, level + 1, whole.period)
+            step = place_of(span.at, span, level, whole.period) - place_of(up, parent, level + 1, whole.period)
             axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
         if frame is not None:
             parents, coords = coords, np.empty((*frame.shape[:2], 2), np.int64)
@@ -229,14 +229,14 @@ class Descent:
     @cached_property
     def _calm(self) -> Array:
         exemplar = self.stack.exemplar
-        return self.rules.shares.over_exemplar(exemplar.height, exemplar.width)
+        return part_at(self.rules.shares.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
     def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
         drawn = DRAWN if self._scattered(level) else 1
         out = np.empty((drawn, len(axes[0].at), len(axes[1].at), 2), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
         if spread.any() and self.rules.shares != EVERYWHERE:
-            output = self.rules.shares.over_output(places)
+            output = part_at(self.rules.shares.output, *places)
             spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
         free = not len(self._room.lattice) or level < FREE
         for number in range(drawn):
@@ -265,16 +265,18 @@ class Descent:
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                _subpass(work, (rows, cols), arrays, rule, frame, place.stride, each)
+                found = subpass(work, (rows, cols), arrays, rule, frame, place.stride, each)
+                put_positions(work, rows, cols, found)
         margin = self._margin(level)
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
         pixels(work, margin, place.border, place.stride, out)
         return out
 
 
-def _subpass(
+def subpass(
     work: Array, where: tuple[Array, Array], arrays: LevelArrays, rule: Array, frame: Array | None, long: int, each: Any
-) -> None:
+) -> Array:
+    """Find better positions for the pixels of some rows and columns, in bands; nothing is written."""
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
 
@@ -282,7 +284,7 @@ def _subpass(
         correct(work, rows, cols, low, min(low + BAND, len(rows)), arrays, rule, frame, long, found)
 
     each(band, range(0, len(rows), BAND))
-    put_positions(work, rows, cols, found)
+    return found
 
 
 def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
@@ -299,10 +301,6 @@ def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
 
 def _residues(places: Array, lattice: Array, axis: int) -> Array:
     """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2), 1/256 px, at any distance."""
-    (ay, ax), (by, bx) = lattice.tolist()
-    det, out = ay * bx - ax * by, []
-    for place in places.tolist():
-        y, x = (256 * place, 0) if axis == 0 else (0, 256 * place)
-        m, n = (y * bx - x * by) // det, (ay * x - ax * y) // det
-        out.append((y - m * ay - n * by, x - m * ax - n * bx))
-    return np.array(out, np.int64)
+    far = 256 * places.astype(object)
+    y, x = (far, 0 * far) if axis == 0 else (0 * far, far)
+    return np.stack(less_steps(y, x, lattice.tolist()), axis=1).astype(np.int64)

@@ -49,11 +49,11 @@ def scale_values(values: Any, scale: Any, out: Any) -> None:
 
 
 @kernel
-def guide_difference(choice: Any, u: Any, target: Any, p: Any) -> Any:
-    """Return the squared difference of the guide at an exemplar pixel and under an output pixel."""
+def guide_difference(shown: Any, u: Any, target: Any, p: Any) -> Any:
+    """Return the squared difference of what is shown under a number and what is wanted at an output pixel."""
     total = np.int64(0)
     for c in range(target.shape[1]):
-        d = np.int64(choice.shown[u, c]) - np.int64(target[p, c])
+        d = np.int64(shown[u, c]) - np.int64(target[p, c])
         total += d * d
     return total
 
@@ -63,10 +63,7 @@ def group_of(choice: Any, target: Any, p: Any) -> int:
     """Return the group whose mean is nearest to what is wanted, the first of equal ones."""
     best, found = np.int64(1) << 62, 0
     for n in range(len(choice.means)):
-        total = np.int64(0)
-        for c in range(target.shape[1]):
-            d = np.int64(choice.means[n, c]) - np.int64(target[p, c])
-            total += d * d
+        total = guide_difference(choice.means, n, target, p)
         if total < best:
             best, found = total, n
     return found
@@ -84,7 +81,7 @@ def offered(coords: Any, i: int, j: int, h: Any, choice: Any, target: Any, torus
                 if torus:
                     y, x = y % height, x % width
                 inside = 0 <= y < height and 0 <= x < width and choice.may[y, x]
-                if inside and guide_difference(choice, y * width + x, target, p) <= enough:
+                if inside and guide_difference(choice.shown, y * width + x, target, p) <= enough:
                     return True
     return False
 
@@ -105,7 +102,7 @@ def begin_again(
     for i in range(coords.shape[0]):
         for j in range(coords.shape[1]):
             y, x, p = np.int64(coords[i, j, 0]), np.int64(coords[i, j, 1]), i * coords.shape[1] + j
-            best = guide_difference(choice, y * width + x, target, p)
+            best = guide_difference(choice.shown, y * width + x, target, p)
             if best <= enough or (h and offered(coords, i, j, h, choice, target, torus, enough)):
                 continue
             group, best = group_of(choice, target, p), (best + 1) // 2
@@ -118,7 +115,7 @@ def begin_again(
                     if not (0 <= y + dy < height and 0 <= x + dx < width and choice.may[y + dy, x + dx]):
                         continue
                     u = (y + dy) * width + x + dx
-                d = guide_difference(choice, u, target, p)
+                d = guide_difference(choice.shown, u, target, p)
                 if d < best:
                     best = d
                     out[i, j, 0], out[i, j, 1] = u // width, u % width

@@ -27,20 +27,13 @@ class Shares:
         given = (v if v is None or isinstance(v, Field) else Field(v) for v in (output, exemplar))
         return cls(*given)
 
-    def over_exemplar(self, height: int, width: int) -> Array:
-        """The part for each exemplar pixel, in 1 / 4096: (H, W) int64, or (1, 1) where it is the same everywhere."""
-        if self.exemplar is None:
-            return np.full((1, 1), 1 << FINE, np.int64)
-        return jitter_shares(self.exemplar, np.arange(height), np.arange(width))
-
-    def over_output(self, places: list[Array]) -> Array:
-        """The same for output pixels at `places` (rows, columns), px."""
-        if self.output is None:
-            return np.full((1, 1), 1 << FINE, np.int64)
-        return jitter_shares(self.output, places[0], places[1])
-
 
 EVERYWHERE = Shares()  # all of the jitter
+
+
+def part_at(field: Field | None, rows: Array, cols: Array) -> Array:
+    """What part of the jitter holds at places, in 1 / 4096: (rows, columns) int64, or (1, 1) where all of it does."""
+    return np.full((1, 1), 1 << FINE, np.int64) if field is None else jitter_shares(field, rows, cols)
 
 
 def spread_over(whole: int, output: Array, exemplar: Array, parents: Array, axes: list[Axis]) -> Array:

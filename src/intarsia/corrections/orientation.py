@@ -66,15 +66,20 @@ def zooms(zoom: Field, rows: Array, cols: Array) -> Array:
     return np.clip(np.rint(zoom.at(rows, cols) * ZOOM), SMALLEST, LARGEST).astype(np.int64)
 
 
+def less_steps(y: Any, x: Any, lattice: list[list[int]]) -> Any:
+    """Return what is left of (y, x), Python's whole numbers of any size, after whole steps of a lattice."""
+    (ay, ax), (by, bx) = lattice
+    det = ay * bx - ax * by
+    m, n = (y * bx - x * by) // det, (ay * x - ax * y) // det
+    return y - m * ay - n * by, x - m * ax - n * bx
+
+
 def origins(frame: Array, rows: Array, cols: Array, size: Array, lattice: Array) -> Array:
     """Return J(p) p for places however far away, less whole exemplars or lattice steps: (H, W, 2)."""
     matrix, p, q = frame.astype(object), rows.astype(object)[:, None], cols.astype(object)[None, :]
     y, x = matrix[..., 0] * p + matrix[..., 1] * q, matrix[..., 2] * p + matrix[..., 3] * q  # 1 / 4096 px
     if len(lattice):
-        (ay, ax), (by, bx) = (lattice << (UNIT - 8)).tolist()
-        det = ay * bx - ax * by
-        m, n = (y * bx - x * by) // det, (ay * x - ax * y) // det
-        y, x = y - m * ay - n * by, x - m * ax - n * bx
+        y, x = less_steps(y, x, (lattice << (UNIT - 8)).tolist())
     half = 1 << (UNIT - 1)
     out = [np.asarray((v + half) >> UNIT) for v in (y, x)]
     if not len(lattice):

@@ -44,16 +44,13 @@ def at_rest(span: Span) -> Axis:
 
 def places_of(level: int, spans: list[tuple[Span, Span]]) -> list[Array]:
     """Where in the output the rows and the columns of a level lie, px."""
-    return [place_in(own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
-
-
-def place_in(span: Span, level: int, whole: int) -> Array:
-    """Where in the output the pixels of a span lie, px: the middle of the squares that they stand for."""
-    return place_of(span.at, span, level, whole)
+    return [place_of(own.at, own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
 
 
 def place_of(at: Array, span: Span, level: int, whole: int) -> Array:
-    """The same for pixels `at`. A torus of `whole` px is shared out evenly among its pixels.
+    """Where in the output the pixels `at` of a span lie, px: the middle of the squares that they stand for.
+
+    A torus of `whole` px is shared out evenly among its pixels.
 
     Where they cannot all be `h` px apart, the odd steps lie in other places on every level.
     """
