@@ -68,8 +68,9 @@ class Curve:
         if self.integer:
             light[..., :colours] = self.table[samples[..., :colours]]
         else:
+            values = samples[..., :colours]
             with np.errstate(over="ignore"):
-                light[..., :colours] = _float_to_linear(samples[..., :colours])
+                light[..., :colours] = np.copysign(from_srgb(np.abs(values)), values)
         return light
 
     def code(self, light: Array) -> Array:
@@ -148,10 +149,6 @@ def _ceiling(numerator: NDArray[np.int64], denominator: int) -> NDArray[np.int32
     return np.where(straight, line, power).astype(np.int32)
 
 
-def _float_to_linear(v: Array) -> NDArray[np.float64]:
-    return np.copysign(from_srgb(np.abs(v)), v)
-
-
 def _float_from_linear(v: NDArray[np.float64]) -> NDArray[np.float64]:
     size = np.abs(v)
     return np.copysign(np.where(size <= 0.04045 / 12.92, size * 12.92, 1.055 * size ** (1 / 2.4) - 0.055), v)
@@ -204,6 +201,7 @@ class Unit:
 
 FINE = 7
 TAIL = 1000
+COUNTED = 1 << 17  # whole numbers that lie closer together are counted, not sorted
 _GREATEST = float(np.finfo(np.float64).max)
 WHITE = Unit()
 """White, or the top of an integer's range, counts 65535."""
@@ -213,6 +211,9 @@ def inner_range(values: Array) -> tuple[Any, Any]:
     """Return the range of numbers without one of a thousand at either end."""
     flat, k = values.ravel(), values.size // TAIL
     ends = (k, flat.size - 1 - k)
+    if flat.dtype.kind != "f" and (least := int(flat.min())) > int(flat.max()) - COUNTED:
+        low, high = np.searchsorted(np.cumsum(np.bincount(flat - least)), ends, side="right")
+        return least + low, least + high
     low, high = np.partition(flat, ends)[list(ends)]
     return low, high
 
