@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
 
+Map = tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]
+"""What a map shows: pixels (H, W, 2), exemplars (H, W) and poses (H, W)."""
+
 
 @kernel
 def cut_window(
-    full: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]], origin: tuple[int, int], scale: int,
-    wrap: tuple[bool, bool], exemplars: NDArray[np.int64],
-    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-) -> bool:  # fmt: skip
+    full: Map, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], exemplars: NDArray[np.int64], part: Map
+) -> bool:
     """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
 
     `origin` is the first pixel in enlarged px, `part` receives (yx, which, pose). Enlarging turns the s x s

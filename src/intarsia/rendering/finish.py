@@ -20,14 +20,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, ParameterError
+from ..errors import ParameterError
 from ..geometry import Box
 from ..image import Array
 from ..levelling import Finish, Levelling
 from ..run import Run
-from .cell_kernels import cut_window
+from .cell_kernels import Map
 from .finish_kernels import Sums, add_means, add_up, move_codes, step_sizes, take_off
-from .ground import OUTSIDE
+from .ground import cut_out_map
 
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: sums over (2 x 1024 + 1)**2 differences of numbers of 36 bits fit into 64."""
@@ -36,8 +36,6 @@ _BITS, _OPACITY = 36, 8  # of a value, of a weight; opacity takes its bits from 
 _RATIO, _FINEST = 4, 2  # of one radius to the next; the least that follows another
 _ROWS, _COLUMNS, _TOGETHER = 256, 1024, 4  # of a cell, at least; channels at a time
 _NONE, _PLAIN = np.zeros((0, 0), np.int64), np.zeros(0, np.int32)
-
-Map = tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]
 
 
 @dataclass(frozen=True)
@@ -61,11 +59,11 @@ class Bench:
                     f"radius={how.radius} is too wide on a {self.scale}x larger plane; "
                     f"at most {MAX_RADIUS // self.scale} px."
                 )
-        here = self._around(box, reach)
+        here = _with_margin(box, reach, self.full[0].shape, self.wrap)
         codes = self._drawn(draw, here)
         for how in finishes:
             reach -= how.radius
-            inner = self._around(box, reach)
+            inner = _with_margin(box, reach, self.full[0].shape, self.wrap)
             codes = self._levelled(codes, _enlarged_box(here, self.scale), _enlarged_box(inner, self.scale), how, run)
             here = inner
         return codes
@@ -81,16 +79,6 @@ class Bench:
         if box.width > width:
             codes = codes[:, np.arange(box.x0 * self.scale, box.x1 * self.scale) % codes.shape[1]]
         return codes
-
-    def _around(self, box: Box, reach: int) -> Box:
-        """Return a box with all that lies within `reach` px of it on the canvas."""
-        height, width = self.full[0].shape[:2]
-        y0, x0, y1, x1 = box.y0 - reach, box.x0 - reach, box.y1 + reach, box.x1 + reach
-        if not self.wrap[0]:
-            y0, y1 = max(y0, 0), min(y1, height)
-        if not self.wrap[1]:
-            x0, x1 = max(x0, 0), min(x1, width)
-        return Box(y0, x0, y1, x1)
 
     def _levelled(self, codes: Array, box: Box, inner: Box, how: Levelling, run: Run) -> Array:
         """Level a picture.
@@ -118,7 +106,7 @@ class Bench:
                     here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
                     place = Box(cell.y0 + dy, cell.x0 + dx, cell.y1 + dy, cell.x1 + dx)  # in `box`
                     wide, steps = _with_margin(place, radius, codes.shape), np.zeros(here.shape)
-                    part = self._part(wide, box)
+                    part = cut_out_map(self.full, wide.moved(box.y0, box.x0), self.scale, self.wrap, self.table)
                     values, weight = channels.numbers(_cut(codes, wide, Box(0, 0, 0, 0)))
                     for band in channels.bands:
                         near = _with_margin(place, band.radius, codes.shape)
@@ -134,15 +122,6 @@ class Bench:
                 each(level, cells)
                 run.tick(1, 1)
         return out
-
-    def _part(self, cell: Box, box: Box) -> Map:
-        """Cut the map of a cell of `box` out."""
-        size = (cell.height, cell.width)
-        part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
-        origin = (box.y0 + cell.y0, box.x0 + cell.x0)
-        if not cut_window(self.full, origin, self.scale, self.wrap, self.table, part):
-            raise InputError(OUTSIDE)
-        return part
 
     def _weights(self) -> NDArray[np.int64] | None:
         """How much every pixel of the exemplars counts; None where all count alike."""
@@ -211,12 +190,16 @@ def _enlarged_box(box: Box, scale: int) -> Box:
     return Box(box.y0 * scale, box.x0 * scale, box.y1 * scale, box.x1 * scale)
 
 
-def _with_margin(cell: Box, radius: int, shape: tuple[int, ...]) -> Box:
-    """Return the cell with its surroundings, as far as the picture goes."""
-    return Box(
-        max(cell.y0 - radius, 0), max(cell.x0 - radius, 0), min(cell.y1 + radius, shape[0]),
-        min(cell.x1 + radius, shape[1]),
-    )  # fmt: skip
+def _with_margin(
+    cell: Box, radius: int, shape: tuple[int, ...], wrap: tuple[bool, bool] = (False, False)
+) -> Box:
+    """Return the cell with its surroundings, as far as the picture or canvas goes."""
+    y0, x0, y1, x1 = cell.y0 - radius, cell.x0 - radius, cell.y1 + radius, cell.x1 + radius
+    if not wrap[0]:
+        y0, y1 = max(y0, 0), min(y1, shape[0])
+    if not wrap[1]:
+        x0, x1 = max(x0, 0), min(x1, shape[1])
+    return Box(y0, x0, y1, x1)
 
 
 def _cut(array: Array, box: Box, frame: Box) -> Array:

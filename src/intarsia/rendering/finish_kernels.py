@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import J
+from .cell_kernels import Map
 
 Array = NDArray[Any]
 
@@ -41,10 +42,7 @@ def add_up(values: Array, weight: NDArray[np.int64], sums: NDArray[np.int64]) ->
 
 
 @kernel
-def take_off(
-    values: NDArray[np.int64], part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]],
-    table: NDArray[np.int64], smooth: NDArray[np.int64],
-) -> None:  # fmt: skip
+def take_off(values: NDArray[np.int64], part: Map, table: NDArray[np.int64], smooth: NDArray[np.int64]) -> None:
     """Subtract from every pixel (h, w, C) what is `smooth` (pixels, C) at the exemplar pixel that it shows."""
     yx, which, _ = part
     for y in range(values.shape[0]):
@@ -108,9 +106,8 @@ def _less(total: int, n: int, other: int, m: int) -> float:
 
 @kernel
 def step_sizes(
-    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]], own: Sums, theirs: Sums,
-    corner: tuple[int, int], radius: int, out: NDArray[np.float64],
-) -> None:  # fmt: skip
+    part: Map, own: Sums, theirs: Sums, corner: tuple[int, int], radius: int, out: NDArray[np.float64]
+) -> None:
     """Add how much lighter the surroundings of every pixel are than those of the exemplar pixel that it shows.
 
     `part` is the map of a cell (yx, which, pose), `own` holds the picture around it, in which the cell begins at

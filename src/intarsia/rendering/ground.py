@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..exemplar import Exemplar
+from ..geometry import Box
 from ..image import Array
 from ..kernels.pieces_of_maps import HOLE
 from ..lazy import lazy
+from .cell_kernels import Map, cut_window
 from .vote_kernels import VotedExemplars
 
 if TYPE_CHECKING:
@@ -56,6 +58,15 @@ def masks_of(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_]:
     """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
     masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
     return np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
+
+
+def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: NDArray[np.int64]) -> Map:
+    """Cut a box, in px of the plane, out of a map; InputError where it points outside its exemplars."""
+    size = (box.height, box.width)
+    part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
+    if not cut_window(full, (box.y0, box.x0), scale, wrap, table, part):
+        raise InputError(OUTSIDE)
+    return part
 
 
 def refuse_holes(here: NDArray[np.uint8], which: NDArray[np.uint8]) -> None:

@@ -171,7 +171,7 @@ class Normals:
             base = np.take_along_axis(self.light[first >> 3], channel[first & 7], axis=2) * sign[first & 7]
         vector = base * weight[..., None] + total
         weight[~vector.any(axis=2)] = 0  # opposite votes cancel: the own pixel decides
-        return self._resolved(vector, (total == 0).all(axis=2), codes), weight
+        return self.coding.of_length_1(vector, (total == 0).all(axis=2), codes), weight
 
     def average(self, codes: Array, s: int) -> Array:
         vectors = blocks(self.coding.vectors(codes), s).astype(
@@ -179,13 +179,7 @@ class Normals:
         )
         vector = vectors.sum(axis=2)
         same = (vectors == vectors[:, :, :1]).all(axis=(2, 3)) | ~vector.any(axis=2)
-        return self._resolved(vector, same, blocks(codes, s)[:, :, 0])
-
-    def _resolved(self, vector: Array, same: NDArray[np.bool_], codes: Array) -> Array:
-        v = vector.astype(np.float64)
-        length = np.sqrt((v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1]) + v[..., 2] * v[..., 2])
-        unit = v / np.where(length > 0, length, 1.0)[..., None]
-        return np.where((same | (length == 0))[..., None], codes, self.coding.codes(unit))
+        return self.coding.of_length_1(vector, same, blocks(codes, s)[:, :, 0])
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,13 @@ class NormalCoding:
             share = np.floor(np.clip(share, 0.0, 1.0) * self.top + 0.5)
         return share.astype(self.dtype)
 
+    def of_length_1(self, vectors: Array, kept: NDArray[np.bool_], codes: Array) -> Array:
+        """Return the codes of vectors (h, w, 3) of any length; `codes` where these are `kept`, or the vector is 0."""
+        v = vectors.astype(np.float64)
+        length = np.sqrt((v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1]) + v[..., 2] * v[..., 2])
+        unit = v / np.where(length > 0, length, 1.0)[..., None]
+        return np.where((kept | (length == 0))[..., None], codes, self.codes(unit))
+
     def turned(self, codes: Array, pose: NDArray[np.integer[Any]]) -> Array:
         """Return codes (h, w, 3) turned by the poses (h, w) of their pieces; only 1 - v of floats rounds."""
         if not pose.any():

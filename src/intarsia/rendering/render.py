@@ -27,9 +27,9 @@ from ..image import Array, Kind, Plane
 from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import Blend, Mixing, SourceMap, check_stretch
-from .cell_kernels import cut_window
+from .cell_kernels import Map
 from .colour import Curve
-from .ground import OUTSIDE, enlarged, ground_of, refuse_holes, usable_pixels
+from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
 from .mix_kernels import copy_cell
 from .mixers import coding_of, mixer_of
 from .mixing import Mixer
@@ -139,7 +139,7 @@ def _draw_box(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int,
 class _Job:
     """All that a cell needs to be drawn."""
 
-    full: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]
+    full: Map
     wrap: tuple[bool, bool]
     scale: int
     feather: int  # in px of the plane
@@ -175,11 +175,9 @@ class _Job:
             codes, whole = self._copies(self.full[0][here], self.full[1][here])
             if whole:
                 return codes
-        size = (height + f, width + f)
-        part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
         origin = (y - f // 2, x - f // 2)
-        if not cut_window(self.full, origin, self.scale, self.wrap, self.ground.table, part):
-            raise InputError(OUTSIDE)
+        box = Box(*origin, origin[0] + height + f, origin[1] + width + f)
+        part = cut_out_map(self.full, box, self.scale, self.wrap, self.ground.table)
         core = (slice(f // 2, f // 2 + height), slice(f // 2, f // 2 + width))
         refuse_holes(part[1][core], self.full[1])
         if f == 0:

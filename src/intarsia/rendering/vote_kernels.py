@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
+from .cell_kernels import Map
 
 
 class VotedExemplars(NamedTuple):
@@ -62,10 +63,7 @@ def _merge(
     return groups[:count]
 
 
-def make_plan(
-    part: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]], origin: tuple[int, int],
-    exemplars: NDArray[np.int64], feather: int,
-) -> Voters:  # fmt: skip
+def make_plan(part: Map, origin: tuple[int, int], exemplars: NDArray[np.int64], feather: int) -> Voters:
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
     Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window

@@ -132,11 +132,8 @@ class Vectors:
         copied = (first >= 0) & (total == 0.0).all(axis=2)
         first = np.where(first >= 0, first, -1 - first)
         v = lead * weight[..., None] + total
-        length = np.sqrt((v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1]) + v[..., 2] * v[..., 2])
-        unit = v / np.where(length > 0.0, length, 1.0)[..., None]
         codes = self.coding.turned(self.samples[first >> 3], first & 7)
-        drawn = np.where((copied | (length == 0.0))[..., None], codes, self.coding.codes(unit))
-        return drawn, (weight == 0.0) | (length == 0.0)
+        return self.coding.of_length_1(v, copied, codes), (weight == 0.0) | ~v.any(axis=2)
 
 
 @dataclass(frozen=True)
