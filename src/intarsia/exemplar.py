@@ -107,7 +107,8 @@ class Exemplar:
         for p in given.values():
             masked = masked_pixels(p)
             if masked is not None:
-                left = ~_spread(masked, next(iter(planes.values())))
+                base = next(iter(planes.values()))
+                left = ~resized(masked, (base.height, base.width))
                 mask = left if mask is None else _both(mask, left)
         return cls(planes, mask, toroidal is not None and toroidal, "exemplar" if name is None else name)
 
@@ -196,7 +197,7 @@ class Exemplar:
             return
         bad = ~np.isfinite(plane.samples).all(axis=2)
         if self.usable is not None:
-            bad &= _seen(self.usable, plane)
+            bad &= resized(self.usable, (plane.height, plane.width))
         if bad.any():
             raise NotFiniteError(
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "
@@ -222,22 +223,12 @@ def _both(mask: NDArray[np.bool_], other: NDArray[np.bool_]) -> NDArray[np.bool_
     return mask & other if mask.shape == other.shape else mask
 
 
-def _spread(masked: NDArray[np.bool_], base: Plane) -> NDArray[np.bool_]:
-    """Which pixels of the base are masked, where those of a plane of its own size, larger or smaller are."""
-    size = (base.height, base.width)
-    if masked.shape[0] > size[0]:
-        times = masked.shape[0] // size[0]
-        if masked.shape != (size[0] * times, size[1] * times):
+def resized(mask: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return a mask of a plane at the size of another one (height, width): a pixel counts that shows any marked one."""
+    if mask.shape[0] > size[0]:
+        times = mask.shape[0] // size[0]
+        if mask.shape != (size[0] * times, size[1] * times):
             return np.zeros(size, bool)  # no plane of this exemplar, which says so
-        return np.asarray(masked.reshape(size[0], times, size[1], times).any(axis=(1, 3)))
-    times = size[0] // masked.shape[0]
-    return masked.repeat(times, axis=0).repeat(times, axis=1)
-
-
-def _seen(usable: NDArray[np.bool_], plane: Plane) -> NDArray[np.bool_]:
-    """Which pixels of a plane, larger or smaller than the base, some usable pixel of the base shows."""
-    height, width = usable.shape
-    if plane.height >= height:
-        times = plane.height // height
-        return usable.repeat(times, axis=0).repeat(times, axis=1)
-    return np.asarray(usable.reshape(plane.height, -1, plane.width, width // plane.width).any(axis=(1, 3)))
+        return np.asarray(mask.reshape(size[0], times, size[1], times).any(axis=(1, 3)))
+    times = size[0] // mask.shape[0]
+    return mask.repeat(times, axis=0).repeat(times, axis=1)

@@ -10,13 +10,19 @@ kept inside the picture, for f and g alike, so that neither the misprint nor sum
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..lazy import lazy
 from .sums import running_sums
+
+if TYPE_CHECKING:
+    from scipy import fft
+else:  # it is slow to import
+    fft = lazy("scipy.fft")
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -119,9 +125,10 @@ def _mirrored(half: Floats) -> Floats:
 
 def products(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
     """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
-    if f is g:
-        return _inverse(np.abs(_forward(f, f, g, down, right)) ** 2, f, g, down, right)
-    return _inverse(_forward(f, f, g, down, right) * np.conj(_forward(g, f, g, down, right)), f, g, down, right)
+    size = _padded(f, g, down, right)
+    transformed = fft.rfft2(f, size)
+    both = np.abs(transformed) ** 2 if f is g else transformed * np.conj(fft.rfft2(g, size))
+    return _at_lags(both, size, down, right)
 
 
 def overlaps(shape: tuple[int, ...], down: NDArray[Any], right: NDArray[Any]) -> Floats:
@@ -137,27 +144,15 @@ def gaussian(shape: tuple[int, ...], sigma: float) -> Floats:
 
 def _padded(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> list[int]:
     """The smallest fast transform in which no wanted lag meets another."""
-    from scipy.fft import next_fast_len
-
     size = []
     for axis, lag in ((0, down), (1, right)):
         needed = max(f.shape[axis] - int(lag.min()), g.shape[axis] + int(lag.max()), f.shape[axis], g.shape[axis])
-        size.append(int(next_fast_len(needed, real=axis == 1)))
+        size.append(int(fft.next_fast_len(needed, real=axis == 1)))
     return size
 
 
-def _forward(a: Floats, f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
-    from scipy.fft import rfft2
-
-    result: NDArray[Any] = rfft2(a, _padded(f, g, down, right))
-    return result
-
-
-def _inverse(spectrum: NDArray[Any], f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
-    from scipy.fft import irfft2
-
-    size = _padded(f, g, down, right)
-    result: Floats = irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
+def _at_lags(spectrum: NDArray[Any], size: list[int], down: NDArray[Any], right: NDArray[Any]) -> Floats:
+    result: Floats = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
     return result
 
 
@@ -166,21 +161,20 @@ def _from_rectangles(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[An
     spans_f = _span(down, f.shape[0], g.shape[0]), _span(right, f.shape[1], g.shape[1])
     spans_g = _span(-down, g.shape[0], f.shape[0]), _span(-right, g.shape[1], f.shape[1])
     n = np.multiply.outer(spans_f[0][1] - spans_f[0][0], spans_f[1][1] - spans_f[1][0]).astype(np.float64)
+    size = _padded(f, g, down, right)
     spectrum: Any = 0.0
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
     for c in range(f.shape[2]):
         own_f, own_g = f[..., c], g[..., c]
-        transformed = _forward(own_f, f, g, down, right)
-        spectrum = spectrum + transformed * np.conj(
-            transformed if f is g else _forward(own_g, f, g, down, right)
-        )
+        transformed = fft.rfft2(own_f, size)
+        spectrum = spectrum + transformed * np.conj(transformed if f is g else fft.rfft2(own_g, size))
         sum_f, sum_g = _inside(own_f, *spans_f), _inside(own_g, *spans_g)
         above -= sum_f * sum_g
         spread_f = _clamped(n * _inside(own_f * own_f, *spans_f) - sum_f * sum_f)
         spread_g = _clamped(n * _inside(own_g * own_g, *spans_g) - sum_g * sum_g)
         below += np.sqrt(spread_f * spread_g)
         largest = max(largest, float((own_f * own_f).sum()), float((own_g * own_g).sum()))
-    above += n * _inverse(spectrum, f, g, down, right)
+    above += n * _at_lags(spectrum, size, down, right)
     return _ratio(above, below, FLAT * n * largest)
 
 

@@ -104,15 +104,6 @@ def element_size(features: NDArray[np.int16], usable: Mask | None = None) -> Ele
     if correlation is None:
         return _guess(short)
     lags = [lag * factor for lag in _first_dips(correlation)]
-    return _summary(lags, short, factor)
-
-
-def _guess(short: int) -> ElementSize:
-    quarter = max(1, short // 4)
-    return ElementSize(quarter, quarter, quarter, (0,) * DIRECTIONS, 0)
-
-
-def _summary(lags: list[int], short: int, factor: int) -> ElementSize:
     sizes = np.array([2.0 * lag if lag else LOOKED.unseen * short for lag in lags])
     limit = max(1, int(LOOKED.limit * short))
     third = DIRECTIONS // 2
@@ -120,6 +111,11 @@ def _summary(lags: list[int], short: int, factor: int) -> ElementSize:
     size = np.quantile(sizes, LOOKED.large)
     height, width, size = (min(limit, max(1, int(v + 0.5))) for v in (height, width, size))
     return ElementSize(height, width, size, tuple(lags), sum(lag > 0 for lag in lags), factor)
+
+
+def _guess(short: int) -> ElementSize:
+    quarter = max(1, short // 4)
+    return ElementSize(quarter, quarter, quarter, (0,) * DIRECTIONS, 0)
 
 
 def _usable_box(features: NDArray[np.int16], usable: Mask | None) -> tuple[NDArray[np.int16], Mask | None]:

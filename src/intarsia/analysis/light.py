@@ -163,8 +163,9 @@ def uneven_light(
         raise ParameterError(f"an array of shape {pixels.shape} is no picture; give (height, width, channels).")
     if usable is not None and usable.shape != pixels.shape[:2]:
         raise ParameterError(f"the mask has shape {usable.shape}, the picture {pixels.shape[:2]}; make them equal.")
-    values = pixels.astype(np.float64)
-    luminance = _luminance(values.reshape(*values.shape[:2], -1))
+    values = pixels.reshape(*pixels.shape[:2], -1).astype(np.float64)
+    weights = LUMINANCE if values.shape[2] >= 3 else (1.0,)
+    luminance = values[..., : len(weights)] @ np.array(weights)
     if usable is not None:
         luminance = np.where(usable, luminance, 0.0)
     top = float(luminance.max())
@@ -177,19 +178,15 @@ def uneven_light(
     return UnevenLight(gain, strength)
 
 
-def _luminance(values: Floats) -> Floats:
-    weights = LUMINANCE if values.shape[2] >= 3 else (1.0,)
-    result: Floats = values[..., : len(weights)] @ np.array(weights)
-    return result
-
-
 def _surface(luminance: Floats, usable: Mask | None, order: int, parts: int | None) -> tuple[Floats, float]:
     """Fit a polynomial of x and y of total degree `order` to the logarithm: the surface around its mean, and R^2.
 
     Legendre polynomials keep the normal equations well behaved on sides of any length.
     """
     height, width = luminance.shape
-    rows, columns = (np.polynomial.legendre.legvander(_centres(n), order) for n in (height, width))
+    rows, columns = (
+        np.polynomial.legendre.legvander((2 * np.arange(n) + 1.0) / n - 1, order) for n in (height, width)
+    )  # at pixel centres from -1 to 1
     terms = [(i, j) for i in range(order + 1) for j in range(order + 1 - i) if (i, j) != (0, 0)]
     basis = np.stack([np.multiply.outer(rows[:, i], columns[:, j]) for i, j in terms])
     known = np.ones(luminance.shape, bool) if usable is None else usable
@@ -226,8 +223,3 @@ def _averaged(layers: Floats, known: Mask, parts: int) -> tuple[Floats, Floats]:
                 means.append(layers[:, *box][:, known[box]].mean(axis=1))
     found = np.array(means).reshape(len(means), len(layers)).T
     return found[:-1], found[-1]
-
-
-def _centres(n: int) -> Floats:
-    """Pixel centres from -1 to 1."""
-    return (2 * np.arange(n) + 1.0) / n - 1

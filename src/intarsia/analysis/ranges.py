@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..exemplar import resized
 from ..image import Plane
 from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
-from .reduction import blocks
 
 MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
 
@@ -31,7 +31,7 @@ def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[lis
     """
     if not any(map(has_own_unit, planes)):
         return [code_values(p) for p in planes], 0
-    masks = [_at_size(m, p) for m, p in zip(usable, planes, strict=True)]
+    masks = [... if m is None else resized(m, (p.height, p.width)) for m, p in zip(usable, planes, strict=True)]
     colours = planes[0].channels - planes[0].alpha
     seen = [code_shares(p.samples[..., :colours])[m] for p, m in zip(planes, masks, strict=True)]
     if not any(s.size for s in seen):
@@ -58,14 +58,3 @@ def ends(values: Sequence[NDArray[Any]]) -> tuple[int, int]:
     if 0 < within * MOST_SPREAD < high - low:
         return max(low, least - within), min(high, most + within)
     return low, high
-
-
-def _at_size(mask: Mask | None, plane: Plane) -> Mask:
-    """A mask of the base at the size of a plane: a pixel counts that shows any usable one."""
-    if mask is None:
-        return np.ones((plane.height, plane.width), bool)
-    if plane.height >= mask.shape[0]:
-        s = plane.height // mask.shape[0]
-        return mask.repeat(s, axis=0).repeat(s, axis=1)
-    s = mask.shape[0] // plane.height
-    return np.asarray(blocks(mask, s).any(axis=(1, 3)))

@@ -11,7 +11,7 @@ Source: Multrus 2003 leaves the choice of isometries to the user (4.1); the meas
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache, reduce
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,7 @@ def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tu
     """
     sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
     tables = [e.memo("symmetry", lambda e=e: pose_distances(features([e]), e)) for e in sampled]  # type: ignore[misc]
-    together = reduce(lambda a, b: np.concatenate([a, b]), tables)
+    together = np.concatenate(tables)
     alike = {p for p in range(8) if bool((together[:, p] * SLACK[1] <= together[:, 0] * SLACK[0]).all())}
     if not square:
         alike -= {p for p in alike if ISOMETRIES[p].swaps}
