@@ -44,7 +44,7 @@ class EntireSearch:
 
     def __init__(self, search: Search, pieces: Pieces) -> None:
         assert isinstance(search, PatchSearch)
-        self.search, self.variants, self.pieces = search, search.variants, pieces
+        self.search, self.variants, self.pieces, self.factor = search, search.variants, pieces, search.factor
         self._spectra = [self._transformed(v) for v in range(len(self.variants))]
 
     def find(self, variant: Array, yx: Array, at: tuple[int, int], wraps: tuple[bool, bool]) -> Candidates:
@@ -64,18 +64,14 @@ class EntireSearch:
                 continue
             usual = min(usual, int(means.ravel()[order[len(order) // 20]]))
             y, x = np.divmod(order[:LISTED], means.shape[1])
-            rows = np.stack([np.zeros(len(y), np.int64), np.full(len(y), v), y * self._factor, x * self._factor], 1)
+            rows = np.stack([np.zeros(len(y), np.int64), np.full(len(y), v), y * self.factor, x * self.factor], 1)
             every = np.concatenate([every, self._followed(v, rows, variant, yx, at, wraps)])
         if not len(every):
             return Candidates(every, 0, every, np.zeros(self.search.patch, np.uint8), free=True)
         every = every[np.lexsort((*every.T[:0:-1], every[:, 0]))][:LISTED]
         every[:, 0] = every[:, 0] * area // FINE
-        usual = self.search.full(usual * area // (FINE * self._factor**2))
+        usual = self.search.full(usual * area // (FINE * self.factor**2))
         return Candidates(every, usual, every, np.ones(self.search.patch, np.uint8))
-
-    @property
-    def _factor(self) -> int:
-        return self.search.factor
 
     def _size(self, v: int) -> tuple[int, int]:
         """Rows and columns of the canvas around a window, reduced, that the exemplar may lie over."""
@@ -84,11 +80,11 @@ class EntireSearch:
 
     def _reduced(self, v: int) -> tuple[int, int]:
         rows, columns = self.variants.picture(v).shape[:2]
-        return rows // self._factor, columns // self._factor
+        return rows // self.factor, columns // self.factor
 
     def _transformed(self, v: int) -> list[Array]:
         """Spectra of an exemplar along the axes, of where it is usable, and of its squares."""
-        search, f = self.search, self._factor
+        search, f = self.search, self.factor
         picture = self.variants.picture(v)
         rows, columns = self._reduced(v)
         begin = int(self.variants.table[v, 0]) // self.variants.channels
@@ -105,7 +101,7 @@ class EntireSearch:
 
     def _means(self, v: int, variant: Array, yx: Array, at: tuple[int, int], wraps: tuple[bool, bool]) -> Array:
         """Mean squared difference on reduced pictures, in 1 / FINE, for every coarse position; NEVER where none is."""
-        search, f, size, shape = self.search, self._factor, self._size(v), self._padded(v)
+        search, f, size, shape = self.search, self.factor, self._size(v), self._padded(v)
         beyond = [a - max(b, 1) for a, b in zip(self._reduced(v), search.cells, strict=True)]
         feats = np.empty((1, size[0] * f, size[1] * f, self.variants.channels), np.int16)
         known = np.empty(feats.shape[:3], np.uint8)
@@ -139,7 +135,7 @@ class EntireSearch:
         around = size[0] - patch[0], size[1] - patch[1]
         step = max(1, max(size[0] + around[0], size[1] + around[1]) // SAMPLES)
         placement_kernels.follow(
-            windows.Grown(variant, yx, wraps), self.pieces, at, patch, all_.valid[v], around, self._factor, step, rows
+            windows.Grown(variant, yx, wraps), self.pieces, at, patch, all_.valid[v], around, self.factor, step, rows
         )  # fmt: skip
         return rows[rows[:, 0] >= 0]
 

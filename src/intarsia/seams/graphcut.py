@@ -8,7 +8,8 @@ and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -183,18 +184,21 @@ class GraphcutGrowth:
 
     def _around(self, box: Box) -> Candidates:
         """The candidates that fit around the middle of a window; the middle is to be covered, and does not count."""
-        index = self.middle(box)
-        kept = self.variant[index]
-        self.variant[index] = HOLE
-        try:
+        with self.opened([box]):
             return self._found(box)
-        finally:
-            self.variant[index] = kept
 
-    def middle(self, box: Box) -> tuple[Array, ...]:
-        """Index of the middle of a window, half as high and wide."""
-        return np.ix_(*((at + n // 4 + np.arange(n // 2)) % length
-                        for at, n, length in zip(box[:2], box[2:], self.variant.shape, strict=True)))  # fmt: skip
+    @contextmanager
+    def opened(self, boxes: Sequence[Box]) -> Iterator[None]:
+        """Make holes of the middles of windows, half as high and wide, in the meantime."""
+        middles = [self.index((y + h // 4, x + w // 4, h // 2, w // 2)) for y, x, h, w in boxes]
+        kept = [self.variant[middle] for middle in middles]
+        try:
+            for middle in middles:
+                self.variant[middle] = HOLE
+            yield
+        finally:
+            for middle, variant in zip(middles, kept, strict=True):
+                self.variant[middle] = variant
 
     def search_prices(self) -> Prices:
         """How often every patch is shown already, for the short-list."""

@@ -26,7 +26,7 @@ from ..patches.settings import PatchSettings
 from ..run import Run
 from ..search.candidates import Candidates
 from ..search.fourier import PatchSearch
-from ..sourcemap import HOLE, SourceMap
+from ..sourcemap import SourceMap
 from .constraints import Constraints
 from .graphcut import Box, Cut, GraphcutGrowth, GraphcutSettings
 from .worst import Cell, WorstSeams
@@ -131,18 +131,10 @@ class Repairing:
         sewn, search = self.sewing, self.growth.finder
         assert isinstance(search, PatchSearch)
         prices, at = sewn.search_prices(), np.array([box[:2] for box in boxes], np.int64)
-        middles = [sewn.middle(box) for box in boxes]
-        old = [sewn.variant[middle] for middle in middles]
         size = min(search.batch(), -(-len(boxes) // run.workers))
         chunks = [at[begin : begin + size] for begin in range(0, len(boxes), size)]
-        try:
-            for middle in middles:
-                sewn.variant[middle] = HOLE
-            with run.pool() as each:
-                found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
-        finally:
-            for middle, variant in zip(middles, old, strict=True):
-                sewn.variant[middle] = variant
+        with sewn.opened(boxes), run.pool() as each:
+            found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
         return [candidates for part in found for candidates in part]
 
     def _best(self, box: Box, found: Candidates) -> Cut | None:
