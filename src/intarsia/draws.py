@@ -7,6 +7,7 @@ Coordinates may be negative and as large as 2**63. Nothing else in the package m
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from .arguments import called, whole
 from .errors import ParameterError
@@ -31,17 +32,14 @@ def draw_many(seed: int, stage: int, level: int, at: Sequence[tuple[int, int]]) 
     place = np.array(at, np.int64).reshape(-1, 2).astype(np.uint64)  # two's complement, as in draw
     first = seed_state(seed, stage, level)
     state = np.full(len(place), first, np.uint64)
-    for word in (place[:, 0], place[:, 1]):
-        z = (state ^ word) + np.uint64(STEP)
-        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        state = z ^ (z >> np.uint64(31))
+    for word in place.T:
+        state = _mix((state ^ word) + np.uint64(STEP))
     return [int(s) for s in state.tolist()]
 
 
 def seed_state(seed: int, stage: int, level: int) -> int:
     """The state of a draw before its place is mixed in."""
-    state = _mix((seed ^ 0x6A09E667F3BCC909) & MASK)  # so that seed and stage are not interchangeable
+    state: int = _mix((seed ^ 0x6A09E667F3BCC909) & MASK)  # so that seed and stage are not interchangeable
     for word in (stage, level):
         state = _mix(((state ^ (word & MASK)) + STEP) & MASK)
     return state
@@ -64,7 +62,7 @@ def deck(count: int, seed: int, stage: int, level: int, y: int, x: int) -> list[
     return order
 
 
-def _mix(z: int) -> int:
+def _mix(z: Any) -> Any:
     # The finaliser of splitmix64 (Steele, Lea and Flood 2014).
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK

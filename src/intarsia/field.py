@@ -72,7 +72,12 @@ class Field:
             own.flags.writeable = False
             object.__setattr__(self, "value", own)
         stretched = given.ndim == 2 and given.dtype.name in FULL
-        self._check(np.zeros(1) if stretched else np.array([given.min(), given.max()], np.float64), "it")
+        ends = np.zeros(1) if stretched else np.array([given.min(), given.max()], np.float64)
+        if not np.isfinite(ends).all():
+            raise InputError("it holds NaN or infinite numbers; give finite ones.")
+        low, high = (None, None) if stretched else (self.low, self.high)
+        if (low is not None and ends[0] < low) or (high is not None and ends[1] > high):
+            raise InputError(f"it holds numbers from {ends[0]:g} to {ends[1]:g}; give {low:g} to {high:g}.")
 
     def __reduce__(self) -> Any:
         return Field, (self.value, self.low, self.high)
@@ -181,14 +186,6 @@ class Field:
             return numbers.astype(np.float64)
         low, high = (0.0 if self.low is None else self.low), (1.0 if self.high is None else self.high)
         return np.asarray(low + (high - low) * (numbers.astype(np.float64) / full))
-
-    def _check(self, ends: NDArray[np.float64], who: str) -> None:
-        """Refuse the least and the greatest number where they are not allowed."""
-        if not np.isfinite(ends).all():
-            raise InputError(f"{who} holds NaN or infinite numbers; give finite ones.")
-        low, high = (self.low, self.high) if len(ends) > 1 else (None, None)
-        if (low is not None and ends[0] < low) or (high is not None and ends[1] > high):
-            raise InputError(f"{who} holds numbers from {ends[0]:g} to {ends[1]:g}; give {low:g} to {high:g}.")
 
 
 def function_name(function: Any) -> str:

@@ -57,7 +57,7 @@ class Guide:
     def __post_init__(self) -> None:
         expect(self.source, (Plane, Sequence), "the guide's source", "a Plane, or one for each exemplar", InputError)
         expect(self.target, Plane, "the guide's target", "a Plane", InputError)
-        sources = (self.source,) if isinstance(self.source, Plane) else tuple(self.source)
+        sources = self.sources
         for source in sources:
             expect(source, Plane, "a source of the guide", "a Plane", InputError)
         object.__setattr__(self, "source", sources)

@@ -111,7 +111,8 @@ def check(method: Any) -> None:
         try:
             object.__setattr__(method, p.name, _normal(p, value))
         except (TypeError, ValueError, OverflowError):
-            shown = said("x".join(map(str, reversed(value))) if _is_pair(p, value) else value)
+            pair = p.kind == "extent" and isinstance(value, tuple)
+            shown = said("x".join(map(str, reversed(value))) if pair else value)
             raise ParameterError(f"{p.name}={shown} is not allowed; give {p.allowed()}.") from None
 
 
@@ -152,10 +153,6 @@ def words(value: int | tuple[int, int] | None) -> str:
     """Write an extent as the command line does: one number, or WIDTHxHEIGHT."""
     rows, columns = extent(value or 0)
     return f"{rows}" if rows == columns else f"{columns}x{rows}"
-
-
-def _is_pair(p: Parameter, value: Any) -> bool:
-    return p.kind == "extent" and isinstance(value, tuple)
 
 
 def _field(p: Parameter, value: Any) -> Any:

@@ -73,10 +73,6 @@ def _two(f: Facts) -> bool:
     return f.lattice is not None and f.lattice.kind == "2-D"
 
 
-def _rows(f: Facts) -> bool:
-    return f.lattice is not None and f.lattice.kind == "1-D"
-
-
 def _free(f: Facts) -> bool:
     """Whether it repeats by no lattice, and shapes of patches can be searched for."""
     return f.lattice is None and f.canvas.height * f.canvas.width <= VAST
@@ -162,7 +158,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "rows", "near-regular", "a lattice of one vector",
-        _rows, _lattice,
+        lambda f: f.lattice is not None and f.lattice.kind == "1-D", _lattice,
         lambda f: ("Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."),
     ),
     ChoiceRule(

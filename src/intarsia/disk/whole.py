@@ -146,11 +146,7 @@ def working_folder() -> Iterator[str]:
             raise ResourceError(f"no folder can be made in {printable(parent)} ({reason}); set TMPDIR.") from None
         yield name
     finally:
-        try:
-            _remove(name)
-        except BaseException:
-            _remove(name)
-            raise
+        take_away(name)
 
 
 def sweep(folder: PathLike, mark: str = HIDDEN) -> None:

@@ -137,8 +137,9 @@ class Tiling:
             if found:
                 return min(found, key=lambda t: t.tile.cost / sum(math.hypot(*v) for v in t.vectors))
             if band == 1:
+                listed = " and ".join(f"{x / UNIT:.1f},{y / UNIT:.1f} px" for y, x in pairs[-1])
                 raise MethodError(
-                    f"no tile of one period ({_listed(pairs[-1])}) and its border fit into the exemplar ({shape[1]} x "
+                    f"no tile of one period ({listed}) and its border fit into the exemplar ({shape[1]} x "
                     f"{shape[0]} px); give a larger exemplar, or use method repeat."
                 )
             band //= 2
@@ -182,7 +183,3 @@ def _sides(vector: Vector, shape: tuple[int, int]) -> list[Vector]:
     y, x = -vector[1] / length, vector[0] / length
     room = min(n / abs(c) if abs(c) > 1e-9 else math.inf for n, c in zip(shape, (y, x), strict=True))
     return [(round(y * room * k / 16 * UNIT), round(x * room * k / 16 * UNIT)) for k in SHARES]
-
-
-def _listed(vectors: tuple[Vector, Vector]) -> str:
-    return " and ".join(f"{x / UNIT:.1f},{y / UNIT:.1f} px" for y, x in vectors)
