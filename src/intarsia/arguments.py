@@ -111,13 +111,9 @@ def called(value: Any) -> str:
     if isinstance(value, type):
         return f"the class {value.__name__}"
     if value is None or isinstance(value, (bool, str, bytes, Real)):
-        return said(repr(value) if isinstance(value, (str, bytes)) else _short(value))
+        if isinstance(value, int) and value.bit_length() > 128:  # Python refuses to write out the longest ones
+            return said(f"a number of {value.bit_length()} bits")
+        return said(repr(value) if isinstance(value, (str, bytes)) else value)
     if isinstance(value, (tuple, list)) and all(isinstance(n, (str, Real)) for n in value):
         return said(value)
     return f"of type {type(value).__name__}"
-
-
-def _short(number: Any) -> Any:
-    """A number that can be written: Python refuses to write out the longest ones."""
-    vast = isinstance(number, int) and number.bit_length() > 128
-    return f"a number of {number.bit_length()} bits" if vast else number

@@ -115,7 +115,7 @@ def _with_context(plain: Features, exemplars: Sequence[Exemplar], weight: float,
     if not weight:
         return plain
     blurred = [_blurred(p, e, radius) for p, e in zip(plain.pictures, exemplars, strict=True)]
-    own = _variance([p.astype(np.int32) for p in plain.pictures], exemplars)
+    own = contrast(plain, exemplars)
     share = min(math.sqrt(weight * own / max(_variance(blurred, exemplars), 1.0)), MOST_CONTEXT)
     pictures = [
         np.concatenate([p, np.clip(_times(b, share), -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)

@@ -55,15 +55,11 @@ def rim_of(picture: NDArray[np.int16], hole: Mask, usable: Mask | None = None) -
     found = found[found > 0]
     if not len(found):
         return 0
-    return _cover(_beyond(measures, rest, UNUSUAL) & ~hole, np.isin(spots, found), depth)
-
-
-def _cover(unusual: Mask, rim: Mask, depth: NDArray[Any]) -> int:
-    """How far a rim reaches with all that is unusual within GAP px of it; 0 where it goes on beyond the reach."""
-    pieces, _ = ndimage.label(ndimage.maximum_filter(unusual | rim, 2 * (GAP // 2) + 1), np.ones((3, 3)))
-    whole = np.isin(pieces, np.unique(pieces[rim])) & (unusual | rim)
-    deepest = int(depth[whole].max())
-    return deepest + MARGIN if deepest < REACH else 0
+    rim = np.isin(spots, found)
+    unusual = rim | (_beyond(measures, rest, UNUSUAL) & ~hole)  # what lies within GAP px of a rim is part of it
+    pieces, _ = ndimage.label(ndimage.maximum_filter(unusual, 2 * (GAP // 2) + 1), np.ones((3, 3)))
+    deepest = int(depth[np.isin(pieces, np.unique(pieces[rim])) & unusual].max())
+    return deepest + MARGIN if deepest < REACH else 0  # what goes on beyond the reach is no rim
 
 
 def _measures(picture: NDArray[np.int16], hole: Mask) -> list[NDArray[Any]]:

@@ -102,9 +102,7 @@ def trial_methods(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Metho
         values = dict(values)
         if whole is not None and "patch" not in choice.given and canvas.guide is None:
             values["patch"] = max(min(round(factor * max(extent(whole))), most), min(max(extent(whole)), most))
-            if values["patch"] == whole:
-                values["patch"] = whole
-            elif "overlap" in values and "overlap" not in choice.given:
+            if values["patch"] != whole and "overlap" in values and "overlap" not in choice.given:
                 values["overlap"] = None
         if "context" in values and "context" not in choice.given:
             values["context"] = context

@@ -94,11 +94,12 @@ def edges(picture: Array, toroidal: bool) -> Array:
     together with strong ones; how steep that is follows from the picture itself.
     """
     levels = BLUR + 1 if min(picture.shape[:2]) > 4 * BLUR else 1
-    down, across = _slopes(stack_of(picture, levels, toroidal)[-1].astype(np.int64), toroidal)
+    mode: Literal["wrap", "edge"] = "wrap" if toroidal else "edge"
+    blurred = np.pad(stack_of(picture, levels, toroidal)[-1].astype(np.int64), ((1, 1), (1, 1), (0, 0)), mode=mode)
+    down, across = blurred[2:, 1:-1] - blurred[:-2, 1:-1], blurred[1:-1, 2:] - blurred[1:-1, :-2]
     xx, yy, xy = ((a * b).sum(axis=2) for a, b in ((across, across), (down, down), (across, down)))
     steep, straight, turned = xx + yy, xx - yy, 2 * xy
     along = np.where(abs(turned) < abs(straight), np.where(straight > 0, 0, 1), np.where(turned > 0, 2, 3))
-    mode: Literal["wrap", "edge"] = "wrap" if toroidal else "edge"
     around, (height, width) = np.pad(steep, 1, mode=mode), steep.shape
     ridge = np.zeros(steep.shape, bool)
     for number, (dy, dx) in enumerate(((0, 1), (1, 0), (1, 1), (1, -1))):
@@ -113,9 +114,3 @@ def edges(picture: Array, toroidal: bool) -> Array:
     kept = (sizes >= SHORTEST) & (seeds > 0)
     kept[0] = False
     return np.asarray(kept[pieces])
-
-
-def _slopes(picture: Array, toroidal: bool) -> tuple[Array, Array]:
-    mode: Literal["wrap", "edge"] = "wrap" if toroidal else "edge"
-    around = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode=mode)
-    return around[2:, 1:-1] - around[:-2, 1:-1], around[1:-1, 2:] - around[1:-1, :-2]

@@ -43,7 +43,8 @@ def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
         return _by_rows(pixels, dtype, lambda p: _other_codes(p, dtype))
     if floats:
         return _by_rows(pixels, dtype, lambda p: _to_codes(p, kind, linear, dtype))
-    return _by_rows(pixels, dtype, lambda p: _to_values(p, kind, dtype))
+    top = np.float64(np.iinfo(pixels.dtype).max)
+    return _by_rows(pixels, dtype, lambda p: _on_colour(p / top, kind, from_srgb).astype(dtype))
 
 
 def _by_rows(pixels: Array, dtype: np.dtype[Any], change: Callable[[Array], Array]) -> Array:
@@ -61,11 +62,6 @@ def _to_codes(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
         values = _on_colour(values, kind, to_srgb)
     values = np.clip(np.nan_to_num(values, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
     return np.floor(values * np.iinfo(dtype).max + 0.5).astype(dtype)
-
-
-def _to_values(pixels: Array, kind: str, dtype: np.dtype[Any]) -> Array:
-    values = pixels / np.float64(np.iinfo(pixels.dtype).max)
-    return _on_colour(values, kind, from_srgb).astype(dtype)
 
 
 def to_srgb(linear: Array) -> NDArray[np.float64]:

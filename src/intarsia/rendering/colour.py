@@ -59,7 +59,12 @@ class Curve:
         )
 
     def linear(self, samples: Array) -> Array:
-        """Return the light of codes (..., C): int32 fixed point, or float64; as they are without a curve."""
+        """Return the light of codes (..., C): int32 fixed point, or float64; as they are without a curve.
+
+        Half floats become single ones: kernels know no others.
+        """
+        if samples.dtype == np.float16:
+            samples = samples.astype(np.float32)
         if not self.srgb:
             return samples
         colours = samples.shape[-1] - self.alpha

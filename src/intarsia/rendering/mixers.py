@@ -38,12 +38,7 @@ def mixer_of(
         return Normals(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
         return LabelMixer.of(samples)
-    # Kernels know no half floats; every half is a float32.
-    light = (
-        curve.linear(samples.astype(np.float32) if samples.dtype == np.float16 else samples)
-        if plane.is_float
-        else samples
-    )
+    light = curve.linear(samples) if plane.is_float else samples
     spread = None
     if mixing is Mixing.VARIANCE:
         seen = slice(None) if usable is None else np.flatnonzero(usable)

@@ -181,8 +181,6 @@ def _reader(plane: Plane, samples: Array, coding: NormalCoding | None, curve: Cu
         return Vectors(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
         return Names(LabelMixer.of(samples))
-    # Kernels know no half floats, and need no more than one kind of whole numbers.
-    plain = samples.astype(np.float32) if samples.dtype == np.float16 else samples
-    light = curve.linear(plain)
-    light = light.astype(np.int32) if light.dtype.kind == "u" else light
+    light = curve.linear(samples)
+    light = light.astype(np.int32) if light.dtype.kind == "u" else light  # kernels need one kind of whole numbers
     return Light(samples, light, curve, plane.alpha)
