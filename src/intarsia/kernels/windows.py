@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .cuts import min_cut, seam_costs
 from .jit import kernel
 
-HOLE = 255
+HOLE = 255  # the variant of a pixel that is not filled: the last name of a uint8
 OLD, FREE, NEW = 0, 1, 2
 
 

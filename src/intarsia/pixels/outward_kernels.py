@@ -19,9 +19,7 @@ from ..kernels.neighbourhoods import (
     template_distance,
     workplace,
 )
-from ..kernels.windows import canvas_place
-
-HOLE = 255
+from ..kernels.windows import HOLE, canvas_place
 
 
 @kernel

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from ..kernels.cuts import FLAT, GRADIENT_UNIT
 from ..kernels.jit import kernel
-from ..kernels.windows import canvas_place
-
-HOLE = 255  # the variant of a pixel that is not filled: the last name of a uint8
+from ..kernels.windows import HOLE, canvas_place
 
 
 class Pieces(NamedTuple):

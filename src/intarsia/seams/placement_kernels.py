@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..kernels.jit import kernel
-from ..kernels.windows import canvas_place
+from ..kernels.windows import HOLE, canvas_place
 from .energy_kernels import source_at, spot
 
-HOLE = 255
 ONE = 256  # all that a window would show is shown once more
 NEAR = 3  # a repeat beside the window counts this much more
 

@@ -20,10 +20,9 @@ import numpy as np
 
 from ..kernels.jit import kernel
 from ..kernels.maxflow import push_flow
-from ..kernels.windows import canvas_place
+from ..kernels.windows import HOLE, canvas_place
 from .energy_kernels import feature_distance, meeting, source_at, spot
 
-HOLE = 255
 OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
 
 
