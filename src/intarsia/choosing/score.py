@@ -143,12 +143,11 @@ def _steps(pictures: Sequence[Array], exemplars: Sequence[Exemplar] | None) -> f
     total, count = 0, 0
     for number, picture in enumerate(pictures):
         usable = None if exemplars is None else exemplars[number].usable
-        p = picture.astype(np.int32)
         for axis in (0, 1):
-            steps = np.abs(np.diff(p, axis=axis)).sum(axis=2)
+            steps = np.abs(np.diff(picture.astype(np.int32), axis=axis)).sum(axis=2)
             if usable is not None:
-                both = np.take(usable, range(1, len(usable)) if axis == 0 else range(1, usable.shape[1]), axis)
-                steps = steps[both & (usable[:-1] if axis == 0 else usable[:, :-1])]
+                along = np.moveaxis(usable, axis, 0)
+                steps = np.moveaxis(steps, axis, 0)[along[1:] & along[:-1]]
             total, count = total + int(steps.sum()), count + steps.size
     return total / max(count, 1)
 

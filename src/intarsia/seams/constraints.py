@@ -33,7 +33,8 @@ class Constraints:
         self.work, self.variants, self.wraps = growth.growing, growth.variants, growth.layout.wraps
         self.distance, self.guide = distance, guide
         self.any = guide is not None or distance > 0
-        self.sizes = [(e.height, e.width) for e in growth.exemplars]
+        self.tallest = max(e.height for e in growth.exemplars)
+        self.widest = max(e.width for e in growth.exemplars)
 
     def __call__(self, box: Box, pick: Pick) -> Array:
         """Return (rows, columns) bool: True where the patch `pick` that begins at the box's first pixel may not be."""
@@ -104,7 +105,5 @@ class Constraints:
 
     def _keys(self, yx: Array, which: Array) -> Array:
         """One number for every exemplar pixel; another one for holes."""
-        widest = max(width for _, width in self.sizes)
-        tallest = max(height for height, _ in self.sizes)
-        keys = (which.astype(np.int64) * tallest + yx[..., 0]) * widest + yx[..., 1]
+        keys = (which.astype(np.int64) * self.tallest + yx[..., 0]) * self.widest + yx[..., 1]
         return np.where(which == HOLE, -1, keys)
