@@ -46,6 +46,7 @@ _HOMES = {
     "RandomTiling": "methods.random_tiling",
     "Repeat": "methods.repeat",
     "Run": "run",
+    "Score": "judging.score",
     "SegmentBased": "methods.segment_based",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
@@ -60,6 +61,7 @@ _HOMES = {
     "magnified": "rendering.magnification",
     "read": "files",
     "repair": "tasks.repair",
+    "score": "tasks.scoring",
     "synthesize": "synthesis",
     "weave": "giant",
     "write": "files",
@@ -95,6 +97,7 @@ __all__ = [
     "RandomTiling",
     "Repeat",
     "Run",
+    "Score",
     "SegmentBased",
     "SourceMap",
     "Synthesis",
@@ -109,6 +112,7 @@ __all__ = [
     "magnified",
     "read",
     "repair",
+    "score",
     "synthesize",
     "weave",
     "write",
@@ -126,6 +130,7 @@ if TYPE_CHECKING:
     from .giant import Weave, weave
     from .guide import Guide
     from .image import Kind, Plane
+    from .judging.score import Score
     from .levelling import Levelling
     from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
@@ -147,6 +152,7 @@ if TYPE_CHECKING:
     from .tasks.completion import extend, heal
     from .tasks.inspection import Findings, analyze
     from .tasks.repair import repair
+    from .tasks.scoring import score
     from .tasks.starts import Margins
 
 

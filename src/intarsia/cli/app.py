@@ -23,6 +23,7 @@ COMMANDS = {
     "render": "Draw a saved map again: other planes, softer, harder, a window.",
     "replay": "Make a picture again from the recipe it carries.",
     "analyze": "Tell how a texture repeats, how large its elements are, and how to grow it.",
+    "score": "Tell how good an output is, and what speaks against it.",
     "methods": "List the methods, or the parameters of one.",
     "warm-up": "Compile everything now, so that the first picture comes at once.",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -185,3 +186,21 @@ class NamedFile(ParamType):
         if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
             self.fail(f"{value} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.", param, ctx)
         return name, path
+
+
+class Gate(ParamType):
+    """PART=VALUE; gives the pair."""
+
+    name = "PART=VALUE"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if isinstance(value, tuple):
+            return value
+        part, _, number = str(value).partition("=")
+        try:
+            least = float(number)
+        except ValueError:
+            least = math.nan
+        if not part or not 0 <= least <= 100:
+            self.fail(f"{value} is not PART=VALUE; give a part and its least worth, such as joins=0.5.", param, ctx)
+        return part, least

@@ -1,0 +1,167 @@
+"""How good an output is, as people would say: parts between an anchor that is good and one that is bad, and their sum.
+
+    found = ia.score("stones.png", "grown.png")
+    found.total, found.parts["joins"].worth, found.parts["joins"].measured
+
+The formula, with the weights of :data:`~intarsia.judging.parts.PARTS` (docs/score.md says how they were found):
+
+    worth of a part = 1 - (measured - good) / (bad - good), held between 0 and 1
+    total = 100 * (1 - sum of weight * visible * sqrt(1 - worth)), at least 0
+
+``visible`` is 1, and for what is shown too often the grain of the exemplar: where every window returns, repeats are
+not seen. The root makes a first flaw count more than the tenth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import features
+from ..analysis.reduction import block_sums, factor_for
+from ..errors import InputError
+from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..search.sizes import elements
+from ..sourcemap import SourceMap
+from .mapped import MAPPED, WRAPPED, mapped, meeting
+from .parts import PARTS, Part, measured
+from .reference import Reference
+
+WORK_SIDE = 512  # px: larger exemplars, and what is grown from them, are looked at on reduced copies
+CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
+AROUND = 32  # px: an output that wraps is looked at so far beyond its borders
+
+Pictures = Sequence[NDArray[np.int16]]
+Masks = Sequence[NDArray[np.bool_] | None]
+
+
+@dataclass(frozen=True)
+class Worth:
+    """One part of a score: what it is, the number that was measured, and the numbers that are worth 1 and 0."""
+
+    part: Part
+    measured: float
+    good: float
+    bad: float
+
+    @property
+    def worth(self) -> float:
+        """1 for a true continuation, 0 for what is worth nothing."""
+        return min(1.0, max(0.0, (self.bad - self.measured) / (self.bad - self.good)))
+
+
+@dataclass(frozen=True)
+class Score:
+    """How good an output is: ``total`` from 0 to 100, and its parts by name; more is better.
+
+    ``grain`` says how little the exemplar repeats itself, 0 to 1.
+    """
+
+    parts: dict[str, Worth]
+    grain: float
+
+    @property
+    def total(self) -> float:
+        """The one number: 100 for a true continuation, 0 where nothing is right."""
+        return max(0.0, 100 * (1 - sum(self.loss(name) for name in self.parts)))
+
+    def loss(self, name: str) -> float:
+        """How much one part takes from the total, of 1."""
+        one = self.parts[name]
+        return one.part.weight * (self.grain if one.part.grainy else 1.0) * float((1 - one.worth) ** 0.5)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {"total": round(self.total, 2), "grain": round(self.grain, 3), "parts": {
+            name: {
+                "worth": round(one.worth, 4), "measured": round(one.measured, 3), "unit": one.part.unit,
+                "good": round(one.good, 3), "bad": round(one.bad, 3), "loss": round(100 * self.loss(name), 2),
+            } for name, one in self.parts.items()
+        }}  # fmt: skip
+
+
+def score_picture(
+    exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NONE, smap: SourceMap | None = None
+) -> Score:
+    """Judge a picture by its base plane; what only a map tells is added, and changes no other part.
+
+    Raises InputError where the base planes have other channels than the exemplars', or the map is none of them.
+    """
+    first, base = exemplars[0].base, output.base
+    if (base.kind, base.channels) != (first.kind, first.channels):
+        raise InputError(
+            f"{output.name} has {base.channels} channels of {base.kind.value}, {exemplars[0].name} {first.channels} of "
+            f"{first.kind.value}; give two pictures of one make-up."
+        )
+    alone = [Exemplar({"base": e.base}, e.usable, e.toroidal, e.name) for e in (*exemplars, output)]
+    *pictures, mine = features(alone).pictures
+    return _score(pictures, [e.usable for e in exemplars], mine, wrap, _told(exemplars, smap))
+
+
+def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
+    """Judge a map without holes by the pixels that it shows, not mixed at its cuts."""
+    feats = features(exemplars)
+    pictures = [p[..., : feats.base] for p in feats.pictures]
+    masks = [e.usable for e in exemplars]
+    return _score(pictures, masks, drawn(pictures, smap), smap.wrap, _told(exemplars, smap))
+
+
+def drawn(pictures: Pictures, smap: SourceMap) -> NDArray[np.int16]:
+    """Return the output in features (H, W, C): every pixel as its exemplar has it."""
+    if smap.which is None:
+        return np.asarray(pictures[0][smap.yx[..., 0], smap.yx[..., 1]])
+    out = np.zeros((smap.height, smap.width, pictures[0].shape[2]), np.int16)
+    for number, picture in enumerate(pictures):
+        at = smap.which == number
+        out[at] = picture[smap.yx[at, 0], smap.yx[at, 1]]
+    return out
+
+
+def _told(exemplars: Sequence[Exemplar], smap: SourceMap | None) -> dict[str, float]:
+    return {} if smap is None else mapped(exemplars, smap, elements(exemplars[0]).size)
+
+
+def _score(pictures: Pictures, masks: Masks, output: NDArray[np.int16], wrap: Wrap, told: dict[str, float]) -> Score:
+    factor = max(factor_for(p.shape, WORK_SIDE) for p in pictures)
+    reference = Reference(
+        tuple(_smaller(p, factor) for p in pictures),
+        tuple(None if m is None else block_sums(m, factor) == factor * factor for m in masks),
+    )
+    meets = meeting(output, wrap)
+    held = _within(_smaller(output, factor), reference.pictures)
+    looks = [measured(reference, part) for part in _corners(held, wrap)]
+    worst = measured(reference, reference.tiles)
+    parts = {}
+    for part in PARTS:
+        bad = worst[part.name] if part.bad is None else part.bad
+        seen = sum(one[part.name] for one in looks) / len(looks)
+        parts[part.name] = Worth(part, seen, part.good, max(bad, part.good + part.least))
+    for part, value in [*((p, told.get(p.name)) for p in MAPPED), (WRAPPED, meets)]:
+        if value is not None and part.bad is not None:
+            parts[part.name] = Worth(part, value, part.good, part.bad)
+    return Score(parts, reference.grain)
+
+
+def _smaller(picture: NDArray[np.int16], factor: int) -> NDArray[np.int16]:
+    return picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
+
+
+def _within(output: NDArray[np.int16], pictures: Pictures) -> NDArray[np.int16]:
+    """Hold the output in the range of the exemplars, for which distances are exact."""
+    low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
+    return np.asarray(np.clip(output, low, high))
+
+
+def _corners(output: NDArray[np.int16], wrap: Wrap) -> list[NDArray[np.int16]]:
+    """The output, a little beyond where it wraps; or the corners of a large one."""
+    around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
+    output = np.pad(output, (*around, (0, 0)), "wrap")
+    short = 2 * CORNER + AROUND
+    ends = ([slice(n)] if n <= short else [slice(CORNER), slice(n - CORNER, n)] for n in output.shape[:2])
+    spans = list(ends)
+    return [output[rows, columns] for rows in spans[0] for columns in spans[1]]

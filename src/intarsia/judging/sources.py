@@ -1,0 +1,90 @@
+"""Where the windows of an output come from, and how much changes where two sources meet.
+
+An output that is made of pieces shows each piece beside others. Continue the source of a window by a step: where the
+output goes on in the same piece, this is what it shows. Where it does not, the two differ as the exemplar does, a
+little where a lattice was kept or a gap was met, as much as unrelated windows where a stone was cut.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from .reference import Level
+
+STEP = 8  # px between neighbouring windows of the output
+ROUNDS = 3  # of looking at what neighbours show
+NEAR = 115, 100  # a neighbour's source is taken where it is nearly as near,
+SLACK = 20  # or nearer by a 20th of what is usual
+NEXT = ((0, 1), (1, 0), (0, -1), (-1, 0))
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """The windows of an output of one size, on a grid of STEP px, and which windows of the exemplar they show.
+
+    ``waves`` (rows, columns, features); ``distance`` to the nearest window, in 1/16; ``number``: of the window that
+    each shows, chosen among those nearly as near so that neighbours agree.
+    """
+
+    level: Level
+    waves: Array
+    distance: Array
+    number: Array
+
+    @classmethod
+    def of(cls, level: Level, picture: Array) -> Sources:
+        """Look for the sources of an output picture (H, W, C)."""
+        waves = level.windows.cut(picture, STEP)
+        distance, number = level.windows.nearest(waves.reshape(-1, waves.shape[2]))
+        distance, number = (a.reshape(waves.shape[:2]) for a in (distance, number))
+        return cls(level, waves, distance, _agreed(level, waves, distance, number))
+
+    @property
+    def changes(self) -> Array:
+        """How much changes from each window to the next, right and below: 0 nothing, 1024 as much as any two differ."""
+        windows, out = self.level.windows, []
+        here = windows.apart(self.waves, self.number)
+        for step in NEXT[:2]:
+            ahead, inside = _continued(self.level, self.number, step)
+            there = np.where(ahead >= 0, windows.apart(self.waves, np.maximum(ahead, 0)), self.level.unrelated)
+            change = np.clip((there - here) * 1024 // self.level.unrelated, 0, 1024)
+            out.append(np.where(inside, change, 0))
+        return np.stack(out)
+
+    @property
+    def usage(self) -> Array:
+        """How often each place of the exemplar's table of windows is shown."""
+        table = self.level.windows.table
+        at = self.level.windows.at[self.number.ravel()]
+        return np.bincount(at[:, 0] * table.shape[1] + at[:, 1], minlength=table.size).reshape(table.shape)
+
+
+def _continued(level: Level, number: Array, step: tuple[int, int]) -> tuple[Array, Array]:
+    """What every window would show if the one before it, by `step`, went on; -1 off the exemplar. And where one is."""
+    windows = level.windows
+    rows, columns = number.shape
+    inside = np.zeros(number.shape, bool)
+    (dy, dx), moved = step, np.roll(number, step, (0, 1))
+    inside[max(dy, 0) : rows + min(dy, 0), max(dx, 0) : columns + min(dx, 0)] = True
+    far = STEP // windows.factor // windows.stride
+    at = windows.at[moved] + np.array(step) * far
+    high, wide = windows.table.shape
+    held = inside & ((at >= 0) & (at < (high, wide))).all(axis=2)
+    at = np.where(held[..., None], at, 0)
+    return np.where(held, windows.table[at[..., 0], at[..., 1]], -1), inside
+
+
+def _agreed(level: Level, waves: Array, distance: Array, number: Array) -> Array:
+    """Let every window show what its neighbours' sources continue with, where that is nearly as near."""
+    number = number.copy()
+    limit = distance * NEAR[0] // NEAR[1] + level.usual // SLACK
+    for _ in range(ROUNDS):
+        for step in NEXT:
+            ahead, _inside = _continued(level, number, step)
+            there = level.windows.apart(waves, np.maximum(ahead, 0))
+            take = (ahead >= 0) & (there <= limit)
+            number[take] = ahead[take]
+    return number

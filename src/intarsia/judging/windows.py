@@ -1,0 +1,172 @@
+"""Windows of a picture as short vectors of whole numbers, and the nearest among them.
+
+Windows of 8 x 8 px of a picture that is reduced 2, 4 or 8 times are compared by their lowest cosines. All vectors are
+whole numbers so short that single precision adds their products exactly: the same nearest window on every machine.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.reduction import block_sums, blocks
+from ..arrays import Array
+
+SIDE = 8  # px of a window, in the reduced picture
+COSINES = 4  # the lowest along each axis, those whose orders add up to less: ten of each channel
+FINE = 64  # cosines are whole multiples of 1 / FINE
+LONGEST = 2**22  # squared length of a vector: products and sums of two such stay below 2**24, which float32 holds
+MOST = 16500  # windows of an exemplar: of more, every second or third along each axis is taken
+BATCH = 128  # windows that are compared at once: what a cache holds
+ROOT = 16  # distances are whole numbers of 1 / ROOT
+
+
+@cache
+def _cosines() -> Array:
+    """The lowest cosines of a window, as whole numbers: (SIDE * SIDE, 10)."""
+    i = np.arange(SIDE)
+    waves = np.array([np.cos(np.pi * k * (2 * i + 1) / (2 * SIDE)) * (1 if k else 0.5**0.5) for k in range(COSINES)])
+    orders = [(k, other) for k in range(COSINES) for other in range(COSINES - k)]
+    both = [np.multiply.outer(waves[k], waves[other]).ravel() for k, other in orders]
+    return np.asarray(np.rint(np.stack(both, axis=1) * FINE / (SIDE / 2)))
+
+
+def smaller(picture: Array, factor: int) -> Array:
+    """Average blocks of factor x factor px, in whole numbers."""
+    return picture if factor == 1 else block_sums(picture, factor) // (factor * factor)
+
+
+def waves_of(picture: Array, rows: Array, columns: Array, middle: Array, shorten: int) -> Array:
+    """Return the cosines of the windows that begin at all of `rows` and `columns`: float32 (rows, columns, features).
+
+    `middle` is taken off every channel first, and all is divided by `shorten`, in whole numbers.
+    """
+    held = np.lib.stride_tricks.sliding_window_view(picture, (SIDE, SIDE), axis=(0, 1))[rows][:, columns]
+    flat = held.reshape(len(rows), len(columns), picture.shape[2], -1) - middle[:, None]
+    waves = np.rint(flat.astype(np.float32) @ _cosines().astype(np.float32) / (FINE * shorten))
+    return np.asarray(waves.reshape(len(rows), len(columns), -1), np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """The windows of one or more exemplars at one reduction.
+
+    ``waves`` float32 (n, features); ``at`` int (n, 2): row and column of each in ``table``, which holds their numbers,
+    -1 where there is none. Exemplars lie below one another in it, as far apart as a window is wide. ``stride``: how
+    many px of the reduced picture lie between neighbours of the table.
+    """
+
+    factor: int
+    stride: int
+    middle: Array
+    shorten: int
+    waves: Array
+    squares: Array
+    at: Array
+    table: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, pictures: list[Array], usable: list[NDArray[np.bool_] | None], factor: int) -> Windows | None:
+        """Cut all windows of which every pixel may be used; None where there is none."""
+        small = [smaller(p, factor) for p in pictures]
+        room = [(p.shape[0] - SIDE + 1, p.shape[1] - SIDE + 1) for p in small]
+        count = sum(max(0, h) * max(0, w) for h, w in room)
+        stride = max(1, math.isqrt(max(count - 1, 0) // MOST) + (count > MOST))
+        if not count:
+            return None
+        flat = np.concatenate([p.reshape(-1, p.shape[2]) for p in small])
+        middle = np.asarray(flat.sum(axis=0) // len(flat))
+        longest = SIDE * SIDE * int(((flat - middle) ** 2).sum(axis=1).max())
+        shorten = 1 + math.isqrt(longest // LONGEST)
+        tables: list[Array] = []
+        waves: list[Array] = []
+        begin = below = 0
+        for p, (h, w), free in zip(small, room, usable, strict=True):
+            if min(h, w) < 1:
+                continue
+            rows, columns = np.arange(0, h, stride), np.arange(0, w, stride)
+            found = waves_of(p, rows, columns, middle, shorten)
+            whole = np.ones(found.shape[:2], bool) if free is None else _whole(free, factor, rows, columns)
+            numbers = np.full(whole.shape, -1, np.int32)
+            numbers[whole] = begin + np.arange(int(whole.sum()))
+            tables.append(np.asarray(numbers))
+            waves.append(found[whole])
+            begin, below = begin + int(whole.sum()), max(below, whole.shape[1])
+        if not begin:
+            return None
+        gap = np.full((SIDE, below), -1, np.int32)
+        wide = [np.pad(t, ((0, 0), (0, below - t.shape[1])), constant_values=-1) for t in tables]
+        table = np.concatenate([part for t in wide for part in (t, gap)])
+        at = np.argwhere(table >= 0)
+        every = np.concatenate(waves)
+        return cls(factor, stride, middle, shorten, every, (every * every).sum(axis=1), at, table)
+
+    def cut(self, picture: Array, step: int) -> Array:
+        """Return the windows of an output picture that begin every `step` px of it: (rows, columns, features)."""
+        small = smaller(picture, self.factor)
+        rows, columns = (np.arange(0, n - SIDE + 1, max(1, step // self.factor)) for n in small.shape[:2])
+        return waves_of(small, rows, columns, self.middle, self.shorten)
+
+    def nearest(self, waves: Array) -> tuple[Array, Array]:
+        """Return the distance of each of `waves` (n, features) to its nearest window, in 1 / ROOT, and its number."""
+        return nearest(waves, self.waves, self.squares)
+
+    def apart(self, waves: Array, numbers: Array) -> Array:
+        """Return the distance of each of `waves` (..., features) to the window of its number, in 1 / ROOT."""
+        off = waves - self.waves[numbers]
+        return rooted((off * off).sum(axis=-1))
+
+    def own(self, most: int) -> tuple[Array, Array]:
+        """Look for the nearest of `most` of its windows, evenly spread, half a window away or more.
+
+        Returns their numbers and distances in 1 / ROOT; those that have none are left out.
+        """
+        some = np.arange(0, len(self.waves), max(1, -(-len(self.waves) // most)))
+        reach = -(-(SIDE // 2 + 1) // self.stride)
+        least = np.empty(len(some))
+        for begin in range(0, len(some), BATCH):
+            batch = some[begin : begin + BATCH]
+            squares = self.squares - 2 * (self.waves[batch] @ self.waves.T)
+            for row, (y, x) in zip(squares, self.at[batch], strict=True):
+                near = self.table[max(0, y - reach + 1) : y + reach, max(0, x - reach + 1) : x + reach]
+                row[near[near >= 0]] = np.inf
+            least[begin : begin + BATCH] = squares.min(axis=1) + self.squares[batch]
+        known = np.isfinite(least)
+        return some[known], rooted(least[known])
+
+    def unrelated(self) -> int:
+        """Return how far two windows are that have nothing to do with one another: the median over many pairs."""
+        n = len(self.waves)
+        one = np.arange(0, n, max(1, n // 2000))
+        other = (one * 7919 + n // 3) % n
+        return max(1, int(np.sort(self.apart(self.waves[one], other))[len(one) // 2]))
+
+
+def _whole(usable: NDArray[np.bool_], factor: int, rows: Array, columns: Array) -> NDArray[np.bool_]:
+    """Which windows hold usable pixels alone."""
+    free = blocks(usable, factor).all(axis=(1, 3))
+    held = np.lib.stride_tricks.sliding_window_view(free, (SIDE, SIDE))[rows][:, columns]
+    return np.asarray(held.all(axis=(2, 3)))
+
+
+def nearest(waves: Array, others: Array, squares: Array) -> tuple[Array, Array]:
+    """Return the distance of each of `waves` to the nearest of `others`, in 1 / ROOT, and its number."""
+    least, which = np.empty(len(waves), np.float32), np.empty(len(waves), np.int64)
+    turned = np.ascontiguousarray(others.T)
+    for begin in range(0, len(waves), BATCH):
+        found = waves[begin : begin + BATCH] @ turned
+        found *= -2
+        found += squares
+        number = found.argmin(axis=1)
+        which[begin : begin + BATCH] = number
+        least[begin : begin + BATCH] = found[np.arange(len(number)), number]
+    return rooted(least + (waves * waves).sum(axis=1)), which
+
+
+def rooted(squares: Array) -> Array:
+    """Return square roots of whole numbers as whole numbers of 1 / ROOT."""
+    return np.asarray(np.rint(ROOT * np.sqrt(np.maximum(squares, 0).astype(np.float64))), np.int64)

@@ -1,0 +1,94 @@
+"""How good an output is by its exemplar: :func:`score`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..arguments import chosen, expect
+from ..errors import InputError, ParameterError, QualityError
+from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..judging.mapped import MAPPED, WRAPPED
+from ..judging.parts import PARTS
+from ..judging.score import Score, score_picture
+from ..sourcemap import SourceMap
+from ..synthesis import ExemplarLike, Synthesis, as_exemplars, check_start
+
+
+def score(
+    exemplar: ExemplarLike | Sequence[ExemplarLike],
+    output: ExemplarLike | Synthesis,
+    *,
+    map: SourceMap | None = None,
+    wrap: Wrap | str | None = None,
+) -> Score:
+    """Tell how good an output is, as people would: 0 to 100, and by its parts.
+
+    Parameters
+    ----------
+    exemplar : as for :func:`synthesize`
+        What it was grown from.
+    output : as an exemplar, or a Synthesis
+        The picture, of any size and depth; its base plane is looked at, and its make-up must be the exemplar's.
+    map : SourceMap, optional
+        Where its pixels come from; that of a Synthesis is known. It adds parts, and changes none of the others.
+    wrap : {"none", "x", "y", "both"}, optional
+        Along which axes the picture should continue in itself. Default: those of the map, else none.
+
+    Returns
+    -------
+    Score
+        ``total``, and ``parts`` by name, each with the number that was measured, its unit and its anchors.
+
+    Raises
+    ------
+    InputError
+        where one cannot be read, make-ups differ, or the map is of another size or other exemplars.
+
+    Notes
+    -----
+    The formula and how far it agrees with people stand in docs/score.md.
+    """
+    exemplars = as_exemplars(exemplar)
+    if isinstance(output, Synthesis):
+        map = output.map if map is None else map
+        output = Exemplar.of(output.render(), name="the output")
+    (made,) = as_exemplars([output])
+    if map is not None:
+        expect(map, SourceMap, "map", "a SourceMap", InputError)
+        check_start(map, exemplars)
+        if (map.height, map.width) != (made.height, made.width):
+            raise InputError(
+                f"the map is {map.width}x{map.height} px, {made.name} {made.width}x{made.height}; give its own map."
+            )
+        if bool(map.holes.any()):
+            raise InputError("the map has holes; fill them first, with synthesize(start=...).")
+    across = chosen(Wrap, "wrap", wrap) if wrap is not None else Wrap.NONE if map is None else map.wrap
+    return score_picture(exemplars, made, across, map)
+
+
+Gates = Sequence[tuple[str, float]]
+"""Names of parts with the least that each must be worth, 0 to 1; ``total`` counts to 100."""
+
+
+def check_gates(gates: Gates) -> None:
+    """Refuse a gate that no score has; ParameterError."""
+    known = ("total", *(part.name for part in (*PARTS, *MAPPED, WRAPPED)))
+    for name, least in gates:
+        if name not in known:
+            raise ParameterError(f"--gate {name}={least:g}: no such part; choose one of {', '.join(known)}.")
+        if name != "total" and least > 1:
+            raise ParameterError(f"--gate {name}={least:g}: a part is worth at most 1; give a number from 0 to 1.")
+
+
+def gated(found: Score, gates: Gates, name: str) -> None:
+    """Raise QualityError where an output called `name` misses a gate, naming each that it misses."""
+    missed = []
+    for part, least in gates:
+        if part != "total" and part not in found.parts:
+            raise ParameterError(f"--gate {part}={least:g}: {name} has no such part without its map, or its wrap.")
+        reached = found.total if part == "total" else found.parts[part].worth
+        if reached < least:
+            missed.append(f"{part} {reached:.4g} of {least:g}")
+    if missed:
+        raise QualityError(f"{name} falls short: {', '.join(missed)}.")

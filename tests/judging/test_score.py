@@ -1,0 +1,214 @@
+"""The score: anchors at their ends, worse is lower, nothing but the pixels counts, and the command says the same."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from judging.naive_windows import blobs
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+import intarsia as ia
+from intarsia.cli.app import cli
+from intarsia.judging.parts import PARTS
+from intarsia.judging.reference import Reference
+from intarsia.judging.score import Score, Worth
+
+Pixels = NDArray[np.uint8]
+
+
+def stones(side: int = 128, seed: int = 1) -> Pixels:
+    """Blobs that do not return."""
+    return (blobs(side, side, seed) // 4).astype(np.uint8)
+
+
+STONES = stones()
+
+
+def tiled(pixels: Pixels, square: int, side: int = 256) -> Pixels:
+    """Squares of a picture, side by side, from places in no order."""
+    out = np.empty((side, side, pixels.shape[2]), pixels.dtype)
+    for k, (y, x) in enumerate(np.ndindex(side // square, side // square)):
+        i, j = (k * 37) % (len(pixels) - square), (k * 53) % (len(pixels) - square)
+        out[y * square : (y + 1) * square, x * square : (x + 1) * square] = pixels[i : i + square, j : j + square]
+    return out
+
+
+def test_the_exemplar_itself_lacks_nothing() -> None:
+    found = ia.score(STONES, STONES)
+    assert found.parts["joins"].measured == found.parts["strange"].measured == found.parts["blurred"].measured == 0
+    assert found.parts["lost"].worth == 1
+    assert found.total > 90
+
+
+def test_tiles_are_the_bad_end_of_joins() -> None:
+    reference = Reference(((blobs(128, 128, 1)),), (None,))
+    found = ia.score((reference.pictures[0]).astype(np.uint16), reference.tiles.astype(np.uint16))
+    assert found.parts["joins"].worth < 0.1
+    assert found.parts["joins"].bad > 5
+
+
+def test_smaller_pieces_are_worse() -> None:
+    joins = [ia.score(STONES, tiled(STONES, square)).parts["joins"].measured for square in (64, 32, 16)]
+    assert joins == sorted(joins)
+    assert joins[0] < joins[1] < joins[2]
+
+
+def test_what_is_shown_again_and_again_is_worse() -> None:
+    even = np.tile(STONES, (2, 2, 1))
+    often = np.tile(STONES[:32, :32], (8, 8, 1))
+    few, many = ia.score(STONES, even), ia.score(STONES, often)
+    assert few.parts["overused"].measured < many.parts["overused"].measured
+    assert few.parts["unused"].measured < many.parts["unused"].measured
+    assert few.parts["lost"].measured < many.parts["lost"].measured
+    assert many.total < few.total
+
+
+def test_repeats_count_by_the_grain_alone() -> None:
+    """Where every window of the exemplar returns, nobody sees that one was shown often."""
+    wall = np.tile(stones(16, 4), (8, 8, 1))
+    found = ia.score(wall, wall)
+    assert found.grain == 0
+    assert found.loss("overused") == 0
+    assert ia.score(STONES, STONES).grain > 0.5
+
+
+def test_a_blur_is_seen_and_sharper_is_no_better() -> None:
+    soft = gaussian_filter(STONES.astype(float), (1.5, 1.5, 0)).astype(np.uint8)
+    assert ia.score(STONES, soft).parts["blurred"].measured > 10
+    assert ia.score(soft, STONES).parts["blurred"].measured == 0
+
+
+def test_slow_tones_are_compared() -> None:
+    darker = (STONES.astype(int) * 3 // 4).astype(np.uint8)
+    assert ia.score(STONES, darker).parts["tone"].measured > ia.score(STONES, stones(128, 8)).parts["tone"].measured
+
+
+def test_total_is_the_formula_of_the_page() -> None:
+    parts = {p.name: Worth(p, 0.25 * p.good + 0.75 * (p.bad or 8.0), p.good, p.bad or 8.0) for p in PARTS}
+    found = Score(parts, 0.5)
+    lost = sum(p.weight * (0.5 if p.grainy else 1) * 0.75**0.5 for p in PARTS)
+    assert found.total == pytest.approx(100 * (1 - lost))
+    assert sum(p.weight for p in PARTS) == pytest.approx(1)
+    assert {p.name for p in PARTS if p.grainy} == {"overused"}
+
+
+def test_depth_and_form_count_nothing() -> None:
+    output = tiled(STONES, 32)
+    first = ia.score(STONES, output).as_dict()
+    assert ia.score(STONES.astype(np.uint16) * 257, output.astype(np.uint16) * 257).as_dict() == first
+    assert ia.score([ia.Exemplar.of(STONES)], ia.Exemplar.of(output)).as_dict() == first
+
+
+def test_unusable_pixels_are_no_source() -> None:
+    usable = np.ones(STONES.shape[:2], bool)
+    usable[:, 64:] = False
+    masked = ia.Exemplar.of(STONES, usable=usable)
+    inside, outside = (ia.score(masked, STONES[:, part]) for part in (slice(0, 64), slice(64, 128)))
+    assert inside.parts["joins"].measured == 0
+    assert outside.parts["joins"].measured > 5
+    assert outside.parts["strange"].measured > inside.parts["strange"].measured
+
+
+def test_borders_that_meet() -> None:
+    y, x = np.mgrid[:96, :96]
+    wave = (128 + 60 * np.sin(2 * np.pi * x / 32) + 40 * np.sin(2 * np.pi * y / 24)).astype(np.uint8)
+    meets, steps = (ia.score(wave, p, wrap="both").parts["wrap"] for p in (wave, wave[:83, :83]))
+    assert meets.worth == 1
+    assert steps.measured == 100
+    assert steps.worth == 0
+    assert "wrap" not in ia.score(wave, wave).parts
+
+
+def test_a_map_adds_parts_and_changes_none() -> None:
+    made = ia.synthesize(STONES, 160, "random-tiling", seed=2)
+    with_map, without = ia.score(STONES, made), ia.score(STONES, made.render())
+    assert without.total == with_map.total
+    assert {"seams", "copied", "unshown"} == set(with_map.parts) - set(without.parts)
+    usage = made.map.usage()[0]
+    assert with_map.parts["unshown"].measured == pytest.approx(100 * (usage == 0).mean())
+
+
+@pytest.mark.parametrize("side", [1, 7, 15, 33])
+def test_small_pictures_have_a_score(side: int) -> None:
+    small = STONES[:side, :side]
+    for a, b in ((small, STONES), (STONES, small), (small, small)):
+        assert 0 <= ia.score(a, b).total <= 100
+
+
+def test_one_colour_lacks_nothing() -> None:
+    flat = np.full((64, 64, 3), 90, np.uint8)
+    assert ia.score(flat, flat).total == 100
+
+
+def test_large_pictures_are_looked_at_in_part() -> None:
+    """Of an output its corners, of 512 px each: here all of them are alike. And a reduced copy of an exemplar."""
+    large = np.tile(STONES, (16, 16, 1))
+    whole, corner = ia.score(STONES, large).as_dict(), ia.score(STONES, large[:512, :512]).as_dict()
+    del whole["parts"]["blurred"], corner["parts"]["blurred"]
+    assert whole["parts"] == corner["parts"]
+    twice = np.kron(STONES, np.ones((8, 8, 1), np.uint8))
+    assert ia.score(twice, twice).parts["joins"].measured == 0
+
+
+class TestRefused:
+    def test_other_make_up(self) -> None:
+        with pytest.raises(ia.InputError, match=r"1 channels of colour.*3 of colour"):
+            ia.score(STONES, STONES[..., 0])
+
+    def test_map_of_another_size(self) -> None:
+        made = ia.synthesize(STONES, 64, "repeat")
+        with pytest.raises(ia.InputError, match=r"the map is 64x64 px"):
+            ia.score(STONES, STONES, map=made.map)
+
+    def test_map_of_another_exemplar(self) -> None:
+        made = ia.synthesize(STONES, 64, "repeat")
+        with pytest.raises(ia.InputError, match="other sizes"):
+            ia.score(STONES[:100], made.render(), map=made.map)
+
+
+class TestCommand:
+    @pytest.fixture
+    def here(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+        monkeypatch.chdir(tmp_path)
+        ia.write("stones.png", ia.Plane(STONES))
+        made = ia.synthesize(STONES, 128, "random-tiling", seed=1)
+        ia.write("grown.png", made.render())
+        made.map.save("grown.npz")
+        return tmp_path
+
+    def run(self, *args: str) -> tuple[int, str]:
+        result = CliRunner().invoke(cli, ["score", *args])
+        return result.exit_code, result.output
+
+    def test_says_what_the_library_says(self, here: Path) -> None:
+        code, said = self.run("stones.png", "grown.png", "--map", "grown.npz", "--json")
+        answer = json.loads(said)
+        assert code == 0
+        found = ia.score("stones.png", "grown.png", map=ia.SourceMap.load("grown.npz"))
+        assert {k: answer[k] for k in ("total", "grain", "parts")} == found.as_dict()
+
+    def test_a_page_names_the_worst_first(self, here: Path) -> None:
+        code, said = self.run("stones.png", "grown.png")
+        lines = said.splitlines()
+        assert code == 0
+        assert lines[0].startswith("grown.png: ")
+        assert lines[1].split()[0] == "joins"
+
+    def test_a_gate_that_is_missed_exits_with_4(self, here: Path) -> None:
+        code, said = self.run("stones.png", "grown.png", "-q", "--gate", "joins=0.99", "--gate", "total=99")
+        assert code == 4
+        assert "joins" in said
+        assert "total" in said
+        assert said.count("\n") == 1
+        assert self.run("stones.png", "grown.png", "-q", "--gate", "joins=0") == (0, "")
+
+    @pytest.mark.parametrize("gate", ["joins", "joins=2", "nothing=0.5", "joins=x", "=1", "seams=0.5", "total=101"])
+    def test_a_gate_that_cannot_be_is_refused(self, here: Path, gate: str) -> None:
+        code, said = self.run("stones.png", "grown.png", "--gate", gate)
+        assert code == 2
+        assert "Traceback" not in said
