@@ -173,7 +173,9 @@ class Auto:
         facts, canvas = lead.facts, lead.facts.canvas
         begun = canvas.start is not None or canvas.guide is not None or facts.constant
         suits = needed(facts.exemplars, canvas) <= method_class(RIVAL).supports
-        if lead.method.slug in (RIVAL, *LED, *FIXED) or RIVAL not in self.able or begun or not suits or rules.vast(canvas):
+        if lead.method.slug in (RIVAL, *LED, *FIXED) or RIVAL not in self.able:
+            return ()
+        if begun or not suits or rules.vast(canvas):
             return ()
         return (make(RIVAL, dict(self.given)).resolved(facts.exemplars, canvas),)
 
