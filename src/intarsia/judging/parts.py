@@ -54,11 +54,14 @@ PARTS = (
 # fmt: on
 
 
-def measured(reference: Reference, picture: NDArray[np.int16]) -> dict[str, float]:
-    """Measure all parts of an output picture (H, W, C), in the features of its exemplars."""
-    levels = [level for level in reference.levels if min(picture.shape[:2]) >= level.least_side]
-    every = [Sources.of(level, picture) for level in levels]
-    sources = every[:2]
+def sources_of(reference: Reference, picture: NDArray[np.int16]) -> list[Sources]:
+    """Look for the sources of the windows of an output picture (H, W, C), of every size that it can hold."""
+    return [Sources.of(level, picture) for level in reference.levels if min(picture.shape[:2]) >= level.least_side]
+
+
+def measured(reference: Reference, picture: NDArray[np.int16], sources: Sequence[Sources]) -> dict[str, float]:
+    """Measure all parts of an output picture (H, W, C) with its `sources`, in the features of its exemplars."""
+    every, sources = sources, sources[:2]
     return {
         "joins": _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
         "steps": _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
@@ -88,22 +91,31 @@ def _lost(level: Level, picture: Array) -> Array:
     return nearest(level.windows.waves[level.asked], waves, (waves * waves).sum(axis=1))[0]
 
 
+def square_side(table: Array) -> int:
+    """How wide the places are of which it is counted how often they are shown, in windows of a table."""
+    return max(3, int(min(table.shape)) // 12)
+
+
+def shown(table: Array, usage: Array) -> Array:
+    """How often every square of a table of windows is shown, by the `usage` of each; -1 where it is not whole."""
+    side = square_side(table)
+    if min(table.shape) < side:
+        return np.zeros((0, 0), np.int64)
+    counts, there = (window_sums(a, (side, side)) for a in (usage, (table >= 0).astype(np.int64)))
+    return np.where(there == side * side, counts, -1)
+
+
 def _local(sources: Sources) -> tuple[Array, float]:
     """How often every square, a twelfth of the exemplar wide, is shown, and how often one would be on average."""
-    table = sources.level.windows.table
-    side = max(3, min(table.shape) // 12)
-    if min(table.shape) < side:
-        return np.zeros(0, np.int64), 1.0
-    size = (side, side)
-    shown, there = window_sums(sources.usage, size), window_sums((table >= 0).astype(np.int64), size)
-    whole = shown[there == side * side]
+    every = shown(sources.level.windows.table, sources.usage)
+    whole = every[every >= 0]
     return whole, float(whole.sum()) / max(whole.size, 1)
 
 
 def _overused(sources: Sources) -> float:
     """How often the place is shown that 2 % are shown more often than, by the mean."""
-    shown, mean = _local(sources)
-    return float(np.sort(shown)[shown.size * 98 // 100]) / mean if shown.size and mean else 1.0
+    often, mean = _local(sources)
+    return float(np.sort(often)[often.size * 98 // 100]) / mean if often.size and mean else 1.0
 
 
 def _striking(reference: Reference, sources: Sources, area: int) -> float:
@@ -115,8 +127,8 @@ def _striking(reference: Reference, sources: Sources, area: int) -> float:
 
 def _unused(sources: Sources) -> float:
     """The share of places that are shown less than a seventh as often as on average, in percent."""
-    shown, mean = _local(sources)
-    return 100 * int((7 * shown < mean).sum()) / shown.size if shown.size else 0.0
+    often, mean = _local(sources)
+    return 100 * int((7 * often < mean).sum()) / often.size if often.size else 0.0
 
 
 def mean_step(pictures: Sequence[Array], usable: Sequence[NDArray[np.bool_] | None]) -> float:

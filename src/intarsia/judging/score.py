@@ -29,8 +29,9 @@ from ..geometry import Wrap
 from ..search.sizes import elements
 from ..sourcemap import SourceMap
 from .mapped import MAPPED, WRAPPED, mapped, meeting
-from .parts import PARTS, Part, measured
+from .parts import PARTS, Part, measured, sources_of
 from .reference import Reference
+from .sources import Sources
 
 WORK_SIDE = 512  # px: larger exemplars, and what is grown from them, are looked at on reduced copies
 CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
@@ -85,9 +86,38 @@ class Score:
         }}  # fmt: skip
 
 
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A part of an output that was looked at: row and column where it begins, in px, and what its windows show."""
+
+    begin: tuple[int, int]
+    sources: tuple[Sources, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A score, and what was seen when it was found: parts of the output, reduced `factor` times as the exemplars."""
+
+    score: Score
+    looks: tuple[Look, ...]
+    factor: int
+
+    @property
+    def alone(self) -> Judged:
+        """The score, without what was seen."""
+        return Judged(self.score, (), self.factor)
+
+
 def score_picture(
     exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NONE, smap: SourceMap | None = None
 ) -> Score:
+    """Judge a picture as :func:`judge` does, for the score alone."""
+    return judge(exemplars, output, wrap, smap).score
+
+
+def judge(
+    exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NONE, smap: SourceMap | None = None
+) -> Judged:
     """Judge a picture by its base plane; what only a map tells is added, and changes no other part.
 
     Raises InputError where the base planes have other channels than the exemplars', or the map is none of them.
@@ -100,7 +130,7 @@ def score_picture(
         )
     alone = [Exemplar({"base": e.base}, e.usable, e.toroidal, e.name) for e in (*exemplars, output)]
     *pictures, mine = features(alone).pictures
-    return _score(pictures, [e.usable for e in exemplars], mine, wrap, _told(exemplars, smap))
+    return _judged(pictures, [e.usable for e in exemplars], mine, wrap, _told(exemplars, smap))
 
 
 def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
@@ -108,7 +138,7 @@ def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
     feats = features(exemplars)
     pictures = [p[..., : feats.base] for p in feats.pictures]
     masks = [e.usable for e in exemplars]
-    return _score(pictures, masks, drawn(pictures, smap), smap.wrap, _told(exemplars, smap))
+    return _judged(pictures, masks, drawn(pictures, smap), smap.wrap, _told(exemplars, smap)).score
 
 
 def drawn(pictures: Pictures, smap: SourceMap) -> NDArray[np.int16]:
@@ -126,7 +156,9 @@ def _told(exemplars: Sequence[Exemplar], smap: SourceMap | None) -> dict[str, fl
     return {} if smap is None else mapped(exemplars, smap, elements(exemplars[0]).size)
 
 
-def _score(pictures: Pictures, masks: Masks, output: NDArray[np.int16], wrap: Wrap, told: dict[str, float]) -> Score:
+def _judged(
+    pictures: Pictures, masks: Masks, output: NDArray[np.int16], wrap: Wrap, told: dict[str, float]
+) -> Judged:
     factor = max(factor_for(p.shape, WORK_SIDE) for p in pictures)
     reference = Reference(
         tuple(_smaller(p, factor) for p in pictures),
@@ -134,17 +166,19 @@ def _score(pictures: Pictures, masks: Masks, output: NDArray[np.int16], wrap: Wr
     )
     meets = meeting(output, wrap)
     held = _within(_smaller(output, factor), reference.pictures)
-    looks = [measured(reference, part) for part in _corners(held, wrap)]
-    worst = measured(reference, reference.tiles)
+    corners = _corners(held, wrap)
+    looks = [Look((y * factor, x * factor), tuple(sources_of(reference, part))) for (y, x), part in corners]
+    told_by = [measured(reference, part, look.sources) for (_, part), look in zip(corners, looks, strict=True)]
+    worst = measured(reference, reference.tiles, sources_of(reference, reference.tiles))
     parts = {}
     for part in PARTS:
         bad = worst[part.name] if part.bad is None else part.bad
-        seen = sum(one[part.name] for one in looks) / len(looks)
+        seen = sum(one[part.name] for one in told_by) / len(told_by)
         parts[part.name] = Worth(part, seen, part.good, max(bad, part.good + part.least))
     for part, value in [*((p, told.get(p.name)) for p in MAPPED), (WRAPPED, meets)]:
         if value is not None and part.bad is not None:
             parts[part.name] = Worth(part, value, part.good, part.bad)
-    return Score(parts, reference.grain)
+    return Judged(Score(parts, reference.grain), tuple(looks), factor)
 
 
 def _smaller(picture: NDArray[np.int16], factor: int) -> NDArray[np.int16]:
@@ -157,11 +191,13 @@ def _within(output: NDArray[np.int16], pictures: Pictures) -> NDArray[np.int16]:
     return np.asarray(np.clip(output, low, high))
 
 
-def _corners(output: NDArray[np.int16], wrap: Wrap) -> list[NDArray[np.int16]]:
-    """The output, a little beyond where it wraps; or the corners of a large one."""
+def _corners(output: NDArray[np.int16], wrap: Wrap) -> list[tuple[tuple[int, int], NDArray[np.int16]]]:
+    """The output, a little beyond where it wraps, or the corners of a large one; and where each begins."""
     around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
     output = np.pad(output, (*around, (0, 0)), "wrap")
     short = 2 * CORNER + AROUND
     ends = ([slice(n)] if n <= short else [slice(CORNER), slice(n - CORNER, n)] for n in output.shape[:2])
     spans = list(ends)
-    return [output[rows, columns] for rows in spans[0] for columns in spans[1]]
+    return [
+        ((rows.start or 0, columns.start or 0), output[rows, columns]) for rows in spans[0] for columns in spans[1]
+    ]
