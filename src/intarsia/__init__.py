@@ -61,6 +61,7 @@ _HOMES = {
     "magnified": "rendering.magnification",
     "read": "files",
     "repair": "tasks.repair",
+    "report": "tasks.report_page",
     "score": "tasks.scoring",
     "synthesize": "synthesis",
     "weave": "giant",
@@ -112,6 +113,7 @@ __all__ = [
     "magnified",
     "read",
     "repair",
+    "report",
     "score",
     "synthesize",
     "weave",
@@ -152,6 +154,7 @@ if TYPE_CHECKING:
     from .tasks.completion import extend, heal
     from .tasks.inspection import Findings, analyze
     from .tasks.repair import repair
+    from .tasks.report_page import report
     from .tasks.scoring import score
     from .tasks.starts import Margins
 

@@ -10,9 +10,10 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..judging.mapped import MAPPED, WRAPPED
 from ..judging.parts import PARTS
-from ..judging.score import Score, score_picture
+from ..judging.score import Score, judge
 from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, Synthesis, as_exemplars, check_start
+from .outcome import Outcome
 
 
 def score(
@@ -49,6 +50,17 @@ def score(
     -----
     The formula and how far it agrees with people stand in docs/score.md.
     """
+    return outcome_of(exemplar, output, map=map, wrap=wrap).score
+
+
+def outcome_of(
+    exemplar: ExemplarLike | Sequence[ExemplarLike],
+    output: ExemplarLike | Synthesis,
+    *,
+    map: SourceMap | None = None,
+    wrap: Wrap | str | None = None,
+) -> Outcome:
+    """Judge an output as :func:`score` does, and keep what a report tells of it."""
     exemplars = as_exemplars(exemplar)
     if isinstance(output, Synthesis):
         map = output.map if map is None else map
@@ -64,31 +76,42 @@ def score(
         if bool(map.holes.any()):
             raise InputError("the map has holes; fill them first, with synthesize(start=...).")
     across = chosen(Wrap, "wrap", wrap) if wrap is not None else Wrap.NONE if map is None else map.wrap
-    return score_picture(exemplars, made, across, map)
+    return Outcome(made.name, made.base, exemplars, judge(exemplars, made, across, map), across, map)
 
 
 Gates = Sequence[tuple[str, float]]
 """Names of parts with the least that each must be worth, 0 to 1; ``total`` counts to 100."""
 
 
-def check_gates(gates: Gates) -> None:
-    """Refuse a gate that no score has; ParameterError."""
+def check_gates(gates: Gates, mapped: bool = True, wraps: bool = True) -> None:
+    """Refuse a gate that no score has, or none where no map of whole pixels is known, or that wraps; ParameterError."""
     known = ("total", *(part.name for part in (*PARTS, *MAPPED, WRAPPED)))
     for name, least in gates:
         if name not in known:
             raise ParameterError(f"--gate {name}={least:g}: no such part; choose one of {', '.join(known)}.")
         if name != "total" and least > 1:
             raise ParameterError(f"--gate {name}={least:g}: a part is worth at most 1; give a number from 0 to 1.")
+        if name == WRAPPED.name and not wraps:
+            raise ParameterError(f"--gate {name}={least:g}: the output does not wrap; give --wrap, or drop the gate.")
+        if not mapped and name in {part.name for part in MAPPED}:
+            raise ParameterError(
+                f"--gate {name}={least:g}: only a map of whole pixels tells this, and none is made; drop the gate."
+            )
 
 
 def gated(found: Score, gates: Gates, name: str) -> None:
     """Raise QualityError where an output called `name` misses a gate, naming each that it misses."""
-    missed = []
+    if missed := misses(found, gates, name):
+        raise QualityError(f"{name} falls short: {', '.join(missed)}.")
+
+
+def misses(found: Score, gates: Gates, name: str) -> tuple[str, ...]:
+    """Say which gates an output called `name` misses, with what it reaches."""
+    missed = list[str]()
     for part, least in gates:
         if part != "total" and part not in found.parts:
             raise ParameterError(f"--gate {part}={least:g}: {name} has no such part without its map, or its wrap.")
         reached = found.total if part == "total" else found.parts[part].worth
         if reached < least:
             missed.append(f"{part} {reached:.4g} of {least:g}")
-    if missed:
-        raise QualityError(f"{name} falls short: {', '.join(missed)}.")
+    return tuple(missed)

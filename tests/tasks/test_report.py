@@ -1,0 +1,231 @@
+"""Reports: whole pages that need nothing else, with every part, every picture and no text that is taken for a tag."""
+
+from __future__ import annotations
+
+import base64
+import re
+from html.parser import HTMLParser
+from io import BytesIO
+
+import numpy as np
+import pytest
+from judging.naive_windows import blobs
+from PIL import Image
+
+import intarsia as ia
+from intarsia.tasks.outcome import Outcome
+from intarsia.tasks.report_page import index_of, page_of, ranked, thumbnailed
+from intarsia.tasks.report_pictures import LARGE, looked, pictures_of, stretched
+from intarsia.tasks.report_sheet import SIDE, fitted, index_sheet, sheet_of
+from intarsia.tasks.scoring import outcome_of
+
+STONES = (blobs(96, 96, 1) // 4).astype(np.uint8)
+HOSTILE = "</title><script>alert('1')</script>\"&\x1b[31m\u202ea\nb.png"
+EMPTY = {"meta", "img", "br", "!doctype"}
+
+
+class Page(HTMLParser):
+    """Reads a page as strictly as one may: every tag that is opened is closed, in order."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.words: list[str] = []
+        self.pictures: list[Image.Image] = []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        if tag not in EMPTY:
+            self.open.append(tag)
+        facts = dict(attrs)
+        assert not [name for name in facts if name.startswith("on") or name in ("href", "action")]
+        if tag == "img":
+            kind, _, data = (facts["src"] or "").partition(",")
+            assert kind == "data:image/png;base64"
+            picture = Image.open(BytesIO(base64.b64decode(data, validate=True)))
+            picture.load()
+            assert picture.size == (int(facts["width"] or 0), int(facts["height"] or 0))
+            assert facts["alt"]
+            self.pictures.append(picture)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] != "style":
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(self.words)
+
+
+def grown(size: int = 128, wrap: str = "none", **given: object) -> ia.Synthesis:
+    return ia.synthesize(STONES, size, ia.ImageQuilting(patch=24), wrap=wrap, **given)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def made() -> ia.Synthesis:
+    return grown(wrap="both")
+
+
+def test_a_page_holds_all_and_needs_nothing(made: ia.Synthesis) -> None:
+    text = ia.report(made, "stones <grown>.png")
+    page = Page(text)
+    assert {"html", "head", "body", "title", "style", "figure", "details"} <= set(page.tags)
+    assert "script" not in page.tags
+    assert not re.search(r"http|<script|url\(|@import|<link", text)
+    assert "prefers-color-scheme: dark" in text
+    assert "stones <grown>.png" in page.text
+    for name, one in ia.score(STONES, made).parts.items():
+        for said in (name, f"{one.measured:.1f} {one.part.unit}", one.part.says, f"worth {one.worth:.2f}"):
+            assert said in page.text
+        assert f"good {one.good:.1f}" in page.text
+        assert f"bad {one.bad:.1f}" in page.text
+    assert len(page.pictures) >= 7
+    for said in ("image-quilting", "patch", "seed", "sha256", "Repeated 3 x 3", "The pieces", "How often it is shown"):
+        assert said in page.text
+
+
+def test_the_output_on_the_page_is_the_output(made: ia.Synthesis) -> None:
+    page = Page(ia.report(made))
+    assert np.array_equal(np.asarray(page.pictures[0]), np.asarray(made))
+    assert np.array_equal(np.asarray(page.pictures[1]), np.tile(np.asarray(made), (3, 3, 1)))
+
+
+def test_parts_come_by_what_they_take(made: ia.Synthesis) -> None:
+    found = ia.score(STONES, made)
+    names = ranked(found)
+    losses = [found.loss(name) for name in names]
+    assert losses == sorted(losses, reverse=True)
+    weights = [found.parts[name].part.weight > 0 for name in names]
+    assert weights == sorted(weights, reverse=True)
+    text = Page(ia.report(made)).text
+    places = [text.index(found.parts[name].part.says) for name in names]
+    assert places == sorted(places)
+
+
+def test_no_text_is_taken_for_a_tag(made: ia.Synthesis) -> None:
+    outcome = Outcome.of(made, HOSTILE).but(
+        command=HOSTILE, missed=(HOSTILE,), recipe={"method": HOSTILE, "seed": 1, "parameters": {HOSTILE: HOSTILE}}
+    )
+    outcome = outcome.but(exemplars=tuple(ia.Exemplar.of(e, name=HOSTILE) for e in outcome.exemplars))
+    for text in (page_of(outcome), index_of([thumbnailed(outcome)])):
+        page = Page(text)
+        assert "script" not in page.tags
+        assert "alert('1')" in page.text
+    assert sheet_of(outcome).width > 5 * SIDE
+
+
+def test_the_same_output_gives_the_same_page(made: ia.Synthesis) -> None:
+    assert ia.report(made) == ia.report(made)
+
+
+def test_an_index_is_sorted_worst_first() -> None:
+    broken = np.tile(STONES[:16, :16], (8, 8, 1))
+    found = [
+        outcome_of(STONES, STONES).but(name="whole"),
+        outcome_of(STONES, broken).but(name="broken"),
+        Outcome.of(grown(), "grown"),
+    ]
+    totals = sorted((one.score.total, one.name) for one in found)
+    small = [thumbnailed(one) for one in found]
+    page = Page(index_of(small))
+    places = [page.text.index(f" {name} ") for _, name in totals]
+    assert places == sorted(places)
+    assert [name for _, name in totals] == ["broken", "grown", "whole"]
+    assert len(page.pictures) == 3
+    assert page.text.count("overused") == 3
+    assert index_sheet(small).height > SIDE
+
+
+def test_good_and_broken_are_told_apart_at_a_glance() -> None:
+    """Much of the picture of joins is red where pieces are small, little of a good one."""
+
+    def red(pixels: np.ndarray) -> float:
+        wide = pixels.astype(int)
+        return float((wide[..., 0] - wide[..., 2] > 60).mean())
+
+    whole, tiles = (ia.synthesize(STONES, 128, method) for method in (ia.Repeat(), ia.RandomTiling(patch=8)))
+    good, bad = ({d.name: d.pixels for d in pictures_of(Outcome.of(m))} for m in (whole, tiles))
+    assert red(bad["joins"]) > 0.5
+    assert red(good["joins"]) < red(bad["joins"]) / 2
+    assert len(np.unique(bad["pieces"].reshape(-1, 3), axis=0)) > len(np.unique(good["pieces"].reshape(-1, 3), axis=0))
+
+
+def test_what_is_shown_too_often_is_ringed() -> None:
+    drawn = {d.name: d for d in pictures_of(outcome_of(STONES, np.tile(STONES[:32, :32], (5, 5, 1))))}
+    assert {"often", "sources"} <= set(drawn)
+    assert (drawn["often"].pixels == (255, 225, 0)).all(axis=2).any()
+    assert (drawn["sources"].pixels[:40, :40] == (255, 225, 0)).all(axis=2).any()
+    assert not (drawn["sources"].pixels[60:, 60:] == (255, 225, 0)).all(axis=2).any()
+    none = {d.name: d for d in pictures_of(outcome_of(STONES, STONES))}
+    assert "sources" not in none
+    assert "pieces" not in none
+
+
+def test_shown_often_is_bright_and_never_is_dark() -> None:
+    smap = grown().map
+    corner = ia.SourceMap(smap.yx % 32, sources=smap.sources)
+    drawn = {d.name: d.pixels for d in pictures_of(outcome_of(STONES, STONES[corner.yx[..., 0], corner.yx[..., 1]]))}
+    usage = drawn["usage"].astype(int).sum(axis=2)
+    assert usage[:32, :32].mean() > 2 * usage[48:, 48:].mean()
+
+
+EXEMPLARS = {
+    "gray": ia.Exemplar.of(STONES[:, :, 0]),
+    "16 bit": ia.Exemplar.of(STONES.astype(np.uint16) * 257),
+    "float": ia.Exemplar.of((STONES / 255).astype(np.float32)),
+    "alpha": ia.Exemplar.of(np.dstack([STONES, np.full((96, 96), 200, np.uint8)])),
+    "planes": ia.Exemplar.of({"albedo": STONES, "height": STONES[:, :, 0]}),
+    "masked": ia.Exemplar.of(STONES, usable=np.arange(96 * 96).reshape(96, 96) // 96 < 80),
+}
+
+
+@pytest.mark.parametrize("kind", EXEMPLARS)
+def test_every_kind_of_picture_has_a_report(kind: str) -> None:
+    made = ia.synthesize(EXEMPLARS[kind], 100, ia.ImageQuilting(patch=24))
+    assert len(Page(ia.report(made)).pictures) >= 5
+
+
+def test_magnified_several_tiny_and_turned_outputs_have_one() -> None:
+    large = ia.magnified(ia.Exemplar.of(STONES.repeat(2, 0).repeat(2, 1)), 2)
+    turned = ia.ParallelControllable(angle=20)
+    for made in (
+        ia.synthesize(large, 96, ia.ImageQuilting(patch=24)),
+        ia.synthesize([STONES, STONES[::-1, :80]], 100, ia.ImageQuilting(patch=24)),
+        ia.synthesize(STONES[:9, :11], 13, ia.Repeat()),
+        ia.synthesize(STONES, (40, 200), ia.ImageQuilting(patch=24), wrap="x"),
+        ia.synthesize(STONES, 96, turned),
+    ):
+        assert len(Page(ia.report(made)).pictures) >= 5
+        assert sheet_of(Outcome.of(made)).height > SIDE
+
+
+def test_large_pictures_are_shown_smaller() -> None:
+    assert looked(ia.Plane(np.zeros((3000, 20, 3), np.uint8)), LARGE).shape == (1000, 6, 3)
+    assert looked(ia.Plane(np.zeros((2000, 1, 3), np.uint8)), LARGE).shape == (1024, 1, 3)
+    assert looked(ia.Plane(np.full((4, 4), 7, np.uint8)), LARGE).tolist() == [[[7, 7, 7]] * 4] * 4
+
+
+@pytest.mark.parametrize("size", [(1, 1), (30, 512), (512, 512), (700, 3), (2000, 1100)])
+def test_panels_are_filled(size: tuple[int, int]) -> None:
+    out = fitted(np.full((*size, 3), 90, np.uint8), SIDE)
+    assert max(out.shape[:2]) == SIDE
+    assert (out == 90).all()
+
+
+def test_stretched_keeps_slopes() -> None:
+    slope = np.add.outer(np.arange(6.0), 2 * np.arange(9.0))
+    wide = stretched(slope, (24, 36))
+    rows, columns = (np.arange(24) + 0.5) / 4 - 0.5, (np.arange(36) + 0.5) / 4 - 0.5
+    assert wide[2:-2, 2:-2] == pytest.approx(np.add.outer(rows, 2 * columns)[2:-2, 2:-2], abs=1e-4)
+
+
+def test_only_a_synthesis_has_a_report() -> None:
+    with pytest.raises(ia.InputError, match="Synthesis"):
+        ia.report(STONES)  # type: ignore[arg-type]
