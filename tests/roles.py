@@ -31,6 +31,7 @@ SOUND = {
     "labels": "l.png",
     "target": "t.png",
     "saved": "map.npz",
+    "output": "b.png",
     "picture": "grown.png",
     "pictures": "j.png",
     "jitter_output": "j.png",
@@ -42,6 +43,7 @@ SOUND = {
 """Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
 
 WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "distance_map": "o.tif", "sheet": "o.png",
+           "page": "o.html",
            "overlays": "o.png", "best_tile": "o.png"}  # fmt: skip
 """Parameters that name files to write -> a name that their format allows."""
 
@@ -68,7 +70,7 @@ ALSO = {"render": ("files",), "replay": ("files",)}
 """Parameters that a command can do without only for built-in exemplars."""
 
 SMALL = {"grow": ("--size", "26x22"), "weave": ("--size", "28x24", "--method", "repeat"), "extend": ("--right", "5"),
-         "analyze": ("--json",)}  # fmt: skip
+         "analyze": ("--json",), "score": ("--json",)}  # fmt: skip
 """What keeps the work of a sound line short."""
 
 BESIDE = {

@@ -43,6 +43,17 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
     return shlex.join(["intarsia", *said, "--method", method.slug, *options_of(method, wish.pictures, always)])
 
 
+def replay_command_of(order: Order, inputs: Inputs, wish: Wish) -> str:
+    """Return the command that makes the picture of an order again from its recipe: it continues a map."""
+    assert wish.start is not None
+    first, *further = pictures_of(order.sets[:1])
+    said = ["replay", next(iter(order.pictures.values())), "-o", "again.png", "--exemplar", first, *further]
+    for found in order.sets[1:]:
+        said += ["--exemplar", next(iter(found.values()))]
+    said += [w for name, path in wish.pictures.items() for w in ("--picture", f"{name}={path}")]
+    return shlex.join(["intarsia", *said, *inputs_of(inputs), "--start", wish.start[0]])
+
+
 def weave_command_of(method: Method, out: str, sets: Sequence[Set], inputs: Inputs, wish: Wish, loom: Loom) -> str:
     """Return the command that weaves the same texture with this method, and goes on with what is there."""
     assert wish.size is not None

@@ -20,13 +20,14 @@ from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
 from ..tasks.completion import fill_holes
 from ..tasks.contact_sheet import contact_sheet, thumbnail
-from .again import command_of
+from .again import command_of, replay_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
 from .outputs import Staging, check_all
 from .plan import Order, check_begin, method_as_json, orders_of, scene_of
 from .report import Meter, Report
+from .reporting import Judging, index_name, memory_of, write_page
 from .request import Inputs, Targets, Wish
 
 if TYPE_CHECKING:
@@ -48,6 +49,10 @@ class Batch:
     named: set[str] = field(default_factory=set)
     sheet: str | None = None
     thumbnails: list[Plane] = field(default_factory=list)
+    judging: Judging = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.judging = Judging(self.targets)
 
     @classmethod
     def plan(
@@ -63,8 +68,14 @@ class Batch:
         donors = donors_of(inputs)
         shelf = Shelf([lot + donors for lot in lots], inputs, report, wish)
         batch = cls(shelf, wish, targets, report)
+        batch.judging.index = index_name(targets, len(lots) * len(seeds) > 1)
+        if batch.judging.index is not None:
+            check_all([batch.judging.index], targets.force, batch.named)
+            targets = replace(targets, page=None)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
+            if batch.judging.wanted:
+                found = [replace(o, memory=o.memory + memory_of(o.size)) for o in found]
             check_all((path for order in found for path, _ in order.files), targets.force, batch.named)
             batch.orders += found
         return batch
@@ -96,16 +107,32 @@ class Batch:
         for order in self.orders:
             check_fits(order.memory, order.line)
         results = []
-        with self.report.watching(len(self.orders)) as meter:
+        with self.report.watching(len(self.orders)) as meter, Staging(self.targets.force) as whole:
             for order in self.orders:
-                results.append(self._make(order, threads, meter))
+                if self.judging.together:
+                    results.append(self._make(order, threads, meter, whole))
+                else:
+                    with Staging(self.targets.force) as staging:
+                        results.append(self._make(order, threads, meter, staging))
+                        staging.commit()
+                    self._tell(order, results[-1])
                 meter.next_part()
+            if self.judging.refused:
+                self.judging.check()
+            self.judging.write_index(whole)
+            whole.commit()
+        if self.judging.together:
+            for order, about in zip(self.orders, results, strict=True):
+                self._tell(order, about)
         if self.sheet is not None:
             self._write_sheet(self.sheet)
         together: dict[str, Any] = results[0] if len(results) == 1 else {"results": results}
-        self.report.result(together | ({} if self.sheet is None else {"sheet": self.sheet}))
+        beside = {"sheet": self.sheet, "report": self.judging.index}
+        self.report.result(together | {what: path for what, path in beside.items() if path is not None})
+        self.judging.check()
 
-    def _make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
+    def _make(self, order: Order, threads: int | None, meter: Meter, staging: Staging) -> dict[str, Any]:
+        """Make one output and write its files, to appear when `staging` is committed; return what JSON says of it."""
         began = time.perf_counter()
         scene = scene_of(self.shelf, order.lot, self.wish, order.guide)
         clock = {"read": time.perf_counter() - began}
@@ -119,30 +146,55 @@ class Batch:
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
-        with Staging(self.targets.force) as staging:
-            share = 0.1 / len(order.pictures)
-            for number, (name, path) in enumerate(order.pictures.items()):
-                begin = 0.9 + share * number
-                run = Run(threads, meter.stage("render", begin, begin + share), CANCEL)
-                plane = grown.render(name, run=run)
-                write(staging.place(path), plane, depth=self.targets.depth, recipe=grown.recipe_text)
-                if number == 0 and self.sheet is not None:
-                    self.thumbnails.append(thumbnail(grown.render(name)))
-            if order.save_map is not None:
-                smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
-                write_bytes(staging.place(order.save_map), smap.to_bytes())
-            if order.st_map is not None:
-                write(staging.place(order.st_map), _st_plane(grown.map))
-            if order.distance_map is not None and probe is not None and probe.maps is not None:
-                write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
-            staging.commit()
-        self.shelf.warn(*order.warnings)
+        about = self._about(order, grown) | seams
+
+        def drawing(begin: float, end: float) -> Run:
+            return Run(threads, meter.stage("render", begin, end), CANCEL)
+
+        self._write(order, grown, drawing, staging, about)
+        if order.distance_map is not None and probe is not None and probe.maps is not None:
+            write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
-        self.report.note(f"{order.line}, {clock['total']:.1f} s")
-        about = self._about(order, grown) | seams
-        explain(self.report, about, order.warnings)
         return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
+
+    def _write(
+        self, order: Order, grown: Synthesis, drawing: Callable[[float, float], Run], staging: Staging,
+        about: dict[str, Any],
+    ) -> None:  # fmt: skip
+        """Judge what was grown, if that is asked for, and write its files unless it is refused."""
+        base, found, share = next(iter(order.pictures)), None, 0.1 / len(order.pictures)
+        first = grown.render(base, run=drawing(0.9, 0.9 + share))
+        if self.judging.wanted:
+            found = self.judging.of(grown, order.pictures[base], first, self._command(order, grown))
+            about |= {"score": found.score.as_dict(), "missed": list(found.missed)}
+            if self.judging.refused:
+                return
+        for number, (name, path) in enumerate(order.pictures.items()):
+            begin = 0.9 + share * number
+            plane = first if name == base else grown.render(name, run=drawing(begin, begin + share))
+            write(staging.place(path), plane, depth=self.targets.depth, recipe=grown.recipe_text)
+        if self.sheet is not None:
+            self.thumbnails.append(thumbnail(first))
+        if order.save_map is not None:
+            smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
+            write_bytes(staging.place(order.save_map), smap.to_bytes())
+        if order.st_map is not None:
+            write(staging.place(order.st_map), _st_plane(grown.map))
+        if order.page is not None and found is not None:
+            write_page(staging, order.page, found)
+
+    def _tell(self, order: Order, about: dict[str, Any]) -> None:
+        """Say that an output is there."""
+        self.shelf.warn(*order.warnings)
+        self.report.note(f"{order.line}, {about['timings']['total']:.1f} s")
+        explain(self.report, about, order.warnings)
+
+    def _command(self, order: Order, grown: Synthesis) -> str:
+        """The command that makes what was grown again."""
+        if self.wish.start is not None:
+            return replay_command_of(order, self.shelf.inputs, self.wish)
+        return command_of(order, grown.method, grown.recipe["seed"], self.shelf.inputs, self.wish, self.targets)
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
         """What JSON says of a result, x before y, and of how its method was chosen."""

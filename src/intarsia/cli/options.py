@@ -16,7 +16,7 @@ from ..methods.base import METHODS, method_class
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets, Work
-from .values import Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, Seeds
+from .values import Colour, FileName, Gate, NamedFile, Place, Rectangle, Scale, Seed, Seeds
 
 Command = Callable[..., Any]
 
@@ -138,6 +138,20 @@ MAP_OPTIONS = (
     ),
 )
 
+PAGE = opt(
+    "page", "--report", type=FILE, metavar="FILE.html|png",
+    help="A page, or a picture, on how good the output is, what it is made of, and where it loses; of several outputs "
+    "one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
+)  # fmt: skip
+GATES = opt(
+    "gates", "--gate", multiple=True, type=Gate(),
+    help="Exit with 4 where the total (0 to 100) or the worth of a part (0 to 1) is less, see `intarsia score`, and "
+    "write nothing; once for each.",
+)  # fmt: skip
+JUDGE_OPTIONS = (
+    PAGE, GATES, opt("keep", "--keep", is_flag=True, help="Write all the same what misses a --gate."),
+)  # fmt: skip
+
 SEED = opt(
     "seed", "--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0."
 )
@@ -199,11 +213,12 @@ def named_target_options(done: str) -> Callable[[Command], Command]:
     def make(out: str | None, **given: Any) -> Targets:
         return Targets(out="", done=done, **given) if out is None else Targets(out, **given)
 
-    return gathered(out, *(o for o in TARGET_OPTIONS if o is not OUT), *MAP_OPTIONS, into="targets", make=make)
+    others = (*(o for o in TARGET_OPTIONS if o is not OUT), *MAP_OPTIONS, *JUDGE_OPTIONS)
+    return gathered(out, *others, into="targets", make=make)
 
 
 target_options = gathered(*TARGET_OPTIONS, into="targets", make=Targets)
-grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, into="targets", make=Targets)
+grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, *JUDGE_OPTIONS, into="targets", make=Targets)
 work_options = gathered(*WORK_OPTIONS, into="work", make=Work)
 report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
 

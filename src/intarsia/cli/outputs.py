@@ -164,6 +164,6 @@ class Staging:
 
 def _with_recipe(staged: str, target: str) -> list[tuple[str, str]]:
     pairs = [(staged, target)]
-    if not Path(target).name.endswith((".npz", ".json")):
+    if not Path(target).name.endswith((".npz", ".json", ".html")):
         pairs.append((str(files.recipe_path(staged)), str(files.recipe_path(target))))
     return pairs

@@ -20,6 +20,7 @@ from ..sourcemap import Blend, SourceMap
 from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
 from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
+from ..tasks.scoring import check_gates
 from ..tasks.starts import Margins, extension
 from .exemplars import Set, Shelf, stem_of
 from .outputs import filled_name, plane_files, usual_files, usual_name
@@ -48,11 +49,13 @@ class Order:
     save_map: str | None
     st_map: str | None
     distance_map: str | None
+    page: str | None
 
     @property
     def files(self) -> list[tuple[str, str]]:
         """All files of the order, and what each holds."""
-        more = ((self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances"))
+        maps = (self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances")
+        more = (*maps, (self.page, "report"))
         return [(path, name) for name, path in self.pictures.items()] + [(p, what) for p, what in more if p is not None]
 
     def plan(self, scene: Scene) -> Plan:
@@ -149,13 +152,14 @@ def orders_of(
     for seed in seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if wish.begin else sets, exemplars[0], targets, fields, len(seeds) > 1)
-        asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1])
+        asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1], targets.page)
         maps = (None if t is None else filled_name(t, fields) for t in asked)
         orders.append(Order(lot, seed, *kept, pictures, *maps))
     if orders:
         check_formats(orders[0], exemplars, targets)
         check_alike(exemplars)
         check_distance_map(orders[0], targets)
+        check_gates(targets.gates, traits(method).exact and times == 1, wish.wrap != "none")
     return orders
 
 

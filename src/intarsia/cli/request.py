@@ -11,6 +11,15 @@ from ..errors import ParameterError
 from ..levelling import Finish
 from ..methods.base import Method
 
+PAGES = (".html", ".png")
+"""What the name of a report ends in."""
+
+
+def check_page(path: str | None) -> None:
+    """Refuse a name that no report can have."""
+    if path is not None and not path.lower().endswith(PAGES):
+        raise ParameterError(f"--report {path}: a report is a page or a picture; end its name in .html or .png.")
+
 
 @dataclass(frozen=True)
 class Inputs:
@@ -139,7 +148,8 @@ class Work:
 class Targets:
     """The files to write: the picture, planes beside it, and what else was asked for.
 
-    Without `out` the pictures are named after the exemplars and what is `done` with them, such as grown.
+    Without `out` the pictures are named after the exemplars and what is `done` with them, such as grown. `page` is the
+    report; what misses one of `gates` is written only to `keep` it.
     """
 
     out: str
@@ -149,8 +159,14 @@ class Targets:
     st_map: str | None = None
     distance_map: tuple[tuple[int, int], str] | None = None
     done: str = ""
+    page: str | None = None
+    gates: tuple[tuple[str, float], ...] = ()
+    keep: bool = False
 
     def __post_init__(self) -> None:
+        check_page(self.page)
+        if self.keep and not self.gates:
+            raise ParameterError("--keep keeps what misses a --gate, and none is given; give one, or drop it.")
         if not self.out and not self.done:
             raise ParameterError("-o: an empty name was given; name a file, or - for the standard output.")
         distances = None if self.distance_map is None else self.distance_map[1]

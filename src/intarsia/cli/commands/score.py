@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from ...errors import InputError
+from ...errors import InputError, ParameterError
 from ..exits import say
-from ..options import EXEMPLARS, FILE, gathered, input_options, opt
+from ..options import EXEMPLARS, FILE, FORCE, PAGE, gathered, input_options, opt
 from ..report import Report
-from ..request import Inputs
+from ..request import Inputs, check_page
 from ..values import Gate
 
 if TYPE_CHECKING:
     from ...judging.score import Score
+    from ...tasks.outcome import Outcome
 
 
 class Judging(NamedTuple):
-    """What is known of the output beside its pixels, and what it must reach."""
+    """What is known of the output beside its pixels, what it must reach, and where that is told."""
 
     saved: str | None
     wrap: str | None
     gates: tuple[tuple[str, float], ...]
+    page: str | None
+    force: bool
 
 
 JUDGING = (
@@ -38,6 +42,8 @@ JUDGING = (
         "gates", "--gate", multiple=True, type=Gate(),
         help="Exit with 4 where the total (0 to 100) or the worth of a part (0 to 1) is less; once for each.",
     ),
+    PAGE.but(help="A page, or a picture, on how good the output is and where it loses; also where it misses a gate."),
+    FORCE,
 )  # fmt: skip
 
 
@@ -57,33 +63,68 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     \b
     intarsia score stones.png grown.png
     intarsia score stones.png grown.png --map grown.npz --json
-    intarsia score stones.png grown.png --gate total=60 --gate joins=0.5
+    intarsia score stones.png grown.png --gate total=60 --gate joins=0.5 --report grown.html
 
     What is measured, and how far it agrees with people, stands in docs/score.md.
     """
     inputs.check_standard_input(output)
     from ... import files
     from ...sourcemap import SourceMap
-    from ...tasks.scoring import check_gates, gated, score
-    from ..exemplars import Shelf, sets_of
+    from ...tasks.scoring import check_gates, gated, misses, outcome_of
+    from ..exemplars import Shelf, sets_of, stem_of
+    from ..outputs import FIELDS, check_all, filled_name
 
+    check_page(judging.page)
     check_gates(judging.gates)
     sets = sets_of(inputs, report)
+    page = judging.page
+    if page is not None:
+        page = filled_name(page, dict.fromkeys(FIELDS, "") | {"stem": stem_of(sets[0])})
+        check_all([page], judging.force, set())
     smap = None
     if judging.saved is not None:
         if judging.saved == "-":
-            raise InputError("a map is read from a file; give --map the name of a .npz.")
+            raise ParameterError("a map is read from a file; give --map the name of a .npz.")
         smap = SourceMap.load(judging.saved)
     exemplars = Shelf([sets], inputs, report).get(0)
-    found = score(exemplars, files.read(output, alpha=inputs.alpha), map=smap, wrap=judging.wrap)
+    outcome = outcome_of(exemplars, files.read(output, alpha=inputs.alpha), map=smap, wrap=judging.wrap)
+    found = outcome.score
+    if page is not None:
+        outcome = outcome.but(name=output, missed=misses(found, judging.gates, output))
+        _tell(outcome, sets, page, judging.force)
     if report.as_json:
-        report.result({"file": output, **found.as_dict()})
+        told = {} if page is None else {"report": page}
+        report.result({"file": output, **found.as_dict(), **told})
     elif not report.quiet:
-        say(_page(output, found))
+        say(_in_words(output, found))
     gated(found, judging.gates, output)
 
 
-def _page(output: str, found: Score) -> list[str]:
+def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) -> None:
+    """Write the report; how the output is made again is known where it carries a recipe, and needs no further files."""
+    import shlex
+
+    from ... import files
+    from ..outputs import Staging
+    from ..reporting import write_page
+
+    recipe = None
+    if outcome.name != "-":
+        with suppress(InputError):  # damaged, or of another program: not what was asked
+            recipe = files.read_recipe(outcome.name)
+    if recipe is not None:
+        outcome = outcome.but(recipe=recipe)
+        further = {"heal", "guide", "origin", "advected"} | (set() if "extend" in recipe else {"start"})
+        if not further & set(recipe):
+            sources = [w for found in sets for w in ("--exemplar", next(iter(found.values())))]
+            again = shlex.join(["intarsia", "replay", outcome.name, "-o", "again.png", *sources])
+            outcome = outcome.but(command=again)
+    with Staging(force) as staging:
+        write_page(staging, page, outcome)
+        staging.commit()
+
+
+def _in_words(output: str, found: Score) -> list[str]:
     """The score in words: what takes most from it comes first."""
     lines = [f"{output}: {found.total:.0f} of 100"]
     for name, one in sorted(found.parts.items(), key=lambda item: -found.loss(item[0])):

@@ -1,0 +1,207 @@
+"""``--report`` and ``--gate``: pages beside pictures, all of them or none, and exit code 4 where one falls short."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from judging.naive_windows import blobs
+
+import intarsia as ia
+from intarsia.cli.app import cli
+
+STONES = (blobs(72, 72, 1) // 4).astype(np.uint8)
+SMALL = ("--size", "80", "--method", "image-quilting", "--patch", "24")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    ia.write("stones.png", ia.Plane(STONES))
+    ia.write("moss.png", ia.Plane(STONES[::-1]))
+    hole = np.zeros((72, 72), np.uint8)
+    hole[30:40, 30:40] = 255
+    ia.write("hole.png", ia.Plane(hole))
+    ia.write("labels.png", ia.Plane((np.arange(72 * 72).reshape(72, 72) % 72 < 36).astype(np.uint8) * 255))
+    return tmp_path
+
+
+def run(*words: str, code: int = 0) -> Result:
+    result = CliRunner().invoke(cli, words)
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def there() -> set[str]:
+    """What was written; nothing half done is left."""
+    return {p.name for p in Path().iterdir()} - {"stones.png", "moss.png", "hole.png", "labels.png"}
+
+
+LINES = {
+    "grow": ("grow", "stones.png", *SMALL),
+    "extend": ("extend", "stones.png", "--right", "20", "--patch", "16"),
+    "heal": ("heal", "stones.png", "--mask", "hole.png", "--patch", "8"),
+    "paint": ("paint", "stones.png", "--labels", "labels.png", "--target", "labels.png", "--patch", "16"),
+}
+
+
+@pytest.mark.parametrize("command", LINES)
+def test_what_makes_a_picture_makes_a_report(command: str) -> None:
+    run(*LINES[command], "-o", "out.png", "--report", "out.html")
+    page = Path("out.html").read_text("utf-8")
+    assert page.startswith("<!DOCTYPE html>")
+    assert there() == {"out.png", "out.html"}
+    again = shlex.split(unescape(re.findall(r"<pre>(intarsia .*?)</pre>", page, re.DOTALL)[0]))
+    before = ia.read("out.png").base.pixels
+    run(*again[1:], "--force")
+    assert np.array_equal(ia.read("out.png").base.pixels, before)
+
+
+def test_a_replay_has_a_report_too() -> None:
+    run(*LINES["grow"], "-o", "out.png")
+    run("replay", "out.png", "-o", "again.png", "--exemplar", "stones.png", "--report", "again.html")
+    assert "again.png" in Path("again.html").read_text("utf-8")
+    assert "intarsia grow stones.png" in Path("again.html").read_text("utf-8")
+    run(
+        "replay", "out.png", "-o", "more.png", "--exemplar", "stones.png", "--report", "m.png", "--gate", "total=99.9",
+        code=4,
+    )  # fmt: skip
+    assert there() == {"out.png", "again.png", "again.html"}
+
+
+def test_a_picture_in_place_of_a_page() -> None:
+    run(*LINES["grow"], "-o", "out.png", "--report", "sheet.png", "--sheet", "all.png")
+    assert ia.read("sheet.png").width > 2000
+    assert there() == {"out.png", "sheet.png", "all.png"}
+
+
+def test_what_falls_short_is_not_written() -> None:
+    gates = ("--gate", "total=99.9", "--gate", "joins=0.999", "--gate", "blurred=0.1")
+    missed = run(*LINES["grow"], "-o", "out.png", "--report", "out.html", "--save-map", "m.npz", *gates, code=4)
+    assert there() == set()
+    assert "out.png falls short: total" in missed.stderr
+    assert "joins" in missed.stderr
+    assert "blurred" not in missed.stderr
+    assert "nothing was written; --keep" in missed.stderr
+    assert missed.stdout == ""
+
+
+def test_what_falls_short_is_kept_where_that_is_asked_for() -> None:
+    words = (*LINES["grow"], "-o", "out.png", "--report", "out.html", "--gate", "total=99.9", "--keep", "--json")
+    missed = run(*words, code=4)
+    assert there() == {"out.png", "out.html"}
+    assert "all was kept" in missed.stderr
+    about = json.loads(missed.stdout)
+    assert about["missed"][0].startswith("total ")
+    assert {f["holds"]: f["path"] for f in about["files"]} == {"albedo": "out.png", "report": "out.html"}
+    assert about["score"]["total"] == ia.score("stones.png", "out.png").as_dict()["total"]
+    assert "Falls short: total" in Path("out.html").read_text("utf-8")
+
+
+def test_a_gate_that_is_reached_changes_nothing() -> None:
+    run(*LINES["grow"], "-o", "plain.png")
+    run(*LINES["grow"], "-o", "out.png", "--gate", "total=1", "--gate", "seams=0", "--gate", "blurred=0.2")
+    assert Path("plain.png").read_bytes() == Path("out.png").read_bytes()
+    assert there() == {"plain.png", "out.png"}
+
+
+def test_one_page_for_each_seed_or_one_for_all() -> None:
+    run(*LINES["grow"], "-o", "{seed}.png", "--seeds", "1..2", "--report", "{seed}.html")
+    assert there() == {"1.png", "2.png", "1.html", "2.html"}
+    made = run(*LINES["grow"], "-o", "n{seed}.png", "--seeds", "1..3", "--report", "all.html", "--json")
+    assert json.loads(made.stdout)["report"] == "all.html"
+    page = Path("all.html").read_text("utf-8")
+    totals = [(ia.score("stones.png", f"n{n}.png").total, page.index(f"<h1>n{n}.png</h1>")) for n in (1, 2, 3)]
+    assert [at for _, at in sorted(totals)] == sorted(at for _, at in totals)
+    both = ("grow", "stones.png", "moss.png", *SMALL[2:], "--size", "60")
+    run(*both, "-o", "b_{stem}.png", "--report", "b_{stem}.png.html")
+    assert {"b_stones.png.html", "b_moss.png.html"} <= there()
+    run(*both, "-o", "c_{stem}.png", "--report", "c.png")
+    assert {"c_stones.png", "c_moss.png", "c.png"} <= there()
+
+
+def test_one_that_falls_short_keeps_all_from_being_written() -> None:
+    """Of several seeds some reach the gate between their totals; the others are named, and nothing is there."""
+    many = (*LINES["grow"], "--seeds", "1..4", "-o", "{seed}.png", "--report", "all.html")
+    made = json.loads(run(*many, "--json").stdout)["results"]
+    totals = {r["seed"]: r["score"]["total"] for r in made}
+    least = (min(totals.values()) + max(totals.values())) / 2
+    for path in there():
+        Path(path).unlink()
+    missed = run(*many, "--gate", f"total={least}", code=4)
+    assert there() == set()
+    assert {int(n) for n in re.findall(r"(\d)\.png falls short", missed.stderr)} == {
+        seed for seed, total in totals.items() if total < least
+    }
+    run(*many, "--gate", f"total={least}", "--keep", code=4)
+    assert there() == {"1.png", "2.png", "3.png", "4.png", "all.html"}
+    assert "Falls short" in Path("all.html").read_text("utf-8")
+
+
+def test_the_standard_output_stays_empty_where_it_falls_short() -> None:
+    words = (*LINES["grow"], "-o", "-", "--gate", "total=99.9")
+    assert run(*words, code=4).stdout_bytes == b""
+    assert run(*words, "--keep", code=4).stdout_bytes.startswith(b"\x89PNG")
+
+
+REFUSED = {
+    "--report out.pdf": "end its name in .html or .png",
+    "--report -": "end its name in .html or .png",
+    "--gate beauty=1": "no such part",
+    "--gate joins=2": "at most 1",
+    "--gate wrap=1": "does not wrap",
+    "--keep": "none is given",
+    "--report out.png": "written twice",
+    "--report stones.png": "exists",
+    "--seeds 1..2 -o {seed}.png --report {method}.html": "put {stem} or {seed}",
+    "--seeds 1..2 -o {seed}.png --report {stem}.html": "written twice",
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_cannot_work_is_refused_before_it_begins(words: str) -> None:
+    given = words.split()
+    out = [] if "-o" in given else ["-o", "out.png"]
+    assert REFUSED[words] in run(*LINES["grow"], *out, *given, code=2).stderr
+    assert there() == set()
+
+
+def test_gates_that_only_a_map_of_whole_pixels_tells() -> None:
+    turned = ("grow", "stones.png", "--size", "64", "--method", "parallel-controllable", "--angle", "20", "-o", "t.png")
+    assert "only a map" in run(*turned, "--gate", "seams=0.1", code=2).stderr
+    run(*turned, "--gate", "total=1", "--report", "t.html")
+    assert there() == {"t.png", "t.html"}
+
+
+def test_a_dry_run_names_the_report() -> None:
+    plan = run(*LINES["grow"], "-o", "out.png", "--report", "out.html", "--dry-run", "--json")
+    assert "out.html" in [f["path"] for f in json.loads(plan.stdout)["files"]]
+    assert there() == set()
+
+
+def test_score_writes_one_too() -> None:
+    run(*LINES["grow"], "-o", "out.png", "--save-map", "m.npz")
+    run("score", "stones.png", "out.png", "--map", "m.npz", "--report", "out.html")
+    page = Path("out.html").read_text("utf-8")
+    assert "The pieces" in page
+    assert "intarsia replay out.png -o again.png --exemplar stones.png" in page
+    assert "exists" in run("score", "stones.png", "out.png", "--report", "out.html", code=2).stderr
+    run("score", "stones.png", "out.png", "--report", "out.html", "--force", "--gate", "total=99.9", code=4)
+    assert "Falls short: total" in Path("out.html").read_text("utf-8")
+    answer = run("score", "stones.png", "moss.png", "--report", "moss.png.png", "--json")
+    assert json.loads(answer.stdout)["report"] == "moss.png.png"
+
+
+def test_names_may_hold_anything() -> None:
+    name = "<b>'&\"<script>.png"
+    Path(name).write_bytes(Path("stones.png").read_bytes())
+    run("grow", name, *SMALL, "-o", "{stem}_x.png", "--report", "{stem}.html")
+    page = Path("<b>'&\"<script>.html").read_text("utf-8")
+    assert "<script" not in page
+    assert "<b>'" not in page
