@@ -113,6 +113,12 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "repair made": lambda v: ia.repair(v),
     "repair passes": lambda v: ia.repair(made(), v),
     "repair run": lambda v: ia.repair(made(), run=v),
+    "report made": lambda v: ia.report(v),
+    "report name": lambda v: ia.report(made(), v),
+    "score exemplar": lambda v: ia.score(v, made()),
+    "score output": lambda v: ia.score(SMALL, v),
+    "score map": lambda v: ia.score(SMALL, SMALL, map=v),
+    "score wrap": lambda v: ia.score(SMALL, SMALL, wrap=v),
     "flattened": ia.flattened,
     "magnified exemplar": lambda v: ia.magnified(v, 2),
     "magnified times": lambda v: ia.magnified(exemplar(), v),
@@ -193,8 +199,9 @@ LEFT_OUT = {
 NUMBERS = "float", "price", "field", "levels"
 TAKEN: dict[str, set[str]] = {
     **{name: {"text"} for name in ("Exemplar name", "Exemplar.of name", "write recipe", "SourceMap.save")},
-    **{name: {"text"} for name in ("Weave.to_tiff path", "Weave.to_tiles path")},
+    **{name: {"text"} for name in ("report name", "Weave.to_tiff path", "Weave.to_tiles path")},
     **{name: {"truth"} for name in ("Exemplar toroidal", "Exemplar.of toroidal")},
+    **{name: {"None"} for name in ("score map", "score wrap")},
     **{name: {"vast"} for name in ("Margins", "Canvas rim")},
     "Plane meta": {"dict"}, "Run step": {"function", "class"}, "Field": {"fraction", "negative"},
     "Guide weight": {"fraction"}, "ParallelControllable angle": {"fraction", "negative"},
@@ -228,7 +235,7 @@ def test_a_wrong_argument_is_refused_in_one_line(call: str, tmp_path: Path, monk
 
 def test_every_function_is_in_the_table() -> None:
     """And every class whose arguments are the caller's; names of words, errors and results need no line."""
-    results = {"Box", "Findings", "Synthesis", "Weave", "Kind", "Mixing", "Wrap"}
+    results = {"Box", "Findings", "Score", "Synthesis", "Weave", "Kind", "Mixing", "Wrap"}
     calls = {call.split()[0].split(".")[0] for call in CALLS}
     errors = {n for n in ia.__all__ if isinstance(getattr(ia, n), type) and issubclass(getattr(ia, n), Exception)}
     bare = {n for n in METHODS if not parameters(getattr(ia, n))}

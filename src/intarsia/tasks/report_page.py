@@ -88,6 +88,7 @@ def report(made: Synthesis, name: str = "the output") -> str:
     docs/reports.md tells what is to be seen; the score is that of :func:`score`.
     """
     expect(made, Synthesis, "made", "a Synthesis, as synthesize returns one", InputError)
+    expect(name, str, "name", "a word")
     return page_of(Outcome.of(made, name))
 
 
