@@ -8,6 +8,7 @@ import click
 
 from ...errors import InputError
 from ..exits import say
+from ..help import HelpfulCommand
 from ..options import EXEMPLARS, FILE, gathered, input_options, opt
 from ..report import Report
 from ..request import Inputs
@@ -28,20 +29,20 @@ class Judging(NamedTuple):
 JUDGING = (
     opt(
         "saved", "--map", type=FILE, metavar="FILE.npz",
-        help="The map that was saved with --save-map: it tells of copies and cuts, too.",
+        help="The map that was saved with --save-map. It tells of copies and cuts, too.",
     ),
     opt(
         "wrap", "--wrap", type=click.Choice(("none", "x", "y", "both")),
-        help="Where the output should continue across its borders; by default as its map does.",
+        help="Axes along which the output should tile. By default as its map does.",
     ),
     opt(
         "gates", "--gate", multiple=True, type=Gate(),
-        help="Exit with 4 where the total (0 to 100) or the worth of a part (0 to 1) is less; once for each.",
+        help="Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
     ),
 )  # fmt: skip
 
 
-@click.command(name="score")
+@click.command(name="score", cls=HelpfulCommand)
 @input_options(EXEMPLARS, without=("maps",))
 @click.argument("output", type=FILE, metavar="OUTPUT")
 @gathered(*JUDGING, into="judging", make=Judging)
