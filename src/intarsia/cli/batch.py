@@ -52,9 +52,12 @@ class Batch:
     @classmethod
     def plan(
         cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report,
-        check: Callable[[Scene], None] | None = None,
+        check: Callable[[Scene], None] | None = None, named: set[str] | None = None,
     ) -> Batch:  # fmt: skip
-        """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
+        """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read.
+
+        `named` remembers the places of all files, also for batches that come after.
+        """
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         each = "{stem}" in targets.out or (not targets.out and wish.begin is not None)
@@ -62,10 +65,10 @@ class Batch:
         check_begin(wish, lots, sets)
         donors = donors_of(inputs)
         shelf = Shelf([lot + donors for lot in lots], inputs, report, wish)
-        batch = cls(shelf, wish, targets, report)
+        batch = cls(shelf, wish, targets, report, named=set() if named is None else named)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
-            check_all((path for order in found for path, _ in order.files), targets.force, batch.named)
+            check_all((p for order in found for p, _ in order.files), targets.force, batch.named, bool(targets.folder))
             batch.orders += found
         return batch
 
@@ -76,6 +79,11 @@ class Batch:
 
     def tell_plan(self) -> None:
         """Say what would be made."""
+        as_json = self.plans()
+        self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
+
+    def plans(self) -> list[dict[str, Any]]:
+        """Tell a person what would be made, and return what JSON says of it."""
         as_json = []
         for order in self.orders:
             self.shelf.warn(*order.warnings)
@@ -89,23 +97,28 @@ class Batch:
             patches = "" if about["patches"] is None else f"{about['patches']} patches, "
             self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
             explain(self.report, about, order.warnings)
-        self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
+        return as_json
 
     def carry_out(self, threads: int | None) -> None:
         """Make everything, and report it; what cannot fit into memory is refused before anything is made."""
         for order in self.orders:
-            check_fits(order.memory, order.line)
+            self.check_memory(order)
         results = []
         with self.report.watching(len(self.orders)) as meter:
             for order in self.orders:
-                results.append(self._make(order, threads, meter))
+                results.append(self.make(order, threads, meter))
                 meter.next_part()
         if self.sheet is not None:
-            self._write_sheet(self.sheet)
+            write_sheet(self.sheet, self.thumbnails, self.targets.force, self.report)
         together: dict[str, Any] = results[0] if len(results) == 1 else {"results": results}
         self.report.result(together | ({} if self.sheet is None else {"sheet": self.sheet}))
 
-    def _make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
+    def check_memory(self, order: Order) -> None:
+        """Refuse what cannot fit into memory."""
+        check_fits(order.memory, order.line)
+
+    def make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
+        """Grow, draw and write one order: all of its files, or none; return what JSON says of it."""
         began = time.perf_counter()
         scene = scene_of(self.shelf, order.lot, self.wish, order.guide)
         clock = {"read": time.perf_counter() - began}
@@ -119,7 +132,7 @@ class Batch:
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
-        with Staging(self.targets.force) as staging:
+        with Staging(self.targets.force, bool(self.targets.folder)) as staging:
             share = 0.1 / len(order.pictures)
             for number, (name, path) in enumerate(order.pictures.items()):
                 begin = 0.9 + share * number
@@ -196,11 +209,13 @@ class Batch:
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
         return grown, {"repair": said}
 
-    def _write_sheet(self, path: str) -> None:
-        with Staging(self.targets.force) as staging:
-            write(staging.place(path), contact_sheet(self.thumbnails))
-            staging.commit()
-        self.report.note(f"{path}: contact sheet of {len(self.thumbnails)}")
+
+def write_sheet(path: str, thumbnails: list[Plane], force: bool, report: Report) -> None:
+    """Write a contact sheet, and tell of it."""
+    with Staging(force) as staging:
+        write(staging.place(path), contact_sheet(thumbnails))
+        staging.commit()
+    report.note(f"{path}: contact sheet of {len(thumbnails)}")
 
 
 def _st_plane(smap: SourceMap) -> Plane:

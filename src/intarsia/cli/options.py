@@ -123,7 +123,10 @@ OUT = opt(
     "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
     help="The picture to write. Further planes lie beside it as OUT_NAME; - is the standard output (PNG).",
 )  # fmt: skip
-USUAL = " Default: NAME_{done} in the working folder, in the exemplar's format if that is lossless, else PNG or EXR."
+USUAL = (
+    " A name that ends in / is a folder: every material goes there by itself, under its own name. Default: NAME_{done} "
+    "in the working folder, in the exemplar's format if that is lossless, else PNG or EXR."
+)
 TARGET_OPTIONS = (
     OUT,
     opt(

@@ -126,7 +126,7 @@ def growing(
 @growing(
     "grow", "grown", input_options(EXEMPLARS, MAGNIFY), gathered(*OWN, *PARAMETERS, into="wish", make=wish_of),
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
-    "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
+    "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own.",
 )  # fmt: skip
 def command(wish: Wish) -> Wish:
     """Grow a larger texture from EXEMPLARs: pictures, or sets of planes.
@@ -134,8 +134,8 @@ def command(wish: Wish) -> Wish:
     \b
     intarsia grow brick.png -o wall.png --size 2048x1024 --wrap both
     intarsia grow albedo.png --map normal=n.png --map height=h.exr -o out.png
-        writes out.png, out_normal.png and out_height.exr
     intarsia grow *.jpg -o "big/{stem}_{seed}.png" --seeds 1..3 --sheet sheet.png
+    intarsia grow materials/ -o grown/ --size 2048 --wrap both
     """
     return wish
 
@@ -145,6 +145,13 @@ def carry_out(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: 
     check_stdout(targets, report)
     if work.many is not None and targets.out and "{seed}" not in targets.out:
         raise ParameterError(f"-o {targets.out}: all seeds would write one file; put {{seed}} into the name.")
+
+    if targets.into_folder(inputs.files):
+        from ..materials import Materials
+
+        materials = Materials.plan(inputs, targets, wish, work, report)
+        materials.tell_plan() if work.dry_run else materials.carry_out(threads)
+        return
 
     from ..batch import Batch
 

@@ -1,0 +1,153 @@
+"""The work behind ``-o FOLDER/``: materials one after another, each whole or not at all; none stops the others."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import click
+
+from .. import files
+from ..errors import CancelledError, IntarsiaError, ParameterError, printable
+from ..files.sets import Material
+from ..image import Plane
+from .batch import Batch, write_sheet
+from .exemplars import stem_of
+from .exits import judge, one_line
+from .outputs import FIELDS, check_all, filled_name
+from .report import Report
+from .request import Inputs, Targets, Wish, Work
+
+
+@dataclass
+class Materials:
+    """What a folder holds, or several: every material is a batch of its own, and its files keep their names."""
+
+    found: list[Material]
+    inputs: Inputs
+    targets: Targets
+    wish: Wish
+    work: Work
+    report: Report
+    results: list[dict[str, Any]] = field(default_factory=list)
+    failed: list[dict[str, Any]] = field(default_factory=list)
+
+    @classmethod
+    def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report) -> Materials:
+        """Find the materials, and try whether each can be made; what cannot is told of and left out."""
+        filled_name(targets.out, dict.fromkeys(FIELDS, ""))  # refuses unknown fields
+        _check(inputs, wish)
+        for path in inputs.files:
+            if os.path.isdir(path):
+                _check_apart(targets.out, path)
+        found = materials_of(inputs.files, inputs.how)
+        report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
+        if left := left_out(inputs.files, found):
+            report.note(f"left out, as other files there say which plane they are: {', '.join(left)}")
+        self = cls(found, inputs, targets, wish, work, report)
+        if work.sheet is not None:
+            check_all([work.sheet], targets.force, set())
+        if not work.dry_run:  # else this is told while the plan is
+            self.found, named = [], set[str]()
+            for material in found:
+                with self._minding(material):
+                    self._batch(material, Report(quiet=True), named)
+                    self.found.append(material)
+        return self
+
+    def tell_plan(self) -> None:
+        """Say what would be made of each."""
+        named = set[str]()
+        for material in self.found:
+            with self._minding(material):
+                self.results += self._batch(material, self.report, named).plans()
+        self._end({"dry_run": True})
+
+    def carry_out(self, threads: int | None) -> None:
+        """Make one after another; each is read again, so that a long batch does not fill memory."""
+        thumbnails: list[Plane] = []
+        with self.report.watching(max(1, len(self.found) * len(self.work.seeds))) as meter:
+            for material in self.found:
+                before = len(self.results)
+                with self._minding(material):
+                    batch = self._batch(material, self.report, set())
+                    batch.sheet, batch.thumbnails = self.work.sheet, thumbnails
+                    for order in batch.orders:
+                        batch.check_memory(order)
+                        self.results.append(batch.make(order, threads, meter))
+                        meter.next_part()
+                meter.next_part(before + len(self.work.seeds) - len(self.results))
+        sheet = {}
+        if self.work.sheet is not None and thumbnails:
+            write_sheet(self.work.sheet, thumbnails, self.targets.force, self.report)
+            sheet = {"sheet": self.work.sheet}
+        self._end(sheet)
+
+    def _batch(self, material: Material, report: Report, named: set[str]) -> Batch:
+        """The plan for one material; its planes go to the place in the folder that they have in their own."""
+        inputs = replace(self.inputs, files=tuple(os.fspath(path) for path in material.files), how="set")
+        targets = replace(self.targets, out="", folder=os.path.join(self.targets.out, material.place))
+        return Batch.plan(inputs, targets, self.wish, self.work.seeds, report, named=named)
+
+    @contextmanager
+    def _minding(self, material: Material) -> Iterator[None]:
+        """Tell in a line what goes wrong with a material, and go on."""
+        try:
+            yield
+        except (CancelledError, BrokenPipeError):
+            raise
+        except (IntarsiaError, OSError, MemoryError) as e:
+            code, said = judge(e)
+            self.failed.append({"material": material.name, "error": said, "exit_code": code})
+            self.report.say(one_line(f"intarsia: {material.name}: {said}"))
+
+    def _end(self, more: dict[str, Any]) -> None:
+        """Print the result, and leave with the exit code of the first failure."""
+        failed = {"failed": self.failed} if self.failed else {}
+        self.report.result({**more, "results": self.results, **failed})
+        if self.failed:
+            names = [str(f["material"]) for f in self.failed]
+            whole = len(set(names) | {m.name for m in self.found})
+            self.report.say(one_line(f"intarsia: {len(names)} of {whole} materials failed: {', '.join(names)}"))
+            raise click.exceptions.Exit(int(self.failed[0]["exit_code"]))
+
+
+def materials_of(paths: tuple[str, ...], how: str) -> list[Material]:
+    """Return the materials of folders, and of files that are named beside them."""
+    loose = [path for path in paths if not os.path.isdir(path)]
+    found = [m for path in paths if os.path.isdir(path) for m in files.materials(path, how)]
+    for one in files.group(loose, how):
+        known = {name: os.fspath(path) for name, path in one.items()}
+        found.append(Material(stem_of(known), "", list(one.values())))
+    return found
+
+
+def left_out(paths: tuple[str, ...], found: list[Material]) -> list[str]:
+    """Name the pictures of folders that are in no material."""
+    used = {os.fspath(path) for material in found for path in material.files}
+    every = [os.fspath(f) for p in paths if os.path.isdir(p) for m in files.materials(p, "several") for f in m.files]
+    return [printable(path) for path in every if path not in used]
+
+
+def _check(inputs: Inputs, wish: Wish) -> None:
+    """Refuse what can be said of one exemplar only."""
+    masks = "--usable" if wish.begin is not None and wish.begin.holes else "--mask"
+    for option, given in (("--map", inputs.maps), (masks, inputs.masks)):
+        if given:
+            raise ParameterError(f"{option} names a file of one material; with -o FOLDER/ put it beside its planes.")
+    if inputs.how == "set":
+        raise ParameterError("--set does not go with -o FOLDER/; the names of files and folders tell what is a set.")
+    if wish.begin is not None and len(wish.begin.holes) > 1:
+        raise ParameterError("--mask: one hole can be given for a folder, which then goes for all of its pictures.")
+    if "-" in (*inputs.files, *inputs.donors, *wish.files):
+        raise ParameterError("the standard input (-) can be read once; name files where -o is a folder.")
+
+
+def _check_apart(out: str, folder: str) -> None:
+    """Refuse to write into a folder that is read: the next run would take results for materials."""
+    inner, outer = (os.path.realpath(p) for p in (out, folder))
+    if os.path.commonpath([inner, outer]) == outer:
+        raise ParameterError(f"-o {printable(out)} lies in {printable(folder)}, which is read; name another place.")
