@@ -203,6 +203,15 @@ class TestFailing:
         assert not Path("out/moss").exists()
         assert "wood/a/oak_col.png" in tree("out")
 
+    def test_progress_never_goes_back_and_ends_with_all(self) -> None:
+        self.spoil()
+        lines = run(*GROW, "--progress", "json", "-q", code=3).stderr.splitlines()
+        steps = [json.loads(line) for line in lines if line.startswith("{")]
+        fractions = [s["fraction"] for s in steps]
+        assert fractions == sorted(fractions)
+        assert fractions[-1] == 1
+        assert steps[0]["stage"] == "check"
+
     def test_a_stop_ends_all(self) -> None:
         slow = [*GROW[:4], "--size", "3000", "-m", "image-quilting", "--patch", "8", "--progress", "json"]
         work = subprocess.Popen([sys.executable, "-m", "intarsia", *slow], stderr=subprocess.PIPE, text=True,

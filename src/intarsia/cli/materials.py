@@ -37,7 +37,7 @@ class Materials:
 
     @classmethod
     def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report) -> Materials:
-        """Find the materials, and try whether each can be made; what cannot is told of and left out."""
+        """Find the materials; refuse what none of them could be made with."""
         filled_name(targets.out, dict.fromkeys(FIELDS, ""))  # refuses unknown fields
         _check(inputs, wish)
         for path in inputs.files:
@@ -47,16 +47,9 @@ class Materials:
         report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
         if left := left_out(inputs.files, found):
             report.note(f"left out, as other files there say which plane they are: {', '.join(left)}")
-        self = cls(found, inputs, targets, wish, work, report)
         if work.sheet is not None:
             check_all([work.sheet], targets.force, set())
-        if not work.dry_run:  # else this is told while the plan is
-            self.found, named = [], set[str]()
-            for material in found:
-                with self._minding(material):
-                    self._batch(material, Report(quiet=True), named)
-                    self.found.append(material)
-        return self
+        return cls(found, inputs, targets, wish, work, report)
 
     def tell_plan(self) -> None:
         """Say what would be made of each."""
@@ -67,10 +60,21 @@ class Materials:
         self._end({"dry_run": True})
 
     def carry_out(self, threads: int | None) -> None:
-        """Make one after another; each is read again, so that a long batch does not fill memory."""
-        thumbnails: list[Plane] = []
-        with self.report.watching(max(1, len(self.found) * len(self.work.seeds))) as meter:
-            for material in self.found:
+        """Try whether each can be made, then make one after another; what cannot be is told of at once.
+
+        Each is read again, so that a long batch does not fill memory.
+        """
+        thumbnails, sound, named = list[Plane](), list[Material](), set[str]()
+        each = len(self.work.seeds)
+        with self.report.watching(1 + len(self.found) * each) as meter:
+            step = meter.stage("check", 0.0, 1.0)
+            for number, material in enumerate(self.found, 1):
+                with self._minding(material):
+                    self._batch(material, Report(quiet=True), named)
+                    sound.append(material)
+                step(number, len(self.found), None)
+            meter.next_part(1 + each * (len(self.found) - len(sound)))
+            for material in sound:
                 before = len(self.results)
                 with self._minding(material):
                     batch = self._batch(material, self.report, set())
@@ -79,7 +83,7 @@ class Materials:
                         batch.check_memory(order)
                         self.results.append(batch.make(order, threads, meter))
                         meter.next_part()
-                meter.next_part(before + len(self.work.seeds) - len(self.results))
+                meter.next_part(before + each - len(self.results))
         sheet = {}
         if self.work.sheet is not None and thumbnails:
             write_sheet(self.work.sheet, thumbnails, self.targets.force, self.report)
@@ -110,8 +114,8 @@ class Materials:
         self.report.result({**more, "results": self.results, **failed})
         if self.failed:
             names = [str(f["material"]) for f in self.failed]
-            whole = len(set(names) | {m.name for m in self.found})
-            self.report.say(one_line(f"intarsia: {len(names)} of {whole} materials failed: {', '.join(names)}"))
+            of = f"{len(names)} of {len(self.found)}"
+            self.report.say(one_line(f"intarsia: {of} materials failed: {', '.join(names)}"))
             raise click.exceptions.Exit(int(self.failed[0]["exit_code"]))
 
 
