@@ -73,6 +73,8 @@ def _as_colours(role: Role, plane: Plane, path: str) -> int:
         return 3
     if role.command == "analyze":
         return 0
+    if role.command == "score":
+        return 0 if files.read(path).base.channels == 3 else 3  # as the other of the two
     if role.field == "donors" or (role.how == "second" and role.command != "paint"):
         return 0 if _like_the_first(path) else 3
     if role.command in ("paint", "heal", "render") and role.field == "files" and role.how != "second" and size != SIZE:

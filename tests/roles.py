@@ -29,6 +29,7 @@ SOUND = {
     "donors": "b.png",
     "holes": "hole.png",
     "labels": "l.png",
+    "output": "b.png",
     "target": "t.png",
     "saved": "map.npz",
     "picture": "grown.png",
@@ -68,7 +69,7 @@ ALSO = {"render": ("files",), "replay": ("files",)}
 """Parameters that a command can do without only for built-in exemplars."""
 
 SMALL = {"grow": ("--size", "26x22"), "weave": ("--size", "28x24", "--method", "repeat"), "extend": ("--right", "5"),
-         "analyze": ("--json",)}  # fmt: skip
+         "analyze": ("--json",), "score": ("--json",)}  # fmt: skip
 """What keeps the work of a sound line short."""
 
 BESIDE = {

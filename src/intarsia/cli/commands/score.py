@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from ...errors import InputError
+from ...errors import ParameterError
 from ..exits import say
 from ..help import HelpfulCommand
 from ..options import EXEMPLARS, FILE, gathered, input_options, opt
@@ -63,6 +63,8 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     What is measured, and how far it agrees with people, stands in docs/score.md.
     """
     inputs.check_standard_input(output)
+    if judging.saved == "-":
+        raise ParameterError("a map is read from a file; give --map the name of a .npz.")
     from ... import files
     from ...sourcemap import SourceMap
     from ...tasks.scoring import check_gates, gated, score
@@ -72,8 +74,6 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     sets = sets_of(inputs, report)
     smap = None
     if judging.saved is not None:
-        if judging.saved == "-":
-            raise InputError("a map is read from a file; give --map the name of a .npz.")
         smap = SourceMap.load(judging.saved)
     exemplars = Shelf([sets], inputs, report).get(0)
     found = score(exemplars, files.read(output, alpha=inputs.alpha), map=smap, wrap=judging.wrap)
