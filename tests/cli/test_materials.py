@@ -235,15 +235,20 @@ class TestFailing:
         ("--set", "--set does not go with"),
         ("-o in/out/", "is read"),
         ("-o in/", "is read"),
+        ("-o plain/deep/", "is no folder"),
+        ("-o /", "the root of all folders"),
+        ("-o /proc/self/out/", "/proc/"),
         ("-o out/{name}/", "{name} is unknown"),
         ("-", "standard input"),
         ("--sheet missing/s.png", "missing"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_before_anything_is_read(words: str, why: str) -> None:
+    Path("plain").write_bytes(b"")
     before = tree(".")
     result = CliRunner().invoke(cli, [*GROW, *words.split()], input=b"")
-    assert result.exit_code in (2, 3)
+    assert result.exit_code in (1, 2, 3)
+    assert result.stderr.count("\n") == 1
     assert why in result.stderr
     assert tree(".") == before
 

@@ -17,7 +17,7 @@ from ..image import Plane
 from .batch import Batch, write_sheet
 from .exemplars import stem_of
 from .exits import judge, one_line
-from .outputs import FIELDS, check_all, filled_name
+from .outputs import FIELDS, check_all, check_place, filled_name
 from .report import Report
 from .request import Inputs, Targets, Wish, Work
 
@@ -40,15 +40,13 @@ class Materials:
         """Find the materials; refuse what none of them could be made with."""
         filled_name(targets.out, dict.fromkeys(FIELDS, ""))  # refuses unknown fields
         _check(inputs, wish)
-        for path in inputs.files:
-            if os.path.isdir(path):
-                _check_apart(targets.out, path)
+        _check_folder(targets.out, inputs.files)
+        if work.sheet is not None:
+            check_all([work.sheet], targets.force, set())
         found = materials_of(inputs.files, inputs.how)
         report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
         if left := left_out(inputs.files, found):
             report.note(f"left out, as other files there say which plane they are: {', '.join(left)}")
-        if work.sheet is not None:
-            check_all([work.sheet], targets.force, set())
         return cls(found, inputs, targets, wish, work, report)
 
     def tell_plan(self) -> None:
@@ -150,8 +148,13 @@ def _check(inputs: Inputs, wish: Wish) -> None:
         raise ParameterError("the standard input (-) can be read once; name files where -o is a folder.")
 
 
-def _check_apart(out: str, folder: str) -> None:
-    """Refuse to write into a folder that is read: the next run would take results for materials."""
-    inner, outer = (os.path.realpath(p) for p in (out, folder))
-    if os.path.commonpath([inner, outer]) == outer:
-        raise ParameterError(f"-o {printable(out)} lies in {printable(folder)}, which is read; name another place.")
+def _check_folder(out: str, sources: tuple[str, ...]) -> None:
+    """Refuse a folder that cannot be made, and one that is read: the next run would take results for materials."""
+    inner = os.path.realpath(out)
+    if os.path.dirname(inner) == inner:
+        raise ParameterError(f"-o {printable(out)} is the root of all folders; name a folder in it.")
+    for folder in filter(os.path.isdir, sources):
+        if os.path.commonpath([inner, outer := os.path.realpath(folder)]) == outer:
+            raise ParameterError(f"-o {printable(out)} lies in {printable(folder)}, which is read; name another place.")
+    if "{" not in out:
+        check_place(os.path.join(out, "o"), True, True)
