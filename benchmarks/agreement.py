@@ -1,11 +1,12 @@
 """How far the score agrees with people: weights are fitted to grades, and tried on textures that were left out.
 
-    python benchmarks/agreement.py --sheets VERDICTS --graded GRADES.md PICTURES --textures FOLDER...
+    python benchmarks/agreement.py --sheets VERDICTS --graded GRADES.md PICTURES --textures FOLDER... [--grow]
 
 VERDICTS holds ``verdicts.csv`` (texture, grades G/F/B of two people for each of two programs, which they preferred) and
 one sheet for each texture: exemplar, and both pictures side by side. GRADES.md has a table of one grade for each
 texture and program, whose pictures are ``PICTURES/TEXTURE__PROGRAM.jpg``, grown from at most 256 x 256 px. None of it
-is part of the project: what is kept of it are the weights, and the table of agreement in docs/score.md.
+is part of the project: what is kept of it are the weights, and the table of agreement in docs/score.md. With ``--grow``
+the pictures of ``compared.csv`` (beside this file) are grown again with seed 1, and its third grader is heard, too.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from PIL import Image
 from scipy.optimize import minimize
 from skimage.feature import local_binary_pattern
 
+import intarsia as ia
 from intarsia.analysis.reduction import blocks
 from intarsia.exemplar import Exemplar
 from intarsia.judging.parts import PARTS
@@ -34,8 +36,7 @@ GRADES = {"G": 2, "F": 1, "B": 0}
 SHEET = {"ours": (16, 264), "quilting": (16, 784)}  # where the pictures of a sheet begin, (y, x) px
 SIDE = 512  # px of each
 RIDGE = 1.0  # how strongly weights are held small, for parts of spread 1
-TWO = 2.0  # how much a pair counts on which two people agree; one of a single grade:
-ONE = 0.5
+COUNTS = {"two": 2.0, "one": 0.5, "third": 1.5}  # how much a pair counts
 
 Pixels = NDArray[np.uint8]
 
@@ -47,7 +48,7 @@ class Pair:
     texture: str
     better: str
     worse: str
-    both: bool  # two people, without knowing of one another
+    by: str  # "two" people who do not know of one another, "one" who gave grades, or a "third" who compared methods
     apart: int  # grades between them
 
 
@@ -85,7 +86,7 @@ def pairs_of_sheets(folder: Path) -> Iterator[Pair]:
             if first == second and first in SHEET:
                 (other,) = set(SHEET) - {first}
                 marks = {p: [GRADES[row[f"{p}_{n}"]] for n in (1, 2)] for p in SHEET}
-                yield Pair(row["texture"], first, other, True, min(marks[first]) - max(marks[other]))
+                yield Pair(row["texture"], first, other, "two", min(marks[first]) - max(marks[other]))
 
 
 def pairs_of_grades(table: Path) -> Iterator[Pair]:
@@ -98,7 +99,16 @@ def pairs_of_grades(table: Path) -> Iterator[Pair]:
             marks = dict(zip(programs, (GRADES[c] for c in cells[1:]), strict=True))
             for a, b in permutations(programs, 2):
                 if marks[a] > marks[b]:
-                    yield Pair(cells[0], a, b, False, marks[a] - marks[b])
+                    yield Pair(cells[0], a, b, "one", marks[a] - marks[b])
+
+
+def pairs_of_methods() -> Iterator[Pair]:
+    with Path(__file__).with_name("compared.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            both = {row["method"], "graphcut"}
+            if row["preferred"] in both:
+                (other,) = both - {row["preferred"]}
+                yield Pair(row["texture"], row["preferred"], other, "third", 0)
 
 
 def judged(exemplar: Pixels, output: Pixels) -> Judged:
@@ -158,12 +168,21 @@ def left_out(steps: NDArray[np.float64], counts: NDArray[np.float64], textures: 
     return out
 
 
+def groups(pairs: list[Pair]) -> dict[str, NDArray[np.bool_]]:
+    """The pairs by what is known of them; groups without any are left out."""
+    found = {
+        "two people agree": [p.by == "two" for p in pairs],
+        "grades differ": [p.by == "one" for p in pairs],
+        "good and broken": [p.by == "one" and p.apart == 2 for p in pairs],
+        "a third person": [p.by == "third" for p in pairs],
+    }
+    return {name: np.array(which) for name, which in found.items() if any(which)}
+
+
 def say(name: str, margin: NDArray[np.float64], pairs: list[Pair]) -> None:
     """Print in how many of the pairs the better is named; a tie is half."""
     named = (margin > 0) + 0.5 * (margin == 0)
-    both = np.array([p.both for p in pairs])
-    far = np.array([not p.both and p.apart == 2 for p in pairs])
-    shares = [f"{100 * named[m].mean():.0f} %" if m.any() else "" for m in (both, ~both, far)]
+    shares = [f"{100 * named[which].mean():.0f} %" for which in groups(pairs).values()]
     print(f"| {name} | {' | '.join(shares)} |")
 
 
@@ -172,15 +191,20 @@ def main() -> None:
     parser.add_argument("--sheets", type=Path, required=True)
     parser.add_argument("--graded", type=Path, nargs=2, required=True)
     parser.add_argument("--textures", type=Path, nargs="+", required=True)
+    parser.add_argument("--grow", action="store_true")
     given = parser.parse_args()
     pairs = [*pairs_of_sheets(given.sheets), *pairs_of_grades(given.graded[0])]
+    pairs += pairs_of_methods() if given.grow else ()
     seen: dict[tuple[str, str], Judged] = {}
     for p in pairs:
         exemplar = exemplar_of(p.texture, given.textures)
         for program in (p.better, p.worse):
             if (p.texture, program) in seen:
                 continue
-            if p.both:
+            if p.by == "third":
+                made = ia.synthesize(exemplar, SIDE, program, seed=1)
+                output = np.asarray(made.render().pixels)
+            elif p.by == "two":
                 y, x = SHEET[program]
                 output = pixels(given.sheets / f"{p.texture}.jpg")[y : y + SIDE, x : x + SIDE]
             else:
@@ -188,12 +212,11 @@ def main() -> None:
                 output = pixels(given.graded[1] / f"{p.texture}__{program}.jpg")
             seen[p.texture, program] = judged(exemplar, output)
     textures = np.array([p.texture for p in pairs])
-    counts = np.array([TWO if p.both else ONE for p in pairs])
+    counts = np.array([COUNTS[p.by] for p in pairs])
     of = lambda p, program: seen[p.texture, program]  # noqa: E731
     steps = np.array([faults(of(p, p.worse).score) - faults(of(p, p.better).score) for p in pairs])
-    n = [sum(p.both for p in pairs), sum(not p.both for p in pairs), sum(not p.both and p.apart == 2 for p in pairs)]
-    print(f"| the better is named | two people agree ({n[0]}) | grades differ ({n[1]}) | good and broken ({n[2]}) |")
-    print("|:---|---:|---:|---:|")
+    heads = [f"{name} ({which.sum()})" for name, which in groups(pairs).items()]
+    print(f"| the better is named | {' | '.join(heads)} |\n|:---|{'---:|' * len(heads)}")
     for name in ("LBP", "SSIM", "moments"):
         say(name, np.array([of(p, p.worse).plain[name] - of(p, p.better).plain[name] for p in pairs]), pairs)
     for k, part in enumerate(PARTS):

@@ -6,7 +6,7 @@ FOLDER holds the pictures named in TEXTURES. Measures, each relative to the map 
 
 * seams: what all seams cost, as cuts price them; worst: what the dearest tenth of the places costs (the middle halves
   of the windows that a repair looks at, every 8 px; the same places before and after).
-* score: the total of `measure.score`, by which `--trials` chooses: strange and lost windows, seams, copies, blur.
+* score: the total by which `--trials` chooses (docs/score.md).
 * repeat: median distance of an output pixel to the next one that shows the same exemplar pixel, px.
 * time: CPU time of the repair over that of growing.
 """
@@ -22,9 +22,8 @@ import numpy as np
 from better import TEXTURES, repeats
 
 import intarsia as ia
-from intarsia.choosing.score import score
+from intarsia.judging.score import score_map
 from intarsia.seams.repair import Repairing
-from intarsia.search.sizes import elements
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import repair_of
 
@@ -53,8 +52,7 @@ def row(path: Path, method: Any, passes: int, seed: int) -> list[float]:
     out, took = clocked(lambda: ia.repair(made, passes, run=ONE))
     before, after = places(made), places(out)
     worst = np.argsort(-before, axis=None, kind="stable")[: before.size // 10]
-    size = elements(exemplar).size
-    totals = [score(made.exemplars, m.map, size).total for m in (out, made)]
+    totals = [score_map(made.exemplars, m.map).total for m in (out, made)]
     near = [float(np.median(repeats(m.map))) for m in (out, made)]
     return [after.sum() / before.sum(), after.flat[worst].sum() / before.flat[worst].sum(), totals[0] / totals[1],
             near[0] / near[1], took / grew]  # fmt: skip

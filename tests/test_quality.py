@@ -4,8 +4,7 @@ Golden hashes say that a picture changed; these say that it became worse. The th
 scikit-image carries (CC0), read where it lies; tiles and planks are painted by the package, the cloth is painted here.
 What is measured of a picture:
 
-* ``strange``, ``lost``, ``seams``, ``copies`` and ``blur`` of :mod:`intarsia.choosing.score`;
-* ``unused``: the share of the exemplar's pixels that are shown nowhere;
+* ``joins``, ``steps``, ``strange``, ``lost``, ``blurred``, ``seams`` and ``unshown`` of :mod:`intarsia.judging.score`;
 * ``near``: the share of pixels that are shown again less than one element away;
 * ``bent``: by which share of a step the lattice found in the picture differs from that of the exemplar; 1: none found.
 """
@@ -21,9 +20,9 @@ import pytest
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.choosing.score import score
 from intarsia.exemplar import Exemplar
 from intarsia.files.samples import sample
+from intarsia.judging.score import score_map
 from intarsia.lattice.vectors import lattices_of, vectors_of
 from intarsia.search.sizes import elements
 from intarsia.testing import noise
@@ -57,45 +56,51 @@ class Look:
 
 
 # Above the bounds of each stands what seeds 1, 2 and 3 measure; a bound lies a fifth above the worst of them, or so.
+JUDGED = ("joins", "steps", "strange", "lost", "blurred", "seams", "unshown")
 LOOKS = {
     "brick": Look(
         lambda: cut("brick", 100, 100), "bent-courses",
-        # strange 0.276 0.280 0.258, lost 0.307 0.301 0.289, seams 0.517 0.542 0.549, copies 2.80 3.13 2.93,
-        # blur 0, unused 0.366 0.310 0.326, near 0.014 0.019 0.016, bent 0.010 0.010 0.009
-        {"strange": 0.33, "lost": 0.37, "seams": 0.66, "copies": 4, "blur": 0.04, "unused": 0.45, "near": 0.03,
-         "bent": 0.02},
+        # joins 10.7 9.9 10.1, steps 20.0 20.9 20.9, strange 18.8 18.5 17.6, lost 12.9 12.1 12.5,
+        # blurred 0.0 0.0 0.0, seams 51.7 54.2 54.9, unshown 36.6 31.0 32.6, near 0.014 0.019 0.016,
+        # bent 0.010 0.010 0.009
+        {"joins": 12.9, "steps": 25.1, "strange": 22.6, "lost": 15.5, "blurred": 4, "seams": 65.9, "unshown": 44,
+         "near": 0.03, "bent": 0.02},
     ),
     "gravel": Look(
         lambda: cut("gravel"), "mixed",
-        # strange 0.608 0.550 0.587, lost 0.759 0.676 0.770, seams 0.221 0.201 0.212, copies 3.47 3.60 3.70,
-        # blur 0, unused 0.173 0.233 0.205, near 0.026 0.031 0.023
-        {"strange": 0.73, "lost": 0.92, "seams": 0.27, "copies": 4.5, "blur": 0.04, "unused": 0.30, "near": 0.04},
+        # joins 14.2 13.2 14.0, steps 17.4 18.4 16.4, strange 0.8 1.1 1.1, lost 4.2 3.3 5.4, blurred 0.0 0.0 0.0,
+        # seams 22.1 20.1 21.2, unshown 17.3 23.3 20.5, near 0.026 0.031 0.023
+        {"joins": 17.1, "steps": 22.1, "strange": 1.3, "lost": 6.5, "blurred": 4, "seams": 26.6, "unshown": 28,
+         "near": 0.04},
     ),
     "grass": Look(
         lambda: cut("grass"), "mixed",
-        # strange 0.629 0.534 0.582, lost 0.939 0.990 0.668, seams 0.205 0.158 0.186, copies 3.21 3.42 3.14,
-        # blur 0, unused 0.256 0.251 0.186, near 0.059 0.055 0.035
-        {"strange": 0.72, "lost": 1.14, "seams": 0.25, "copies": 4.2, "blur": 0.04, "unused": 0.31, "near": 0.08},
+        # joins 16.2 12.1 12.6, steps 16.9 12.9 13.1, strange 1.4 0.9 1.2, lost 5.0 6.1 3.9, blurred 0.0 0.9 0.0,
+        # seams 20.5 15.8 18.6, unshown 25.6 25.1 18.6, near 0.059 0.055 0.035
+        {"joins": 19.5, "steps": 20.3, "strange": 1.7, "lost": 7.4, "blurred": 4, "seams": 24.7, "unshown": 30.8,
+         "near": 0.08},
     ),
     "tiles": Look(
         lambda: cut("tiles"), "periods",
-        # strange 1.398 1.099 0.970, lost 1.264 0.862 1.079, seams 0.195 0.229 0.216, copies 2.09 2.15 2.71,
-        # blur 0, unused 0.204 0.151 0.155, near 0.125 0.097 0.087, bent 0.004 0.002 0.001; it holds 16 tiles
-        {"strange": 1.7, "lost": 1.5, "seams": 0.28, "copies": 3.5, "blur": 0.04, "unused": 0.26, "near": 0.15,
-         "bent": 0.01},
+        # joins 5.6 5.3 6.4, steps 7.4 5.6 6.7, strange 6.7 5.1 4.9, lost 8.7 8.1 13.4, blurred 0.0 0.0 0.0,
+        # seams 19.5 22.9 21.6, unshown 20.4 15.1 15.5, near 0.125 0.097 0.087, bent 0.004 0.002 0.001
+        {"joins": 7.7, "steps": 9, "strange": 8.1, "lost": 16.1, "blurred": 4, "seams": 27.5, "unshown": 24.5,
+         "near": 0.15, "bent": 0.01},
     ),
     "planks": Look(
         lambda: cut("planks"), "elements",
-        # strange 0.178 0.212 0.193, lost 1.288 1.293 1.301, seams 0.018 0.023 0.025, copies 6.48 6.15 6.01,
-        # blur 0 0.006 0.030, unused 0.596 0.488 0.458, near 0.006 0.004 0.022
-        {"strange": 0.26, "lost": 1.55, "seams": 0.04, "copies": 7.8, "blur": 0.06, "unused": 0.7, "near": 0.04},
+        # joins 2.3 8.0 9.8, steps 2.8 8.9 5.8, strange 0.8 0.7 2.3, lost 27.0 25.8 23.5, blurred 2.0 3.6 6.0,
+        # seams 1.8 2.3 2.5, unshown 59.6 48.8 45.8, near 0.006 0.004 0.022
+        {"joins": 11.8, "steps": 10.8, "strange": 2.9, "lost": 32.5, "blurred": 7.3, "seams": 3.1, "unshown": 71.5,
+         "near": 0.04},
     ),
     "cloth": Look(
         cloth, "periods",
-        # strange 0.042 0.046 0.040, lost 0.064 0.065 0.057, seams 0.120 0.120 0.107, copies 5.77 5.42 5.39,
-        # blur 0, unused 0.347 0.269 0.293, near 0.004 0.005 0.009, bent 0
-        {"strange": 0.056, "lost": 0.08, "seams": 0.15, "copies": 7, "blur": 0.04, "unused": 0.42, "near": 0.02,
-         "bent": 0.01},
+        # joins 13.7 14.6 13.4, steps 16.7 16.7 16.9, strange 11.4 16.3 13.5, lost 31.6 29.9 30.2,
+        # blurred 0.0 0.0 0.0, seams 12.0 12.0 10.7, unshown 34.7 26.9 29.3, near 0.004 0.005 0.009,
+        # bent 0.000 0.000 0.000
+        {"joins": 17.5, "steps": 20.4, "strange": 19.6, "lost": 37.9, "blurred": 4, "seams": 14.5, "unshown": 41.7,
+         "near": 0.02, "bent": 0.01},
     ),
 }  # fmt: skip
 
@@ -141,10 +146,8 @@ def measured(name: str, smap: ia.SourceMap, drawn: Pixels) -> dict[str, float]:
     """All measures of a picture of an exemplar; smaller is better."""
     e = exemplar(name)
     element = elements(e).size
-    judged = score([e], smap, element)
-    (usage,) = smap.usage()
-    return {part: getattr(judged, part) for part in ("strange", "lost", "seams", "copies", "blur")} | {
-        "unused": float((usage == 0).mean()),
+    judged = score_map([e], smap).parts
+    return {part: judged[part].measured for part in JUDGED} | {
         "near": float((returns(smap) < element).sum() / (smap.height * smap.width)),
         "bent": bent(e, Exemplar.of(drawn)),
     }

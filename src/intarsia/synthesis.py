@@ -31,7 +31,7 @@ from .sourcemap import HOLE, Blend, SourceMap
 from .version import VERSION
 
 if TYPE_CHECKING:
-    from .choosing.score import Score
+    from .judging.score import Score
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 

@@ -55,6 +55,41 @@ def test_what_goes_on_as_the_exemplar_does_is_no_change() -> None:
     assert sources(level, slipped).changes.sum() > 0
 
 
+def test_a_spot_is_counted_as_often_as_pieces_show_it(level: Level) -> None:
+    """The four windows least like any other; each piece that holds one counts once."""
+    (y, x), high = level.spots[0] * 2, 32
+    y, x = min(int(y), 96 - high), min(int(x), 96 - high)
+    piece = EXEMPLAR[y : y + high, x : x + high]
+    one, four = (sources(level, np.tile(piece, (n, n, 1))).returns[0] for n in (1, 2))
+    assert one == 1
+    assert four == 4
+    own = {tuple(level.windows.at[n]): far for n, far in zip(level.asked, level.own, strict=True)}
+    assert own[tuple(level.spots[0])] == level.own.max()
+    assert all(np.abs(a - b).max() > 8 for i, a in enumerate(level.spots) for b in level.spots[:i])
+
+
+def test_a_step_of_tone_is_seen_by_its_tone_alone() -> None:
+    """Two halves of one slope, of the same grain, laid side by side: the windows look alike but for their tone."""
+    x = np.mgrid[:192, :192][1]
+    slope = (blobs(192, 192, 3) // 8 + (4 * x)[..., None]).astype(np.int16)
+    level = Reference((slope,), (None,)).levels[1]
+    even, stepped = (sources(level, p) for p in (slope[:128, :128], np.hstack([slope[:128, 128:], slope[:128, :64]])))
+    assert even.steps.sum() == 0
+    assert stepped.steps.max() >= 1000
+    assert stepped.steps.sum() > stepped.changes.sum()
+
+
+def test_neighbours_agree_where_two_windows_are_alike() -> None:
+    """Of the copies of a tile each window shows one, and neighbours mostly show the same."""
+    wall = np.tile(blobs(16, 16, 5), (6, 6, 1))
+    found = sources(Reference((wall,), (None,)).levels[0], wall[:64, :64])
+    rows, columns = np.indices(found.number.shape)
+    at = found.level.windows.at[found.number]
+    offsets = at - np.dstack([rows, columns]) * STEP // 2
+    assert (found.distance == 0).all()
+    assert len(np.unique(offsets[1:, 1:].reshape(-1, 2), axis=0)) < 16
+
+
 def test_usage_counts_every_window(level: Level) -> None:
     found = sources(level, np.vstack([EXEMPLAR[:32, :64]] * 2))
     assert found.usage.sum() == found.number.size

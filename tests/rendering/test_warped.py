@@ -17,12 +17,12 @@ from rendering.test_render import DTYPES, laid, noise_map, pixels_of
 
 import intarsia as ia
 from intarsia import files
-from intarsia.choosing.score import score
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Wrap
 from intarsia.image import Kind, Plane
+from intarsia.judging.score import score_map
 from intarsia.levelling import Levelling
 from intarsia.rendering.render import render
 from intarsia.run import Run
@@ -463,8 +463,8 @@ def test_seams_of_a_turned_piece_cost_nothing() -> None:
     exemplar = Exemplar.of(pixels_of("uint8", (96, 96, 3)))
     whole = replace(laid_by(turn(30, 0.7), (48, 48), (96, 96)), sources=(exemplar.source,))
     torn = replace(wild_map((48, 48), (96, 96)), sources=(exemplar.source,))
-    assert score([exemplar], whole, 6).seams == 0
-    assert score([exemplar], torn, 6).seams > 0.1
+    assert score_map([exemplar], whole).parts["seams"].measured == 0
+    assert score_map([exemplar], torn).parts["seams"].measured > 10
     assert whole.usage()[0].sum() == 48 * 48
 
 

@@ -41,10 +41,12 @@ class Part(NamedTuple):
 
 # fmt: off
 PARTS = (
-    Part("joins", "%", "what changes from window to window, of what any two windows differ by", 0.46, 0.0, None),
-    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.35, 1.0, 6.0, grainy=True),
+    Part("joins", "%", "what changes where pieces meet, of what any two windows differ by", 0.23, 0.0, None),
+    Part("steps", "%", "what slow tone changes where pieces meet, of what any two tones differ by", 0.24, 0.0, None),
+    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.27, 1.0, 6.0, grainy=True),
+    Part("striking", "times", "how often the most striking spots are shown, of their share", 0.08, 1.0, 4.0),
     Part("strange", "%", "windows farther from the exemplar than nine of ten of its own", 0.07, 10.0, 100.0),
-    Part("blurred", "%", "by how much steps between neighbours are smaller", 0.12, 0.0, 50.0),
+    Part("blurred", "%", "by how much steps between neighbours are smaller", 0.11, 0.0, 50.0),
     Part("lost", "%", "windows of the exemplar as far from the output", 0.0, 10.0, 100.0),
     Part("unused", "%", "places of the exemplar that are hardly shown", 0.0, 0.0, 100.0),
     Part("tone", "%", "by how much slow tones differ, of the exemplar's range of them", 0.0, 0.0, 50.0),
@@ -54,10 +56,14 @@ PARTS = (
 
 def measured(reference: Reference, picture: NDArray[np.int16]) -> dict[str, float]:
     """Measure all parts of an output picture (H, W, C), in the features of its exemplars."""
-    sources = [Sources.of(level, picture) for level in reference.levels if min(picture.shape[:2]) >= level.least_side]
+    levels = [level for level in reference.levels if min(picture.shape[:2]) >= level.least_side]
+    every = [Sources.of(level, picture) for level in levels]
+    sources = every[:2]
     return {
         "joins": _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
+        "steps": _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
         "overused": _mean([_overused(s) for s in sources], 1.0),
+        "striking": _mean([_striking(reference, s, picture.shape[0] * picture.shape[1]) for s in sources]),
         "strange": _mean([_above(s.distance, s.level) for s in sources]),
         "lost": _mean([_above(_lost(s.level, picture), s.level) for s in sources]),
         "unused": _mean([_unused(s) for s in sources]),
@@ -98,6 +104,13 @@ def _overused(sources: Sources) -> float:
     """How often the place is shown that 2 % are shown more often than, by the mean."""
     shown, mean = _local(sources)
     return float(np.sort(shown)[shown.size * 98 // 100]) / mean if shown.size and mean else 1.0
+
+
+def _striking(reference: Reference, sources: Sources, area: int) -> float:
+    """How often the striking spots are shown on average, of as often as the areas say."""
+    there = sum(p.shape[0] * p.shape[1] for p in reference.pictures)
+    returns = sources.returns
+    return float(sum(returns) * there / (len(returns) * area)) if returns else 1.0
 
 
 def _unused(sources: Sources) -> float:

@@ -16,11 +16,12 @@ from ..arrays import Array
 from ..draws import draw
 from .windows import SIDE, Windows
 
-REDUCTIONS = (2, 4)  # windows of 16 and 32 px: what joins show; 8 names the better of two less often
+REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px
 ASKED = 1100  # windows of which the exemplar's own nearest is looked for
 FEW = 16  # windows; of fewer nothing is known
 RARE = 9, 10  # nine of ten windows are nearer to their like: farther is strange
 REGULAR, GRAINY = 0.15, 0.35  # own distance by that of unrelated windows: below every window returns, above none does
+SPOTS = 4  # the most striking windows are counted
 STAGE = 4101  # keeps the draws of tiles apart from others
 TILES = 8  # tiles lie side by side in an exemplar's side
 ANCHOR = 256  # px: side of the picture of tiles, at least
@@ -40,6 +41,23 @@ class Level:
     usual: int
     strange: int
     unrelated: int
+
+    @cached_property
+    def spots(self) -> Array:
+        """Row and column in the table of the windows least like any other, a window apart; of strange ones only."""
+        found: list[Array] = []
+        striking = self.own > self.strange
+        for at in self.windows.at[self.asked[striking][np.argsort(-self.own[striking], kind="stable")]]:
+            if all(np.abs(at - other).max() * self.windows.stride > SIDE for other in found):
+                found.append(at)
+            if len(found) == SPOTS:
+                break
+        return np.array(found).reshape(-1, 2)
+
+    @cached_property
+    def untoned(self) -> int:
+        """How far two windows are by their tones alone that have nothing to do with one another, in 1/16."""
+        return self.windows.unrelated(self.windows.tones)
 
     @property
     def least_side(self) -> int:
@@ -66,7 +84,7 @@ class Reference:
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
-        """The windows of 16 and 32 px; fewer sizes, or none, of an exemplar that is too small."""
+        """The windows of 16, 32 and 64 px; fewer sizes, or none, of an exemplar that is too small."""
         cut = (Windows.of(list(self.pictures), list(self.usable), factor) for factor in REDUCTIONS)
         return tuple(level for w in cut if w is not None and (level := Level.of(w)) is not None)
 

@@ -13,11 +13,13 @@ import numpy as np
 
 from ..arrays import Array
 from .reference import Level
+from .windows import ALL
 
 STEP = 8  # px between neighbouring windows of the output
 ROUNDS = 3  # of looking at what neighbours show
 NEAR = 115, 100  # a neighbour's source is taken where it is nearly as near,
 SLACK = 20  # or nearer by a 20th of what is usual
+NEARBY = 5  # px of the reduced picture: a spot is shown by a window that begins so near its own
 NEXT = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
@@ -45,14 +47,32 @@ class Sources:
     @property
     def changes(self) -> Array:
         """How much changes from each window to the next, right and below: 0 nothing, 1024 as much as any two differ."""
+        return self._changes(ALL, self.level.unrelated, 1)
+
+    @property
+    def steps(self) -> Array:
+        """The same of the mean tone of windows alone, up to twice as much as any two differ."""
+        return self._changes(self.level.windows.tones, self.level.untoned, 2)
+
+    def _changes(self, features: slice, unrelated: int, most: int) -> Array:
         windows, out = self.level.windows, []
-        here = windows.apart(self.waves, self.number)
+        here = windows.apart(self.waves, self.number, features)
         for step in NEXT[:2]:
             ahead, inside = _continued(self.level, self.number, step)
-            there = np.where(ahead >= 0, windows.apart(self.waves, np.maximum(ahead, 0)), self.level.unrelated)
-            change = np.clip((there - here) * 1024 // self.level.unrelated, 0, 1024)
+            there = windows.apart(self.waves, np.maximum(ahead, 0), features)
+            change = np.clip((np.where(ahead >= 0, there, unrelated + here) - here) * 1024 // unrelated, 0, 1024 * most)
             out.append(np.where(inside, change, 0))
         return np.stack(out)
+
+    @property
+    def returns(self) -> list[int]:
+        """How often each of the most striking spots of the exemplar is shown: pieces that hold it."""
+        from scipy.ndimage import label
+
+        windows = self.level.windows
+        at = windows.at[self.number]
+        near = (np.abs(at - spot).max(axis=2) * windows.stride <= NEARBY for spot in self.level.spots)
+        return [int(label(shown)[1]) for shown in near]
 
     @property
     def usage(self) -> Array:

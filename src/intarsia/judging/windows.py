@@ -22,6 +22,7 @@ FINE = 64  # cosines are whole multiples of 1 / FINE
 LONGEST = 2**22  # squared length of a vector: products and sums of two such stay below 2**24, which float32 holds
 MOST = 16500  # windows of an exemplar: of more, every second or third along each axis is taken
 BATCH = 128  # windows that are compared at once: what a cache holds
+ALL = slice(None)  # features
 ROOT = 16  # distances are whole numbers of 1 / ROOT
 
 
@@ -115,9 +116,9 @@ class Windows:
         """Return the distance of each of `waves` (n, features) to its nearest window, in 1 / ROOT, and its number."""
         return nearest(waves, self.waves, self.squares)
 
-    def apart(self, waves: Array, numbers: Array) -> Array:
+    def apart(self, waves: Array, numbers: Array, features: slice = ALL) -> Array:
         """Return the distance of each of `waves` (..., features) to the window of its number, in 1 / ROOT."""
-        off = waves - self.waves[numbers]
+        off = waves[..., features] - self.waves[numbers][..., features]
         return rooted((off * off).sum(axis=-1))
 
     def own(self, most: int) -> tuple[Array, Array]:
@@ -138,12 +139,17 @@ class Windows:
         known = np.isfinite(least)
         return some[known], rooted(least[known])
 
-    def unrelated(self) -> int:
+    @property
+    def tones(self) -> slice:
+        """Which features are the means of the channels."""
+        return slice(0, None, len(_cosines()[0]))
+
+    def unrelated(self, features: slice = ALL) -> int:
         """Return how far two windows are that have nothing to do with one another: the median over many pairs."""
         n = len(self.waves)
         one = np.arange(0, n, max(1, n // 2000))
         other = (one * 7919 + n // 3) % n
-        return max(1, int(np.sort(self.apart(self.waves[one], other))[len(one) // 2]))
+        return max(1, int(np.sort(self.apart(self.waves[one], other, features))[len(one) // 2]))
 
 
 def _whole(usable: NDArray[np.bool_], factor: int, rows: Array, columns: Array) -> NDArray[np.bool_]:
