@@ -17,6 +17,7 @@ import click
 
 from intarsia.choosing.rules import RULES
 from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli.options import ParameterOption
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
 
@@ -58,10 +59,11 @@ def option_table(name: str) -> str:
     """Return the options of a command as a table, but for those that are parameters of methods."""
     command = cli.get_command(click.Context(cli), name)
     assert command is not None
-    own = {p.name for slug in METHODS for p in parameters(method_class(slug))} if name in ("grow", "weave") else set()
     lines = []
     for option in command.params:
-        if isinstance(option, click.Option) and not option.hidden and option.name not in own and option.help:
+        if not isinstance(option, click.Option) or isinstance(option, ParameterOption):
+            continue
+        if not option.hidden and option.help:
             words = ", ".join(f"`{word}`" for word in option.opts)
             value = "" if option.is_flag else f"`{option.make_metavar(click.Context(command))}`"
             lines.append((words, value, option.help))

@@ -29,7 +29,7 @@ COMMANDS = {
 }
 """Name -> what it does, in the order of the help. The module is named alike and holds `command`."""
 
-LIGHT = {"-h", "--help", "--version", "methods"}
+LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
 """What needs next to no memory."""
 
 

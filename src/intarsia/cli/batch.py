@@ -57,9 +57,12 @@ class Batch:
     @classmethod
     def plan(
         cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report,
-        check: Callable[[Scene], None] | None = None,
+        check: Callable[[Scene], None] | None = None, named: set[str] | None = None,
     ) -> Batch:  # fmt: skip
-        """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
+        """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read.
+
+        `named` remembers the places of all files, also for batches that come after.
+        """
         inputs.check_standard_input(*wish.files)
         sets = sets_of(inputs, report)
         each = "{stem}" in targets.out or (not targets.out and wish.begin is not None)
@@ -67,7 +70,7 @@ class Batch:
         check_begin(wish, lots, sets)
         donors = donors_of(inputs)
         shelf = Shelf([lot + donors for lot in lots], inputs, report, wish)
-        batch = cls(shelf, wish, targets, report)
+        batch = cls(shelf, wish, targets, report, named=set() if named is None else named)
         batch.judging.index = index_name(targets, len(lots) * len(seeds) > 1)
         if batch.judging.index is not None:
             check_all([batch.judging.index], targets.force, batch.named)
@@ -76,7 +79,7 @@ class Batch:
             found = orders_of(shelf, lot, wish, seeds, targets, check)
             if batch.judging.wanted:
                 found = [replace(o, memory=o.memory + memory_of(o.size)) for o in found]
-            check_all((path for order in found for path, _ in order.files), targets.force, batch.named)
+            check_all((p for order in found for p, _ in order.files), targets.force, batch.named, bool(targets.folder))
             batch.orders += found
         return batch
 
@@ -87,6 +90,11 @@ class Batch:
 
     def tell_plan(self) -> None:
         """Say what would be made."""
+        as_json = self.plans()
+        self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
+
+    def plans(self) -> list[dict[str, Any]]:
+        """Tell a person what would be made, and return what JSON says of it."""
         as_json = []
         for order in self.orders:
             self.shelf.warn(*order.warnings)
@@ -100,22 +108,19 @@ class Batch:
             patches = "" if about["patches"] is None else f"{about['patches']} patches, "
             self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
             explain(self.report, about, order.warnings)
-        self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
+        return as_json
 
     def carry_out(self, threads: int | None) -> None:
         """Make everything, and report it; what cannot fit into memory is refused before anything is made."""
         for order in self.orders:
-            check_fits(order.memory, order.line)
+            self.check_memory(order)
         results = []
         with self.report.watching(len(self.orders)) as meter, Staging(self.targets.force) as whole:
             for order in self.orders:
                 if self.judging.together:
                     results.append(self._make(order, threads, meter, whole))
                 else:
-                    with Staging(self.targets.force) as staging:
-                        results.append(self._make(order, threads, meter, staging))
-                        staging.commit()
-                    self._tell(order, results[-1])
+                    results.append(self.make(order, threads, meter))
                 meter.next_part()
             if self.judging.refused:
                 self.judging.check()
@@ -125,11 +130,24 @@ class Batch:
             for order, about in zip(self.orders, results, strict=True):
                 self._tell(order, about)
         if self.sheet is not None:
-            self._write_sheet(self.sheet)
+            write_sheet(self.sheet, self.thumbnails, self.targets.force, self.report)
         together: dict[str, Any] = results[0] if len(results) == 1 else {"results": results}
         beside = {"sheet": self.sheet, "report": self.judging.index}
         self.report.result(together | {what: path for what, path in beside.items() if path is not None})
         self.judging.check()
+
+    def check_memory(self, order: Order) -> None:
+        """Refuse what cannot fit into memory."""
+        check_fits(order.memory, order.line)
+
+    def make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
+        """Grow, draw and write one order: all of its files, or none; return what JSON says of it."""
+        with Staging(self.targets.force, bool(self.targets.folder)) as staging:
+            about = self._make(order, threads, meter, staging)
+            staging.commit()
+        if not self.judging.refused:
+            self._tell(order, about)
+        return about
 
     def _make(self, order: Order, threads: int | None, meter: Meter, staging: Staging) -> dict[str, Any]:
         """Make one output and write its files, to appear when `staging` is committed; return what JSON says of it."""
@@ -248,11 +266,13 @@ class Batch:
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
         return grown, {"repair": said}
 
-    def _write_sheet(self, path: str) -> None:
-        with Staging(self.targets.force) as staging:
-            write(staging.place(path), contact_sheet(self.thumbnails))
-            staging.commit()
-        self.report.note(f"{path}: contact sheet of {len(self.thumbnails)}")
+
+def write_sheet(path: str, thumbnails: list[Plane], force: bool, report: Report) -> None:
+    """Write a contact sheet, and tell of it."""
+    with Staging(force) as staging:
+        write(staging.place(path), contact_sheet(thumbnails))
+        staging.commit()
+    report.note(f"{path}: contact sheet of {len(thumbnails)}")
 
 
 def _st_plane(smap: SourceMap) -> Plane:

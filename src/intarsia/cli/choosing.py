@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 TRIALS = opt(
     "trials", "--trials", type=click.IntRange(1, MOST_TRIALS), metavar="N",
-    help="With --method auto: make N variants and keep the best by its score. Default: 1.",
+    help="Make N variants and keep the best. With --method auto only; the best by its score. Default: 1.",
 )  # fmt: skip
 EXPLAIN = opt(
     "explain", "--explain", is_flag=True,

@@ -60,7 +60,7 @@ def _grouped(paths: tuple[str, ...], how: str) -> list[Set]:
 
 
 def stem_of(found: Set) -> str:
-    """Return what {stem} stands for: the file name, or what the files of a set share."""
+    """Return what {stem} stands for: the file name, or what the files of a set share, be it only their folder."""
     pictures = [path for name, path in found.items() if name != "mask"]
     first = pictures[0]
     if first == "-":
@@ -69,7 +69,7 @@ def stem_of(found: Set) -> str:
         return first.partition(":")[2]
     if len(pictures) == 1:
         return Path(first).stem
-    return files.sets.name_of(first)[0] or Path(first).stem
+    return files.sets.name_of(first)[0] or Path(first).parent.name or Path(first).stem
 
 
 class Shelf:

@@ -25,6 +25,10 @@ ALPHA = click.Choice(ALPHAS)
 DEPTHS = ("8", "16", "half", "float")
 
 
+class ParameterOption(click.Option):
+    """The option of a parameter that some methods have."""
+
+
 @dataclass(frozen=True)
 class Opt:
     """One option (or, without names, an argument) of a gathered group, and the field that it fills."""
@@ -68,11 +72,11 @@ def gathered(*options: Opt, into: str, make: Callable[..., Any]) -> Callable[[Co
 INPUT_OPTIONS = (
     opt(
         "maps", "--map", multiple=True, type=NamedFile(),
-        help="A further plane of the exemplar, such as normal=n.png or height=h.exr; once for each.",
+        help="A further plane, such as normal=normals.png. Once for each: height=h.exr, roughness=rough.png.",
     ),
     opt(
         "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
-        help="White where exemplar pixels may be used; one for each exemplar.",
+        help="White where exemplar pixels may be used. One for each exemplar.",
     ),
     opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
     opt(
@@ -83,13 +87,14 @@ INPUT_OPTIONS = (
     opt("crop", "--crop", type=Rectangle(), help="Use this part of the exemplar only."),
     opt(
         "scale", "--scale", type=Scale(), default=1,
-        help="Reduce the exemplar to 1/2, 1/3, ... first (after --crop): blocks are averaged in linear light.",
+        help="Reduce the exemplar to 1/2, 1/3, ... first. After --crop; blocks are averaged in linear light.",
     ),
     opt(
         "flatten", "--flatten", is_flag=True,
-        help="Even out a slope or vignette of light in the exemplar first; `intarsia analyze` tells where that helps.",
+        help="Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia analyze` tells "
+        "where it helps.",
     ),
-    opt("as_set", "--set", is_flag=True, help="All files are planes of one exemplar, whatever their names."),
+    opt("as_set", "--set", is_flag=True, help="All files are planes of one exemplar. Their names do not matter."),
     opt(
         "several", "--several", is_flag=True,
         help="Every file is an exemplar of its own. By default names decide: x_albedo and x_normal are one set.",
@@ -99,31 +104,34 @@ INPUT_OPTIONS = (
 EXEMPLARS = opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR...")
 IMAGES = opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE...")
 KNOWN = opt(
-    "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar; once for each file."
+    "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar. Once for each file."
 )
 
 MAGNIFY = opt(
     "magnify", "--magnify", type=click.IntRange(1, TIMES), default=1, metavar="N",
-    help="Grow at 1/N of the size, then draw with all pixels of the exemplar: for large exemplars and outputs. Sizes "
+    help="Grow small, at 1/N, and draw at full size. All pixels of the exemplar are drawn: for large outputs. Sizes "
     "stay those of the pictures; all else, such as --patch and --feather (then 1 if not given), counts px of 1/N.",
 )  # fmt: skip
 
 DONORS = opt(
     "donors", "--from", multiple=True, type=FILE, metavar="FILE",
-    help="Take new pixels from this picture (or these), in place of the picture itself.",
+    help="Take new pixels from this picture, or these. By default from the picture itself.",
 )  # fmt: skip
 
 FORCE = opt("force", "--force", is_flag=True, help="Replace files that exist.")
 OUT = opt(
     "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
-    help="The picture to write; further planes lie beside it as OUT_NAME. - is the standard output (PNG).",
+    help="The picture to write. Further planes lie beside it as OUT_NAME; - is the standard output (PNG).",
 )  # fmt: skip
-USUAL = " Default: NAME_{done} in the working folder, in the exemplar's format if that is lossless, else PNG or EXR."
+USUAL = (
+    " A name that ends in / is a folder: every material goes there by itself, under its own name. Default: NAME_{done} "
+    "in the working folder, in the exemplar's format if that is lossless, else PNG or EXR."
+)
 TARGET_OPTIONS = (
     OUT,
     opt(
         "depth", "--depth", type=click.Choice(DEPTHS),
-        help="Bits of the output; by default those of the exemplar, exactly.",
+        help="Bits; by default exactly those of the exemplar.",
     ),
     FORCE,
 )
@@ -159,14 +167,14 @@ WORK_OPTIONS = (
     SEED,
     opt(
         "many", "--seeds", type=Seeds(), metavar="1..9|1,4,7",
-        help="A batch, one output for each seed; {seed} in -o tells them apart.",
+        help="One output for each seed. {seed} in -o tells them apart.",
     ),
     opt("sheet", "--sheet", type=FILE, metavar="FILE.png", help="A contact sheet of all that is made."),
-    opt("dry_run", "--dry-run", is_flag=True, help="Check everything, tell sizes and memory, write nothing."),
+    opt("dry_run", "--dry-run", is_flag=True, help="Check everything, write nothing. Tells sizes and memory."),
 )  # fmt: skip
 
 REPORT_OPTIONS = (
-    opt("as_json", "--json", is_flag=True, help="Print the result as a JSON object on stdout."),
+    opt("as_json", "--json", is_flag=True, help="Print the result as a JSON object."),
     opt("progress", "--progress", type=click.Choice(["json"]), help="Tell progress as JSON lines on stderr."),
     opt("quiet", "--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
@@ -248,7 +256,7 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:
     metavar = "|".join((*p.choices, *([METAVARS[p.kind]] if p.kind in METAVARS else [])))
     metavar = metavar or p.kind.upper()
     text = f"{p.help[:1].upper()}{p.help[1:]}.{default}{only}"
-    return opt(p.name, "--" + p.name.replace("_", "-"), metavar=metavar, help=text)
+    return opt(p.name, "--" + p.name.replace("_", "-"), cls=ParameterOption, metavar=metavar, help=text)
 
 
 def _default(p: Parameter) -> str:

@@ -12,7 +12,7 @@ from types import TracebackType
 
 from .. import files
 from ..disk import whole
-from ..errors import ParameterError, ResourceError
+from ..errors import ParameterError, ResourceError, printable
 from ..exemplar import Exemplar
 from ..image import Plane
 from .exemplars import Set, stem_of
@@ -84,8 +84,21 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
     return ".tif"
 
 
-def check_all(paths: Iterable[str], force: bool, seen: set[str]) -> None:
-    """Refuse files that cannot be written, and any that would be written twice; `seen` remembers the places."""
+def kept_files(folder: str, found: Set, exemplar: Exemplar, times: float, depth: str | None) -> dict[str, str]:
+    """Name the file of each plane of a set as it is named itself, in another folder and a format that holds it."""
+    single = sum(name != "mask" for name in found) == 1
+    return {
+        name: os.path.join(folder, stem_of(found) if single else Path(path).stem)
+        + usual_ending(path, exemplar.planes[name], times, depth)
+        for name, path in found.items() if name != "mask"
+    }  # fmt: skip
+
+
+def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = False) -> None:
+    """Refuse files that cannot be written, and any that would be written twice; `seen` remembers the places.
+
+    `making`: folders that are missing will be made.
+    """
     for path in paths:
         place = os.path.realpath(path)
         if path != "-" and place in seen:
@@ -93,14 +106,29 @@ def check_all(paths: Iterable[str], force: bool, seen: set[str]) -> None:
                 f"{path} would be written twice; put {{stem}} or {{seed}} into the name, or choose different names."
             )
         seen.add(place)
+        check_place(path, force, making)
+
+
+def check_place(path: str, force: bool, making: bool) -> None:
+    """Refuse a file that cannot be written; with `making` its folder need not be there, but that it can be made."""
+    folder = os.path.dirname(os.path.realpath(path))
+    if not making or os.path.lexists(folder):
         files.check_writable(path, force)
+        return
+    while not os.path.lexists(folder):
+        folder = os.path.dirname(folder)
+    if not os.path.isdir(folder):
+        raise ParameterError(f"{printable(folder)} is no folder; name another place.")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ResourceError(f"the folder {printable(folder)} cannot be written; name another one.")
 
 
 class Staging:
     """Files under way: written beside their places under a hidden folder, then moved there all at once."""
 
-    def __init__(self, force: bool) -> None:
-        self._force = force
+    def __init__(self, force: bool, making: bool = False) -> None:
+        self._force, self._making = force, making
+        self._made: list[str] = []
         self._folders: dict[str, str] = {}
         self._moves: list[tuple[str, str]] = []
 
@@ -113,6 +141,9 @@ class Staging:
                 whole.take_away(folder)
             for staged, _ in self._moves:
                 whole.forget(staged)
+            for folder in reversed(self._made):
+                with suppress(OSError):
+                    os.rmdir(folder)  # only where nothing lies in it
 
     def place(self, path: str) -> str:
         """Return where to write the file that will be `path`; the standard output (-) is written at once."""
@@ -121,6 +152,8 @@ class Staging:
         target = os.path.realpath(path)
         folder = os.path.dirname(target)
         if folder not in self._folders:
+            if self._making:
+                self._make(folder)
             whole.sweep(folder)
             name = self._folders[folder] = whole.name_in(folder)
             try:
@@ -133,6 +166,20 @@ class Staging:
         self._moves.append((staged, target))
         whole.asked_for(staged, path)
         return staged
+
+    def _make(self, folder: str) -> None:
+        """Make a folder and those above it, as far as they are missing."""
+        if os.path.isdir(folder):
+            return
+        self._make(os.path.dirname(folder))
+        self._made.append(folder)
+        try:
+            os.mkdir(folder)
+        except FileExistsError:  # another run was quicker
+            self._made.pop()
+        except OSError as e:
+            reason = (e.strerror or str(e)).lower()
+            raise ResourceError(f"{printable(folder)} cannot be made ({reason}); name another folder.") from None
 
     def commit(self) -> None:
         """Move all files to their places; if one cannot be moved, take the others away again."""

@@ -11,7 +11,7 @@ from ..canvas import Canvas
 from ..choosing.auto import Auto, Choice
 from ..errors import ParameterError
 from ..exemplar import Exemplar
-from ..files import check_depth, check_writable, format_of, recipe_path
+from ..files import check_depth, format_of, recipe_path
 from ..geometry import Wrap
 from ..guide import Guide
 from ..methods.base import Method, measures_distances, recipe_settings, traits
@@ -23,7 +23,7 @@ from ..tasks.repair import check_repair
 from ..tasks.scoring import check_gates
 from ..tasks.starts import Margins, extension
 from .exemplars import Set, Shelf, stem_of
-from .outputs import filled_name, plane_files, usual_files, usual_name
+from .outputs import check_place, filled_name, kept_files, plane_files, usual_files, usual_name
 from .request import Targets, Wish
 
 
@@ -170,6 +170,8 @@ def named(
     if targets.out:
         return plane_files(filled_name(targets.out, fields), sets[0])
     longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
+    if targets.folder:
+        return kept_files(filled_name(targets.folder, fields), sets[0], exemplar, longer, targets.depth)
     name = usual_name(sets, targets.done, fields["seed"] if many else None)
     return usual_files(name, sets[0], exemplar, longer, targets.depth)
 
@@ -199,7 +201,7 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
         width, height = (side * plane.width // (exemplars[0].width * order.times) for side in order.size)
         check_depth(path, plane, targets.depth, (width, height))
         if path != "-" and not format_of(path).text:
-            check_writable(recipe_path(path), targets.force)
+            check_place(str(recipe_path(path)), targets.force, bool(targets.folder))
     if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
         raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")
     if order.st_map is not None:

@@ -73,9 +73,9 @@ class Meter:
         self._told = 0.0
         return self._step
 
-    def next_part(self) -> None:
-        """One part of the work is done."""
-        self._part += 1
+    def next_part(self, parts: int = 1) -> None:
+        """One part of the work is done, or so many."""
+        self._part += parts
         self._stage, self._span = "done", (0.0, 0.0)
         self._show(1, 1, last=self._part == self._parts)
 

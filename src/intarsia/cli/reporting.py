@@ -52,7 +52,7 @@ class Judging:
     @property
     def wanted(self) -> bool:
         """Whether anything is to be judged."""
-        return self.targets.page is not None or bool(self.targets.gates)
+        return self.targets.page is not None or self.index is not None or bool(self.targets.gates)
 
     @property
     def together(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -148,8 +149,9 @@ class Work:
 class Targets:
     """The files to write: the picture, planes beside it, and what else was asked for.
 
-    Without `out` the pictures are named after the exemplars and what is `done` with them, such as grown. `page` is the
-    report; what misses one of `gates` is written only to `keep` it.
+    Without `out` the pictures are named after the exemplars and what is `done` with them, such as grown; with `folder`
+    they lie there, named as the files of the exemplar are. `page` is the report; what misses one of `gates` is written
+    only to `keep` it.
     """
 
     out: str
@@ -159,6 +161,7 @@ class Targets:
     st_map: str | None = None
     distance_map: tuple[tuple[int, int], str] | None = None
     done: str = ""
+    folder: str = ""
     page: str | None = None
     gates: tuple[tuple[str, float], ...] = ()
     keep: bool = False
@@ -167,7 +170,7 @@ class Targets:
         check_page(self.page)
         if self.keep and not self.gates:
             raise ParameterError("--keep keeps what misses a --gate, and none is given; give one, or drop it.")
-        if not self.out and not self.done:
+        if not (self.out or self.done or self.folder):
             raise ParameterError("-o: an empty name was given; name a file, or - for the standard output.")
         distances = None if self.distance_map is None else self.distance_map[1]
         named = (("--save-map", self.save_map), ("--st-map", self.st_map), ("--distance-map", distances))
@@ -179,6 +182,12 @@ class Targets:
     def to_stdout(self) -> bool:
         """True where the picture goes to the standard output."""
         return self.out == "-"
+
+    def into_folder(self, sources: tuple[str, ...]) -> bool:
+        """True where `out` is a folder, to hold a result for every material of `sources`."""
+        if self.out.endswith(("/", os.sep)):
+            return True
+        return os.path.isdir(self.out) and any(os.path.isdir(path) for path in sources)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from .formats import Format, format_of
 from .read import read, read_mask, read_plane, read_set
 from .recipe import read_recipe, recipe_path
 from .samples import sample, sample_names
-from .sets import describe, group
+from .sets import describe, group, materials
 from .write import check_depth, preview, write
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "encode",
     "format_of",
     "group",
+    "materials",
     "preview",
     "read",
     "read_mask",

@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 from ..errors import InputError, ParameterError, printable
 from .formats import SUFFIXES
@@ -64,6 +65,49 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
         key = ("", str(number)) if alone else (os.path.dirname(os.fspath(path)), base)
         bases.setdefault(key, []).append(path)
     return found + [_one_set(files, name_of(files[0])[0]) for files in bases.values()]
+
+
+class Material(NamedTuple):
+    """The files of one material: what it is called, its place in the folder that was searched, "" at the top."""
+
+    name: str
+    place: str
+    files: list[PathLike]
+
+
+def materials(folder: PathLike, how: str = "auto") -> list[Material]:
+    """Find the materials of a folder and of all folders in it; :func:`group` with ``set`` makes a set of the files.
+
+    ``auto``: the pictures of a folder are one set where no two of them hold the same plane, else those that share a
+    stem are. ``several``: every picture is a material. What is hidden and links to folders are left out. InputError
+    where no picture is found.
+    """
+    if how not in ("auto", "several"):
+        raise ParameterError(f"how={how} is not allowed; choose auto or several.")
+    found = _materials(folder, "", how)
+    if not found:
+        raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
+    return found
+
+
+def _materials(folder: PathLike, place: str, how: str) -> list[Material]:
+    paths, below = _readable_in(folder), [n for n in _names_in(folder) if _is_below(folder, n)]
+    paths = paths if how == "several" else _without_previews(paths)
+    lots: dict[str, list[PathLike]] = {}
+    for path in paths:
+        key = os.fspath(path) if how == "several" else name_of(path)[0].lower()
+        lots.setdefault(key, []).append(path)
+    planes = [{name_of(path)[1] or "albedo" for path in lot} for lot in lots.values()]
+    if how == "auto" and len(lots) > 1 and sum(map(len, planes)) == len(set[str]().union(*planes)):
+        lots = {"": paths}
+    found = []
+    for lot in lots.values():
+        own = name_of(lot[0])[0] if len(lot) > 1 else Path(os.fspath(lot[0])).stem
+        name = place if place and len(lots) == 1 else "/".join(filter(None, (place, own)))
+        found.append(Material(printable(name or Path(os.fspath(folder)).name), place, lot))
+    for name in below:
+        found += _materials(Path(folder) / name, os.path.join(place, name), how)
+    return found
 
 
 def describe(sets: Iterable[dict[str, PathLike]]) -> str:
@@ -133,16 +177,31 @@ def _is_folder(path: PathLike) -> bool:
 
 def _pictures_in(folder: PathLike) -> list[PathLike]:
     """The pictures in a folder, sorted; in a folder with maps, files without a known ending are left out."""
+    if not (paths := _readable_in(folder)):
+        raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
+    return _without_previews(paths)
+
+
+def _names_in(folder: PathLike) -> list[str]:
+    """What lies in a folder and is not hidden, sorted."""
     try:
-        names = sorted(os.listdir(folder))
+        return sorted(n for n in os.listdir(folder) if not n.startswith("."))
     except OSError as e:
         reason = (e.strerror or str(e)).lower()
         raise InputError(f"{printable(folder)} cannot be listed ({reason}); check the permissions.") from None
-    paths: list[PathLike] = [
-        Path(folder) / n for n in names if not n.startswith(".") and os.path.splitext(n)[1].lower() in _READABLE
-    ]
-    if not paths:
-        raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
+
+
+def _readable_in(folder: PathLike) -> list[PathLike]:
+    return [Path(folder) / n for n in _names_in(folder) if os.path.splitext(n)[1].lower() in _READABLE]
+
+
+def _is_below(folder: PathLike, name: str) -> bool:
+    path = os.path.join(folder, name)
+    return os.path.isdir(path) and not os.path.islink(path)
+
+
+def _without_previews(paths: list[PathLike]) -> list[PathLike]:
+    """Leave out files without a known ending where others have one."""
     maps = [p for p in paths if name_of(p)[1] is not None]
     if not maps:
         return paths

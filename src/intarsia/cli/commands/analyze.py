@@ -10,6 +10,7 @@ import click
 from ...arguments import OVERLAYS
 from ...errors import ParameterError
 from ..exits import say, tell
+from ..help import HelpfulCommand
 from ..options import EXEMPLARS, FILE, FORCE, gathered, input_options, opt
 from ..report import Report
 from ..request import Inputs, Targets
@@ -64,11 +65,11 @@ class OverlayFiles:
 PICTURES = (
     opt(
         "overlays", "--overlay", multiple=True, type=Overlay(),
-        help=f"Draw what was found over the exemplar; kinds: {', '.join(OVERLAYS)}.",
+        help=f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
     ),
     opt(
         "best_tile", "--best-tile", type=FILE, metavar="FILE",
-        help="Write the period that repeats best: upright where the lattice allows it, else with opacity 0 around it.",
+        help="Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
     ),
     FORCE,
 )  # fmt: skip
@@ -76,6 +77,7 @@ PICTURES = (
 
 @click.command(
     name="analyze",
+    cls=HelpfulCommand,
     epilog="FILE may hold {stem}: with several exemplars every one has pictures of its own.",
 )
 @gathered(*PICTURES, into="pictures", make=OverlayFiles)

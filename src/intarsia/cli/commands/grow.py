@@ -15,6 +15,7 @@ from ...geometry import Wrap
 from ...levelling import Finish, Levelling
 from ...methods.base import METHODS
 from ..choosing import EXPLAIN, TRIALS, chosen_of
+from ..help import HelpfulCommand
 from ..options import (
     EXEMPLARS,
     MAGNIFY,
@@ -36,12 +37,12 @@ from ..values import Size
 
 METHOD = opt(
     "method", "--method", "-m", type=click.Choice([AUTO_METHOD, *METHODS]), default=AUTO_METHOD, show_default=True,
-    help="How to grow; auto chooses by what the exemplar is like; `intarsia methods` tells of each.",
+    help="One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
 )  # fmt: skip
 JOINS = (
     opt(
         "feather", "--feather", type=click.IntRange(0, FEATHER), metavar="PX",
-        help="Soften the seams over so many px; 0 copies exactly. By default as the method means it.",
+        help="Soften seams over so many px; 0 copies exactly. By default as the method means it.",
     ),
     opt(
         "mixing", "--mixing", type=click.Choice(["mean", "variance", "source"]),
@@ -49,25 +50,26 @@ JOINS = (
     ),
     opt(
         "level", "--level", type=click.IntRange(0, FEATHER), metavar="PX",
-        help="Even out steps of light and colour so far to either side of seams; 0, the default, leaves them.",
+        help="Even out steps of light and colour at seams. So far to either side; 0, the default, leaves them.",
     ),
 )  # fmt: skip
 OWN = (
     opt(
         "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
-        help="Size of the output in px, one number for a square; by default twice the exemplar.",
+        help="Size in px; by default twice the exemplar. One number is a square.",
     ),
     METHOD,
     TRIALS,
     EXPLAIN,
     opt(
         "wrap", "--wrap", type=click.Choice([w.value for w in Wrap]), default=Wrap.NONE.value, show_default=True,
-        help="Along which axes the output must continue in itself (tile).",
+        help="Axes along which the output tiles. It continues in itself there.",
     ),
     *JOINS,
     opt(
         "repair", "--repair", type=click.IntRange(0, MOST_PASSES), default=0, metavar="N",
-        help="Look for the worst seams N times, and cover them anew where that helps; 4 is much. Default: 0.",
+        help="Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
+        "Default: 0.",
     ),
 )  # fmt: skip
 
@@ -116,7 +118,7 @@ def growing(
         whole: Command = command
         for add in (report_options, common, work_options, pictures, named_target_options(done), *reversed(asked)):
             whole = add(whole)
-        return click.command(name=name, epilog=epilog)(whole)
+        return click.command(name=name, cls=HelpfulCommand, epilog=epilog)(whole)
 
     return decorate
 
@@ -124,16 +126,16 @@ def growing(
 @growing(
     "grow", "grown", input_options(EXEMPLARS, MAGNIFY), gathered(*OWN, *PARAMETERS, into="wish", make=wish_of),
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{stem}}, {{seed}}, "
-    "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own, with --seeds every seed.",
+    "{method}, {w} and {h}: with {stem} every exemplar makes an output of its own.",
 )  # fmt: skip
 def command(wish: Wish) -> Wish:
-    """Grow a larger texture from an EXEMPLAR: a picture, a set of planes, or several.
+    """Grow a larger texture from EXEMPLARs: pictures, or sets of planes.
 
     \b
     intarsia grow brick.png -o wall.png --size 2048x1024 --wrap both
     intarsia grow albedo.png --map normal=n.png --map height=h.exr -o out.png
-        writes out.png, out_normal.png and out_height.exr
     intarsia grow *.jpg -o "big/{stem}_{seed}.png" --seeds 1..3 --sheet sheet.png
+    intarsia grow materials/ -o grown/ --size 2048 --wrap both
     """
     return wish
 
@@ -143,6 +145,13 @@ def carry_out(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: 
     check_stdout(targets, report)
     if work.many is not None and targets.out and "{seed}" not in targets.out:
         raise ParameterError(f"-o {targets.out}: all seeds would write one file; put {{seed}} into the name.")
+
+    if targets.into_folder(inputs.files):
+        from ..materials import Materials
+
+        materials = Materials.plan(inputs, targets, wish, work, report)
+        materials.tell_plan() if work.dry_run else materials.carry_out(threads)
+        return
 
     from ..batch import Batch
 

@@ -10,22 +10,23 @@ import click
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
 from ...params import parameters
-from ..options import DONORS, FILE, IMAGES, gathered, input_options, opt
+from ..options import DONORS, FILE, IMAGES, Opt, gathered, input_options, offered, opt
 from ..request import Begin, Wish
 from ..values import EnlargedSize
-from .grow import OWN, PARAMETERS, growing, wish_of
+from .grow import OWN as GROWN
+from .grow import growing, wish_of
 
 MOST_GROWN, MOST_EDGE = 1024, 64  # px
 
 HOLES = (
     opt(
         "holes", "--mask", multiple=True, type=FILE, metavar="HOLE|alpha", required=True,
-        help="White where the picture is to be healed, of the picture's size; alpha: where the picture is transparent. "
-        "One for all pictures, or one for each.",
+        help="White is healed; with alpha what is transparent. As large as the picture; one for all "
+        "pictures, or one for each.",
     ),
     opt(
         "grow", "--grow", type=EnlargedSize(MOST_GROWN), default="0", metavar="N|auto",
-        help="Enlarge the hole by N px first; auto: as far as a rim of the defect is seen outside of it.",
+        help="Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside of it.",
     ),
     opt(
         "edge", "--edge", type=click.IntRange(0, MOST_EDGE), default=0, metavar="N",
@@ -34,7 +35,7 @@ HOLES = (
 )  # fmt: skip
 USABLE = opt(
     "masks", "--usable", multiple=True, type=FILE, metavar="FILE",
-    help="White where pixels may be taken from; one for each picture.",
+    help="White where pixels may be taken from. One for each picture.",
 )  # fmt: skip
 
 
@@ -49,27 +50,33 @@ def _wish(**given: Any) -> Wish:
     exact = slug != AUTO_METHOD and any(p.name == "tolerance" for p in parameters(method_class(slug)))
     if exact and given["tolerance"] is None:
         given["tolerance"] = "0"
-    return wish_of(feather=None, mixing=None, **given)
+    return wish_of(feather=None, mixing=None, union=UNION, **given)
 
 
-def _method() -> list[Any]:
+ABLE = tuple(slug for slug in METHODS if {Ability.START, Ability.MASK} <= method_class(slug).supports)
+
+
+def _method() -> list[Opt]:
     """The options of grow on method, choice, wrap and repair; only methods that can continue a picture are offered."""
-    able = [slug for slug in METHODS if {Ability.START, Ability.MASK} <= method_class(slug).supports]
     options = []
-    for o in OWN:
+    for o in GROWN:
         if o.field == "method":
-            options.append(o.but(type=click.Choice([AUTO_METHOD, *able]), help="How to fill the holes."))
+            options.append(o.but(type=click.Choice([AUTO_METHOD, *ABLE]), help="How to fill the holes."))
         elif o.field == "wrap":
-            options.append(o.but(help="Along which axes the picture continues in itself."))
+            options.append(o.but(help="Axes along which the picture continues in itself."))
         elif o.field in ("explain", "repair"):
             options.append(o)
     return options
 
 
+OWN = _method()
+UNION, PARAMETERS = offered(ABLE, *OWN)
+
+
 @growing(
     "heal", "healed",
     input_options(IMAGES, DONORS, USABLE, without=("several", "masks", "crop", "scale", "flatten")),
-    gathered(*HOLES, into="begin", make=_begin), gathered(*_method(), *PARAMETERS, into="wish", make=_wish),
+    gathered(*HOLES, into="begin", make=_begin), gathered(*OWN, *PARAMETERS, into="wish", make=_wish),
     epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
 )  # fmt: skip
 def command(wish: Wish, begin: Begin) -> Wish:

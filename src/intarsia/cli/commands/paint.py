@@ -20,15 +20,15 @@ GUIDED = tuple(slug for slug in METHODS if Ability.GUIDE in method_class(slug).s
 OWN = (
     opt(
         "labels", "--labels", "-l", multiple=True, required=True, type=FILE, metavar="FILE",
-        help="Which pixel of the exemplar is what: one colour for each label; once for each exemplar.",
+        help="Which pixel of the exemplar is what. One colour for each label; once for each exemplar.",
     ),
     opt(
         "target", "--target", "-t", required=True, type=FILE, metavar="FILE",
-        help="Where each label shall be, in the same colours; the output has its size.",
+        help="Where each label shall be. In the same colours; the output has its size.",
     ),
     opt(
-        "weight", "--weight", type=Number(0, WEIGHTS), default=WEIGHT, show_default=True,
-        help="How closely boundaries follow the target: 1.5 to 2.5 mostly; 0 takes what joins best.",
+        "weight", "--weight", type=Number(0, WEIGHTS), default=WEIGHT, show_default=True, metavar="F",
+        help="How closely boundaries follow the target. 1.5 to 2.5 mostly; 0 takes what joins best.",
     ),
     opt(
         "reach", "--reach", type=click.IntRange(0, REACHES), default=0, show_default=True, metavar="PX",

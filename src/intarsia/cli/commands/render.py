@@ -10,6 +10,7 @@ import click
 from ...arguments import MAX_PIXELS
 from ...errors import InputError, ParameterError
 from ..exits import CANCEL
+from ..help import HelpfulCommand
 from ..options import FILE, KNOWN, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
 from ..report import Report
 from ..request import Inputs, Targets
@@ -32,7 +33,7 @@ class View(NamedTuple):
 
 FEATHER, MIXING, LEVEL = JOINS
 VIEW_OPTIONS = (
-    FEATHER.but(help="Soften the seams over so many px; by default as it was grown."),
+    FEATHER.but(help="Soften the seams over so many px. By default as it was grown."),
     MIXING.but(help="How pieces mix within the feather; by default as it was grown."),
     LEVEL.but(
         help="Even out steps of light and colour so far to either side of seams, 0: leave them; by default as it was "
@@ -40,12 +41,12 @@ VIEW_OPTIONS = (
     ),
     opt(
         "window", "--window", type=Rectangle(),
-        help="Draw this part only; where the map wraps it may reach over the border.",
+        help="Draw this part only. Where the map wraps it may reach over the border.",
     ),
 )  # fmt: skip
 
 
-@click.command(name="render")
+@click.command(name="render", cls=HelpfulCommand)
 @click.argument("saved", type=FILE, metavar="MAP.npz")
 @target_options
 @gathered(*VIEW_OPTIONS, into="view", make=View)

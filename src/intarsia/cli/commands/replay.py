@@ -11,6 +11,7 @@ from ...arguments import MOST_PASSES, TIMES
 from ...errors import InputError, ParameterError
 from ...methods.base import method_of
 from ...version import VERSION
+from ..help import HelpfulCommand
 from ..options import (
     ALPHA,
     DEPTHS,
@@ -40,9 +41,10 @@ PICTURES = (
     KNOWN,
     opt(
         "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
-        help="The mask that was given: the hole that was healed, elsewhere the exemplar pixels that could be used.",
+        help="The mask that was given. That is the hole that was healed, elsewhere the exemplar pixels that could be "
+        "used.",
     ),
-    DONORS.but(help="What new pixels were taken from, in place of the picture itself."),
+    DONORS.but(help="What new pixels were taken from. By default the picture itself."),
 )
 
 
@@ -73,7 +75,7 @@ BESIDE = (
 )
 
 
-@click.command(name="replay")
+@click.command(name="replay", cls=HelpfulCommand)
 @click.argument("picture", type=FILE, metavar="FILE")
 @grown_target_options
 @gathered(*BESIDE, into="beside", make=Beside)

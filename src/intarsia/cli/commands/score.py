@@ -9,6 +9,7 @@ import click
 
 from ...errors import InputError, ParameterError
 from ..exits import say
+from ..help import HelpfulCommand
 from ..options import EXEMPLARS, FILE, FORCE, PAGE, gathered, input_options, opt
 from ..report import Report
 from ..request import Inputs, check_page
@@ -32,22 +33,22 @@ class Judging(NamedTuple):
 JUDGING = (
     opt(
         "saved", "--map", type=FILE, metavar="FILE.npz",
-        help="The map that was saved with --save-map: it tells of copies and cuts, too.",
+        help="The map that was saved with --save-map. It tells of copies and cuts, too.",
     ),
     opt(
         "wrap", "--wrap", type=click.Choice(("none", "x", "y", "both")),
-        help="Where the output should continue across its borders; by default as its map does.",
+        help="Axes along which the output should tile. By default as its map does.",
     ),
     opt(
         "gates", "--gate", multiple=True, type=Gate(),
-        help="Exit with 4 where the total (0 to 100) or the worth of a part (0 to 1) is less; once for each.",
+        help="Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
     ),
     PAGE.but(help="A page, or a picture, on how good the output is and where it loses; also where it misses a gate."),
     FORCE,
 )  # fmt: skip
 
 
-@click.command(name="score")
+@click.command(name="score", cls=HelpfulCommand)
 @input_options(EXEMPLARS, without=("maps",))
 @click.argument("output", type=FILE, metavar="OUTPUT")
 @gathered(*JUDGING, into="judging", make=Judging)
@@ -68,6 +69,8 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     What is measured, and how far it agrees with people, stands in docs/score.md.
     """
     inputs.check_standard_input(output)
+    if judging.saved == "-":
+        raise ParameterError("a map is read from a file; give --map the name of a .npz.")
     from ... import files
     from ...sourcemap import SourceMap
     from ...tasks.scoring import check_gates, gated, misses, outcome_of
@@ -83,8 +86,6 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
         check_all([page], judging.force, set())
     smap = None
     if judging.saved is not None:
-        if judging.saved == "-":
-            raise ParameterError("a map is read from a file; give --map the name of a .npz.")
         smap = SourceMap.load(judging.saved)
     exemplars = Shelf([sets], inputs, report).get(0)
     outcome = outcome_of(exemplars, files.read(output, alpha=inputs.alpha), map=smap, wrap=judging.wrap)

@@ -10,6 +10,7 @@ import click
 from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError
 from ...methods.base import METHODS, Ability, method_class
+from ..help import HelpfulCommand
 from ..options import EXEMPLARS, FILE, MAGNIFY, SEED, common, gathered, input_options, offered, opt, report_options
 from ..report import Report
 from ..request import Inputs, Loom, Wish
@@ -23,11 +24,11 @@ MOST = 1 << 80  # px; cells and disk set the limit
 OWN = (
     opt(
         "size", "--size", "-s", type=Size(MOST), required=True, metavar="WIDTHxHEIGHT",
-        help="Size of the output in px, one number for a square; as large as the disk allows.",
+        help="Size in px, as large as the disk allows. One number is a square.",
     ),
     METHOD.but(
         type=click.Choice([AUTO_METHOD, *ABLE]),
-        help="How to grow; auto chooses, by what the exemplar is like, among those that make windows alone.",
+        help="How to grow; auto chooses. It goes by what the exemplar is like, among methods that make windows alone.",
     ),
     *(o for o in GROWN if o.field in ("explain", "feather", "mixing", "level")),
 )  # fmt: skip
@@ -37,12 +38,12 @@ UNION, PARAMETERS = offered(ABLE, *OWN)
 LOOM = (
     opt(
         "out", "-o", "--output", type=FILE, metavar="OUT",
-        help="OUT.zarr, OUT.tif (tiled BigTIFF), or a name without an ending: a folder of DeepZoom tiles. Further "
-        "planes lie beside it as OUT_NAME. Default: NAME_woven.tif in the working folder.",
+        help="OUT.zarr, OUT.tif, or a folder of tiles. A .tif is a tiled BigTIFF; a name without an ending is a folder "
+        "of DeepZoom tiles. Further planes lie beside it as OUT_NAME. Default: NAME_woven.tif in the working folder.",
     ),
     opt(
         "origin", "--origin", type=Position(), default="0,0", metavar="X,Y",
-        help="Which pixel of the endless plane comes first; negative and huge ones too.",
+        help="Which pixel of the endless plane comes first. Negative and huge ones too.",
     ),
     opt(
         "chunk", "--chunk", type=click.IntRange(16, 8192), metavar="PX",
@@ -54,7 +55,7 @@ LOOM = (
     ),
     opt(
         "dask", "--dask", metavar="local|ADDRESS",
-        help="A dask cluster draws: one that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
+        help="A dask cluster draws. One that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
     ),
     opt("force", "--force", is_flag=True, help="Begin anew where another texture was woven."),
 )  # fmt: skip
@@ -69,13 +70,14 @@ def loom_of(out: str | None, seed: int | None, **given: Any) -> Loom:
 
 @click.command(
     name="weave",
+    cls=HelpfulCommand,
     epilog="What a stopped or killed command began, the same command goes on with. OUT may hold {stem}, {seed}, "
     "{method}, {w} and {h}.",
 )
 @gathered(*OWN, *PARAMETERS, into="wish", make=partial(wish_of, union=UNION))
 @gathered(SEED, *LOOM, into="loom", make=loom_of)
 @input_options(EXEMPLARS, MAGNIFY, without=("several",))
-@click.option("--dry-run", is_flag=True, help="Check everything, tell size, memory and time, write nothing.")
+@click.option("--dry-run", is_flag=True, help="Check everything, write nothing. Tells size, memory and time.")
 @common
 @report_options
 def command(inputs: Inputs, wish: Wish, loom: Loom, report: Report, threads: int | None, dry_run: bool) -> None:

@@ -1,0 +1,143 @@
+"""Help fits a screen; what it leaves out stands in the help of a method and in --help-all."""
+
+from __future__ import annotations
+
+import re
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli.help import GROUPS, MOST_USED, HelpfulCommand
+from intarsia.cli.options import ParameterOption
+from intarsia.methods.base import METHODS, method_class
+from intarsia.params import parameters
+
+GROWING = ("grow", "extend", "heal", "paint", "weave")
+
+
+def found(name: str) -> click.Command:
+    command = cli.get_command(click.Context(cli), name)
+    assert command is not None
+    return command
+
+
+SHORT = [name for name in COMMANDS if isinstance(found(name), HelpfulCommand)]
+
+
+def told(*words: str, code: int = 0) -> str:
+    result = CliRunner().invoke(cli, list(words), env={"COLUMNS": "80"})
+    assert result.exit_code == code, result.output
+    return result.stdout if code == 0 else result.stderr
+
+
+def options(name: str) -> list[click.Option]:
+    return [p for p in found(name).params if isinstance(p, click.Option) and not p.hidden]
+
+
+def shown(text: str) -> list[str]:
+    """The long options that a help lists, in its order."""
+    return re.findall(r"^  (?:-\w, )?(--[\w-]+)", listed(text), re.MULTILINE)
+
+
+def listed(text: str) -> str:
+    """A help from its first heading on."""
+    return re.split(r"(?m)^\w.*:$", text, maxsplit=1)[-1]
+
+
+def slugs(name: str) -> list[str]:
+    kind = next(p.type for p in found(name).params if p.name == "method")
+    assert isinstance(kind, click.Choice)
+    return [slug for slug in METHODS if slug in kind.choices]
+
+
+def test_all_that_work_on_exemplars_have_a_short_help() -> None:
+    assert set(SHORT) == set(COMMANDS) - {"methods", "warm-up"}
+
+
+@pytest.mark.parametrize("name", SHORT)
+class TestShort:
+    def test_fits_a_screen(self, name: str) -> None:
+        lines = told(name, "--help").splitlines()
+        assert len(lines) <= 46
+        examples = [line for line in lines if line.startswith(f"  intarsia {name}")]
+        assert all(len(line) <= 80 for line in lines if line not in examples)
+        assert len(shown(told(name, "--help"))) <= 23
+
+    def test_has_groups_and_says_where_the_rest_is(self, name: str) -> None:
+        text = told(name, "--help")
+        headings = re.findall(r"^(\w[\w ]*):\n  ", text, re.MULTILINE)
+        assert headings == [g.heading for g in GROUPS if g.heading in headings]
+        assert {"Output", "Exemplar", "Work"} <= set(headings)
+        last = text[-200:].replace("\n", " ")
+        assert f"`intarsia {name} --help-all`" in last
+        assert (f"`intarsia {name} -m METHOD --help`" in last) is (name in GROWING)
+
+    def test_every_option_stands_in_one_group(self, name: str) -> None:
+        fields = " ".join(f"{usual} {more}" for _, usual, more in GROUPS).split()
+        assert len(fields) == len(set(fields))
+        own = {str(o.name) for o in options(name) if not isinstance(o, ParameterOption)}
+        assert own <= set(fields)
+        usual = " ".join(g.usual for g in GROUPS).split()
+        expected = {f for f in usual if f in own or (f in MOST_USED and f in {o.name for o in options(name)})}
+        by_name = {max(o.opts, key=len): str(o.name) for o in options(name)}
+        assert {by_name[word] for word in shown(told(name, "--help"))} == expected
+
+    def test_all_options_are_in_help_all(self, name: str) -> None:
+        text = told(name, "--help-all")
+        assert sorted(shown(text)) == sorted([*(max(o.opts, key=len) for o in options(name)), "--help", "--help-all"])
+        flat = re.sub(r"\s+", "", text)
+        assert all(re.sub(r"\s+", "", o.help or "") in flat for o in options(name))
+
+    def test_what_is_short_is_a_sentence(self, name: str) -> None:
+        for line in listed(told(name, "--help")).splitlines():
+            if re.match(r"  -\S", line):
+                assert re.fullmatch(r".*  [A-Z].*[^.]\.", line), line
+
+    def test_a_wrong_option_is_told_with_the_right_one(self, name: str) -> None:
+        said = told(name, "--help-oll", code=2)
+        assert "--help-all" in said
+        assert f"(see intarsia {name} --help)" in said
+
+
+@pytest.mark.parametrize("name", GROWING)
+def test_every_parameter_is_in_the_help_of_its_method(name: str) -> None:
+    own = {max(o.opts, key=len) for o in options(name) if isinstance(o, ParameterOption)}
+    seen = set()
+    for slug in slugs(name):
+        text = told(name, "-m", slug, "--help")
+        assert f"  {slug}: " in text
+        assert "--help-all`" in text
+        expected = ["--" + p.name.replace("_", "-") for p in parameters(method_class(slug))]
+        assert shown(text) == [word for word in expected if word in own]
+        flat = re.sub(r"\s+", "", text)
+        for p in parameters(method_class(slug)):
+            if "--" + p.name.replace("_", "-") in own:
+                assert re.sub(r"\s+", "", p.help)[1:] in flat, "in the words of the method itself"
+        seen |= set(shown(text))
+    assert seen == own
+    assert told(name, "-m", "auto", "--help") == told(name, "-h") == told(name, "--help")
+
+
+def test_the_method_may_stand_on_either_side() -> None:
+    page = told("grow", "-m", "graphcut", "--help")
+    assert told("grow", "--help", "-m", "graphcut") == told("grow", "a.png", "--method=graphcut", "-h") == page
+    assert "It has no parameters." in told("grow", "-m", "repeat", "--help")
+    assert "intarsia: " in told("grow", "-m", "grafcut", "--help", code=2)
+    assert "intarsia: " in told("paint", "-m", "repeat", "--help", code=2)
+
+
+@pytest.mark.parametrize(
+    ("words", "right"),
+    [
+        ("--fether 3", "--feather"),
+        ("--refinement 3", "--refinements"),
+        ("--toroid", "--toroidal"),
+        ("--sheed 1", "--seed"),
+    ],
+)
+def test_suggestions_know_what_the_short_help_leaves_out(words: str, right: str) -> None:
+    said = told("grow", "a.png", *words.split(), code=2)
+    assert said.count("\n") == 1
+    assert right in said
