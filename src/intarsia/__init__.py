@@ -63,6 +63,7 @@ _HOMES = {
     "repair": "tasks.repair",
     "score": "tasks.scoring",
     "synthesize": "synthesis",
+    "tile": "tasks.tileable",
     "weave": "giant",
     "write": "files",
 }
@@ -114,6 +115,7 @@ __all__ = [
     "repair",
     "score",
     "synthesize",
+    "tile",
     "weave",
     "write",
 ]
@@ -154,6 +156,7 @@ if TYPE_CHECKING:
     from .tasks.repair import repair
     from .tasks.scoring import score
     from .tasks.starts import Margins
+    from .tasks.tileable import tile
 
 
 def __getattr__(name: str) -> Any:

@@ -20,6 +20,7 @@ from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
 from ..tasks.completion import fill_holes
 from ..tasks.contact_sheet import contact_sheet, thumbnail
+from ..tasks.tileable import half_shifted, remarks, repeated, tiled
 from .again import command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
@@ -65,6 +66,8 @@ class Batch:
         batch = cls(shelf, wish, targets, report)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
+            if check is None and wish.begin is not None and wish.begin.border is not None:
+                shelf.warn(*remarks(scene_of(shelf, lot, wish)))
             check_all((path for order in found for path, _ in order.files), targets.force, batch.named)
             batch.orders += found
         return batch
@@ -135,6 +138,7 @@ class Batch:
                 write(staging.place(order.st_map), _st_plane(grown.map))
             if order.distance_map is not None and probe is not None and probe.maps is not None:
                 write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
+            self._write_tiled(order, scene, grown, staging)
             staging.commit()
         self.shelf.warn(*order.warnings)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
@@ -174,7 +178,9 @@ class Batch:
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
         begin, plan = self.wish.begin, order.plan(scene)
-        if begin is not None and begin.holes:
+        if begin is not None and begin.border is not None:
+            grown = tiled(plan, order.seed, run)
+        elif begin is not None and begin.holes:
             grown = fill_holes(plan, order.seed, run, begin.edge)
         else:
             grown = carry_out(plan, order.seed, run)
@@ -195,6 +201,14 @@ class Batch:
         said = {"passes": self.wish.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
         return grown, {"repair": said}
+
+    def _write_tiled(self, order: Order, scene: Scene, grown: Synthesis, staging: Staging) -> None:
+        """Write the result side by side with itself, and the picture as it was, moved by half its size."""
+        depth, axes = self.targets.depth, scene.canvas.wrap
+        if order.preview is not None:
+            write(staging.place(order.preview), repeated(grown.render(), axes, self.targets.tiles), depth=depth)
+        if order.offset is not None:
+            write(staging.place(order.offset), half_shifted(scene), depth=depth)
 
     def _write_sheet(self, path: str) -> None:
         with Staging(self.targets.force) as staging:

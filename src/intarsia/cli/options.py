@@ -192,14 +192,18 @@ def _allow(ctx: click.Context, param: click.Parameter, value: int | None) -> Non
         ctx.with_resource(allowing(value))
 
 
-def named_target_options(done: str) -> Callable[[Command], Command]:
-    """Add the options on files to write, of which -o can be left out: NAME_grown.png where `done` is grown."""
+def named_target_options(done: str, more: tuple[Opt, ...] = ()) -> Callable[[Command], Command]:
+    """Add the options on files to write, of which -o can be left out: NAME_grown.png where `done` is grown.
+
+    `more`: those that one command has besides.
+    """
     out = OUT.but(required=False, help=OUT.facts["help"] + USUAL.format(done=done))
 
     def make(out: str | None, **given: Any) -> Targets:
         return Targets(out="", done=done, **given) if out is None else Targets(out, **given)
 
-    return gathered(out, *(o for o in TARGET_OPTIONS if o is not OUT), *MAP_OPTIONS, into="targets", make=make)
+    others = (o for o in TARGET_OPTIONS if o is not OUT)
+    return gathered(out, *others, *more, *MAP_OPTIONS, into="targets", make=make)
 
 
 target_options = gathered(*TARGET_OPTIONS, into="targets", make=Targets)

@@ -43,7 +43,7 @@ def _begin(**given: Any) -> Begin:
     return Begin(**(given | {"grow": given["grow"] if given["grow"] >= 0 else None}))
 
 
-def _wish(**given: Any) -> Wish:
+def exact_wish(**given: Any) -> Wish:
     """What was asked for; of all patches the best is taken if nothing else is said."""
     slug = given["method"]
     exact = slug != AUTO_METHOD and any(p.name == "tolerance" for p in parameters(method_class(slug)))
@@ -52,13 +52,13 @@ def _wish(**given: Any) -> Wish:
     return wish_of(feather=None, mixing=None, **given)
 
 
-def _method() -> list[Any]:
+def method_options(said: str) -> list[Any]:
     """The options of grow on method, choice, wrap and repair; only methods that can continue a picture are offered."""
     able = [slug for slug in METHODS if {Ability.START, Ability.MASK} <= method_class(slug).supports]
     options = []
     for o in OWN:
         if o.field == "method":
-            options.append(o.but(type=click.Choice([AUTO_METHOD, *able]), help="How to fill the holes."))
+            options.append(o.but(type=click.Choice([AUTO_METHOD, *able]), help=said))
         elif o.field == "wrap":
             options.append(o.but(help="Along which axes the picture continues in itself."))
         elif o.field in ("explain", "repair"):
@@ -69,7 +69,8 @@ def _method() -> list[Any]:
 @growing(
     "heal", "healed",
     input_options(IMAGES, DONORS, USABLE, without=("several", "masks", "crop", "scale", "flatten")),
-    gathered(*HOLES, into="begin", make=_begin), gathered(*_method(), *PARAMETERS, into="wish", make=_wish),
+    gathered(*HOLES, into="begin", make=_begin),
+    gathered(*method_options("How to fill the holes."), *PARAMETERS, into="wish", make=exact_wish),
     epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
 )  # fmt: skip
 def command(wish: Wish, begin: Begin) -> Wish:
