@@ -244,6 +244,8 @@ class TestCommand:
             ("--band 40", 2, "band=40 is not allowed; give 4 to 32 px"),
             ("--size 60x40", 2, "size=60x40 cannot be cut out of a (52x48 px)"),
             ("--size 12x40", 3, "too small"),
+            ("--patch 100", 2, "patch=100 is larger than the exemplar"),
+            ("--overlap 100", 2, "overlap=100 is not below patch="),
             ("--preview -", 2, "--preview needs the name of a file"),
             ("--offset p.gif", 2, "p.gif"),
             ("--preview o.png", 2, "o.png would be written twice"),

@@ -26,7 +26,7 @@ from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.closing import closing_length
 from ..methods.base import Method, check_abilities, make
-from ..params import AUTO, parameters
+from ..params import AUTO, extent, parameters
 from ..run import Run, run_of
 from ..search.sizes import element_patch, supplied
 from ..sourcemap import Blend, identity
@@ -181,7 +181,9 @@ def planned_to_tile(scene: Scene, method: Method | Auto) -> Plan:
         method = choice.method
     check_abilities(method, scene.exemplars, scene.canvas)
     check_between(method, Blend(0))
-    return Plan(scene, method, Blend(0), choice)
+    plan = Plan(scene, method, Blend(0), choice)
+    windows_to_try(plan)[0].resolved(scene.exemplars, scene.canvas)  # what cannot work is refused here
+    return plan
 
 
 def tiled(plan: Plan, seed: int, run: Run | None = None) -> Synthesis:
@@ -198,7 +200,9 @@ def windows_to_try(plan: Plan) -> list[Method]:
     band, rim = scene.recipe["tile"]["band"], scene.canvas.rim or 0
     parts = WIDE if (band - 2 * rim) * (SLIT + GAP) > 2 * band else NARROW
     sides = {supplied(scene.exemplars, max(round(band * part), LEAST_WINDOW), LEAST_WINDOW) for part in parts}
-    return [make(method.slug, given | {"patch": side}) for side in sorted(sides, reverse=True)]
+    least = max(extent(given.get("overlap") or 0))
+    fitting = [side for side in sorted(sides, reverse=True) if side > least] or [max(sides)]
+    return [make(method.slug, given | {"patch": side}) for side in fitting]
 
 
 def remarks(scene: Scene) -> list[str]:
