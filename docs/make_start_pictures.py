@@ -1,4 +1,4 @@
-"""Remake the pictures of extending and healing from built-in exemplars.
+"""Remake the pictures of extending, healing and tiling from built-in exemplars.
 
 The pixels are the same on every machine; the bytes of the JPEG files depend on the version of Pillow.
 """
@@ -57,10 +57,19 @@ def healed() -> np.ndarray:
     return beside(part, rgb(ia.heal(part, hole)))
 
 
+def tiled() -> np.ndarray:
+    """Parts of two samples, shifted by half their size, as they are and tiled: borders meet in the middle."""
+    rows = []
+    for name in ("gravel", "stones"):
+        part = rgb(ia.read(f"sample:{name}").base)[:210, :240]
+        rows.append(beside(*(np.roll(p, (105, 120), (0, 1)) for p in (part, rgb(ia.tile(part))))))
+    return np.concatenate([rows[0], np.full((GAP, rows[0].shape[1], 3), 255, np.uint8), rows[1]])
+
+
 def main() -> None:
-    """Write both pictures."""
+    """Write the pictures."""
     FOLDER.mkdir(exist_ok=True)
-    for name, make in {"extended": extended, "healed": healed}.items():
+    for name, make in {"extended": extended, "healed": healed, "tiled": tiled}.items():
         path = FOLDER / f"{name}.jpg"
         Image.fromarray(make()).save(path, quality=86, optimize=True)
         print(f"{path.name}: {path.stat().st_size // 1000} kB")

@@ -64,6 +64,7 @@ _HOMES = {
     "report": "tasks.report_page",
     "score": "tasks.scoring",
     "synthesize": "synthesis",
+    "tile": "tasks.tileable",
     "weave": "giant",
     "write": "files",
 }
@@ -116,6 +117,7 @@ __all__ = [
     "report",
     "score",
     "synthesize",
+    "tile",
     "weave",
     "write",
 ]
@@ -157,6 +159,7 @@ if TYPE_CHECKING:
     from .tasks.report_page import report
     from .tasks.scoring import score
     from .tasks.starts import Margins
+    from .tasks.tileable import tile
 
 
 def __getattr__(name: str) -> Any:

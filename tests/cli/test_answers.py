@@ -1,4 +1,4 @@
-"""grow, extend, heal, paint and weave answer alike: the same options, the same JSON, the same explanation, a plan."""
+"""grow, extend, heal, paint, tile and weave answer alike: options, JSON, explanation, a plan."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ LINES = {
     "extend": "extend a.png --right 12",
     "heal": "heal a.png --mask hole.png",
     "paint": "paint a.png --labels l.png --target t.png",
+    "tile": "tile a.png",
     "weave": "weave a.png --size 60x50",
 }
 """What is asked of each command, but for a method and a place for the output."""
@@ -33,6 +34,7 @@ DONE = {
     "extend": "a_extended.png",
     "heal": "a_healed.png",
     "paint": "a_painted.png",
+    "tile": "a_tiled.png",
     "weave": "a_woven.tif",
 }
 """Where it goes if nothing is said."""
@@ -133,6 +135,7 @@ MORE = {
     "extend": " --top 3 --from b.png --seed 4",
     "heal": " --grow 1 --edge 1 --usable m.png --tolerance 0.1",
     "paint": " --weight 1.5 --reach 2 --several b.png --labels t.png --wrap y",
+    "tile": " --axes x --band 12 --size 40x36 --mask m.png --repair 1 --tolerance 0.1",
     "weave": " --origin -7,1000 --seed 4 --level 2",
 }
 
@@ -207,6 +210,7 @@ class TestNames:
             ("extend a.png b.png", ["a_extended.png", "b_extended.png"]),
             ("heal a.png b.png --mask hole.png", ["a_healed.png", "b_healed.png"]),
             ("extend a.png --from b.png", ["a_extended.png"]),
+            ("tile a.png b.png", ["a_tiled.png", "b_tiled.png"]),
         ):
             made = told(f"{line} --dry-run")
             assert [r["files"][0]["path"] for r in made.get("results", [made])] == names

@@ -195,7 +195,7 @@ VALID = {
     "overlap": FROM_0 | {"0x0"},
     "seed": {"0", "00", "1"},
     "origin": {"0,0"},
-    "trials": {"1", "\u0663"},
+    "trials tiles": {"1", "\u0663"},
     "max_pixels": {"1_000"},
 }
 VALID = {option: values for together, values in VALID.items() for option in together.split()}
@@ -204,7 +204,7 @@ VALID = {option: values for together, values in VALID.items() for option in toge
 LATER = {("heal", "patch", "1_000"): 0, ("heal", "overlap", "1_000"): 0, ("heal", "grow", "1_000"): 3}
 """Holes are looked at one by one, with patches of their own; a hole that is grown over all is a wrong mask."""
 LATER |= {(c, "max_pixels", few): 3 for c in [*DRY, "render", "replay", "analyze"] for few in ("1", "\u0663")}
-LATER |= {("render", "magnify", "\u0663"): 3}
+LATER |= {("render", "magnify", "\u0663"): 3, ("tile", "size", "1"): 3}
 LATER |= {("weave", "channel_weights", value): 2 for value in ("1", "1.5", "\u0663", "1_000")}
 LATER |= {("weave", "isometries", value): 2 for value in FROM_0 | {"0,0", "0,0,0", "0,0,0,0"}}
 
@@ -232,7 +232,7 @@ def test_a_strange_value_is_used_or_refused_in_one_line(
         assert code == right, (value, told)
 
 
-@pytest.mark.parametrize("command", ["grow", "extend", "heal", "paint"])
+@pytest.mark.parametrize("command", ["grow", "extend", "heal", "paint", "tile"])
 def test_an_option_without_a_method_restricts_the_choice_or_is_refused_in_one_line(command: str, place: Place) -> None:
     """Whatever option is given, the choice is among the methods that have it."""
     from intarsia.cli.commands.grow import UNION

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ..canvas import Canvas
+from ..geometry import Wrap
 from ..lattice.vectors import UNIT
 from .facts import Facts
 
@@ -120,7 +121,23 @@ def _goes_on(f: Facts) -> bool:
     return canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1 and _two(f)
 
 
+def _closes(f: Facts) -> bool:
+    """A picture that is to continue in itself: empty where its borders meet, and what lies beside may change."""
+    canvas = f.canvas
+    if canvas.start is None or canvas.guide is not None or not canvas.rim or canvas.wrap is Wrap.NONE:
+        return False
+    holes = canvas.start.holes
+    meet = [holes[[0, -1]]] * canvas.wrap.y + [holes[:, [0, -1]]] * canvas.wrap.x
+    return all(bool(border.all()) for border in meet)
+
+
 RULES: tuple[ChoiceRule, ...] = (
+    ChoiceRule(
+        "closing", "graphcut", "all of the canvas is filled already but the borders, which are to continue in each "
+        "other, and what lies beside them may change",
+        _closes, _nothing,
+        lambda f: ("Across the borders patches are cut in whose seams are free to run around its elements.",),
+    ),
     ChoiceRule(
         "begun-lattice", "near-regular", "part of the canvas is filled already, its rim may change, and the exemplar "
         "has a lattice of two vectors",

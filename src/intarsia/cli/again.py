@@ -20,7 +20,9 @@ SIDES = ("left", "right", "top", "bottom")
 def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wish, targets: Targets) -> str:
     """Return the command that makes the picture of an order again with this method and seed."""
     begin, healed = wish.begin, wish.begin is not None and bool(wish.begin.holes)
-    verb = "heal" if healed else "extend" if begin is not None else "grow" if wish.labels is None else "paint"
+    tiled = begin is not None and begin.border is not None
+    begun = "heal" if healed else "tile" if tiled else "extend"
+    verb = begun if begin is not None else "grow" if wish.labels is None else "paint"
     said = [verb, *pictures_of(order.sets[:1] if begin is not None else order.sets, "--usable" if healed else "--mask")]
     said += ["--several"] * (begin is None and len(order.sets) > 1)
     for donor in inputs.donors:
@@ -36,10 +38,11 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
     said += ["-o", next(iter(order.pictures.values()))]
     said += ["--size", "x".join(map(str, order.size))] * (verb == "grow")
     lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
-    said += ["--seed", str(seed), *joining_options(wish), *given(wrap=None if wish.wrap == "none" else wish.wrap)]
+    wrap = None if tiled or wish.wrap == "none" else wish.wrap
+    said += ["--seed", str(seed), *joining_options(wish), *given(wrap=wrap)]
     said += given(depth=targets.depth, repair=None if lattice else wish.repair or None)
     said += ["--force"] * targets.force
-    always = ("tolerance",) if healed else ()  # heal has a usual one of its own
+    always = ("tolerance",) if healed or tiled else ()  # heal has a usual one of its own
     return shlex.join(["intarsia", *said, "--method", method.slug, *options_of(method, wish.pictures, always)])
 
 
@@ -126,6 +129,9 @@ def _begun(begin: Begin, lot: int) -> list[str]:
     """Return the options on what the canvas begins with."""
     if begin.margins is not None:
         return [w for side, px in zip(SIDES, begin.margins, strict=True) if px for w in (f"--{side}", str(px))]
+    if (border := begin.border) is not None:
+        size = None if border.size is None else "x".join(map(str, border.size))
+        return given(axes=border.axes, band=border.band, size=size)
     said = ["--mask", begin.holes[lot if len(begin.holes) > 1 else 0]]
     said += ["--grow", "auto" if begin.grow is None else str(begin.grow)] * (begin.grow != 0)
     return said + ["--edge", str(begin.edge)] * (begin.edge != 0)

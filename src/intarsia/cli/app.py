@@ -19,6 +19,7 @@ COMMANDS = {
     "paint": "Paint with textures: labels say what grows where.",
     "extend": "Continue a picture beyond its borders.",
     "heal": "Fill holes, remove objects, recover lost blocks.",
+    "tile": "Make a photograph or a material tileable: only a band along its borders changes.",
     "weave": "Stream a texture of any size into zarr, BigTIFF or tiles; resumes.",
     "render": "Draw a saved map again: other planes, softer, harder, a window.",
     "replay": "Make a picture again from the recipe it carries.",

@@ -20,6 +20,7 @@ from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
 from ..tasks.completion import fill_holes
 from ..tasks.contact_sheet import contact_sheet, thumbnail
+from ..tasks.tileable import half_shifted, remarks, repeated, tiled
 from .again import command_of, replay_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
@@ -77,6 +78,8 @@ class Batch:
             targets = replace(targets, page=None)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
+            if check is None and wish.begin is not None and wish.begin.border is not None:
+                shelf.warn(*remarks(scene_of(shelf, lot, wish)))
             if batch.judging.wanted:
                 found = [replace(o, memory=o.memory + memory_of(o.size)) for o in found]
             check_all((p for order in found for p, _ in order.files), targets.force, batch.named, bool(targets.folder))
@@ -172,6 +175,8 @@ class Batch:
         self._write(order, grown, drawing, staging, about)
         if order.distance_map is not None and probe is not None and probe.maps is not None:
             write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
+        if not self.judging.refused:
+            self._write_tiled(order, scene, grown, staging)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
@@ -244,7 +249,9 @@ class Batch:
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
         begin, plan = self.wish.begin, order.plan(scene)
-        if begin is not None and begin.holes:
+        if begin is not None and begin.border is not None:
+            grown = tiled(plan, order.seed, run)
+        elif begin is not None and begin.holes:
             grown = fill_holes(plan, order.seed, run, begin.edge)
         else:
             grown = carry_out(plan, order.seed, run)
@@ -265,6 +272,14 @@ class Batch:
         said = {"passes": self.wish.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
         return grown, {"repair": said}
+
+    def _write_tiled(self, order: Order, scene: Scene, grown: Synthesis, staging: Staging) -> None:
+        """Write the result side by side with itself, and the picture as it was, moved by half its size."""
+        depth, axes = self.targets.depth, scene.canvas.wrap
+        if order.preview is not None:
+            write(staging.place(order.preview), repeated(grown.render(), axes, self.targets.tiles), depth=depth)
+        if order.offset is not None:
+            write(staging.place(order.offset), half_shifted(scene), depth=depth)
 
 
 def write_sheet(path: str, thumbnails: list[Plane], force: bool, report: Report) -> None:

@@ -22,8 +22,14 @@ class Group(NamedTuple):
 
 
 GROUPS = (
-    Group("What goes where", "left right top bottom holes grow labels target weight window origin", "edge reach"),
-    Group("Output", "out size overlays best_tile wrap depth force page", "save_map st_map distance_map chunk keep"),
+    Group(
+        "What goes where", "left right top bottom axes band holes grow labels target weight window origin",
+        "edge reach",
+    ),
+    Group(
+        "Output", "out size overlays best_tile wrap depth force page preview",
+        "tiles offset save_map st_map distance_map chunk keep",
+    ),
     Group("Look", "method patch feather repair trials seed", "explain mixing level magnify"),
     Group(
         "Exemplar", "files maps masks crop flatten several donors usable saved",

@@ -214,14 +214,17 @@ def _allow(ctx: click.Context, param: click.Parameter, value: int | None) -> Non
         ctx.with_resource(allowing(value))
 
 
-def named_target_options(done: str) -> Callable[[Command], Command]:
-    """Add the options on files to write, of which -o can be left out: NAME_grown.png where `done` is grown."""
+def named_target_options(done: str, more: tuple[Opt, ...] = ()) -> Callable[[Command], Command]:
+    """Add the options on files to write, of which -o can be left out: NAME_grown.png where `done` is grown.
+
+    `more`: those that one command has besides.
+    """
     out = OUT.but(required=False, help=OUT.facts["help"] + USUAL.format(done=done))
 
     def make(out: str | None, **given: Any) -> Targets:
         return Targets(out="", done=done, **given) if out is None else Targets(out, **given)
 
-    others = (*(o for o in TARGET_OPTIONS if o is not OUT), *MAP_OPTIONS, *JUDGE_OPTIONS)
+    others = (*(o for o in TARGET_OPTIONS if o is not OUT), *more, *MAP_OPTIONS, *JUDGE_OPTIONS)
     return gathered(out, *others, into="targets", make=make)
 
 

@@ -22,6 +22,7 @@ from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
 from ..tasks.scoring import check_gates
 from ..tasks.starts import Margins, extension
+from ..tasks.tileable import planned_to_tile, scene_to_tile
 from .exemplars import Set, Shelf, stem_of
 from .outputs import check_place, filled_name, kept_files, plane_files, usual_files, usual_name
 from .request import Targets, Wish
@@ -50,12 +51,16 @@ class Order:
     st_map: str | None
     distance_map: str | None
     page: str | None
+    preview: str | None
+    offset: str | None
 
     @property
     def files(self) -> list[tuple[str, str]]:
         """All files of the order, and what each holds."""
-        maps = (self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances")
-        more = (*maps, (self.page, "report"))
+        more = (
+            (self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances"),
+            (self.page, "report"), (self.preview, "preview"), (self.offset, "offset"),
+        )  # fmt: skip
         return [(path, name) for name, path in self.pictures.items()] + [(p, what) for p, what in more if p is not None]
 
     def plan(self, scene: Scene) -> Plan:
@@ -94,6 +99,9 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
     picture, donors = exemplars[0], exemplars[1:]
     if begin.margins is not None:
         return extension(picture, Margins(*begin.margins), donors, wrap)
+    if begin.border is not None:
+        cut = begin.border.size
+        return scene_to_tile(picture, donors, wrap, begin.border.band, None if cut is None else cut[::-1])
     scene = healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, begin.grow)
     if "alpha" not in begin.holes:
         return scene
@@ -152,7 +160,10 @@ def orders_of(
     for seed in seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if wish.begin else sets, exemplars[0], targets, fields, len(seeds) > 1)
-        asked = (targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1], targets.page)
+        asked = (
+            targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1],
+            targets.page, targets.preview, targets.offset,
+        )  # fmt: skip
         maps = (None if t is None else filled_name(t, fields) for t in asked)
         orders.append(Order(lot, seed, *kept, pictures, *maps))
     if orders:
@@ -160,6 +171,7 @@ def orders_of(
         check_alike(exemplars)
         check_distance_map(orders[0], targets)
         check_gates(targets.gates, traits(method).exact and times == 1, wish.wrap != "none")
+        check_tiled(orders[0], exemplars[0], targets)
     return orders
 
 
@@ -179,7 +191,9 @@ def named(
 def plan_of(wish: Wish, scene: Scene, distances: bool) -> Plan:
     """Decide by which method a scene is filled, of those that measure `distances` if they are asked for."""
     method, begin = wish.method, wish.begin
-    if begin is not None and begin.holes:
+    if begin is not None and begin.border is not None:
+        plan = planned_to_tile(scene, method)
+    elif begin is not None and begin.holes:
         plan = planned_for_holes(scene, method, begin.edge)
     else:
         plan = planned(scene, replace(method, laying=distances) if isinstance(method, Auto) else method)
@@ -209,6 +223,14 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
             raise ParameterError(f"--st-map {order.st_map}: an ST map is saved as .exr; end the name in it.")
         if len(exemplars) > 1:
             raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
+
+
+def check_tiled(order: Order, exemplar: Exemplar, targets: Targets) -> None:
+    """Refuse depths and sizes that the formats of a preview and of the half-shifted picture cannot hold."""
+    for path, times in ((order.preview, targets.tiles), (order.offset, 1)):
+        if path is not None:
+            width, height = (side * times for side in order.size)
+            check_depth(path, exemplar.planes[exemplar.drawn[0]], targets.depth, (width, height))
 
 
 def check_distance_map(order: Order, targets: Targets) -> None:

@@ -80,17 +80,31 @@ class Labels:
 
 
 @dataclass(frozen=True)
+class Border:
+    """The band along the borders of a picture that is to continue in itself along `axes`.
+
+    `band` is its width in px, None: one that suits; `size` (width, height) is cut out of the picture's middle first.
+    """
+
+    axes: str = "both"
+    band: int | None = None
+    size: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
 class Begin:
     """What the canvas starts with: the picture in the middle of margins, or with holes.
 
     `margins` are left, right, top, bottom in px; `holes` one mask for each picture, or ``alpha``; `grow` enlarges
     the holes, None as far as a rim of the defect is seen; `edge` px along their edge are filled again, pixel by pixel.
+    `border`: a band along the borders is grown anew, so that the picture continues in itself.
     """
 
     margins: tuple[int, int, int, int] | None = None
     holes: tuple[str, ...] = ()
     grow: int | None = 0
     edge: int = 0
+    border: Border | None = None
 
 
 @dataclass(frozen=True)
@@ -165,6 +179,9 @@ class Targets:
     page: str | None = None
     gates: tuple[tuple[str, float], ...] = ()
     keep: bool = False
+    preview: str | None = None  # the result, `tiles` times side by side along each axis
+    tiles: int = 3
+    offset: str | None = None  # the picture as it was, moved by half its size
 
     def __post_init__(self) -> None:
         check_page(self.page)
@@ -173,7 +190,10 @@ class Targets:
         if not (self.out or self.done or self.folder):
             raise ParameterError("-o: an empty name was given; name a file, or - for the standard output.")
         distances = None if self.distance_map is None else self.distance_map[1]
-        named = (("--save-map", self.save_map), ("--st-map", self.st_map), ("--distance-map", distances))
+        named = (
+            ("--save-map", self.save_map), ("--st-map", self.st_map), ("--distance-map", distances),
+            ("--preview", self.preview), ("--offset", self.offset),
+        )  # fmt: skip
         for option, path in named:
             if path is not None and path in ("", "-"):
                 raise ParameterError(f"{option} needs the name of a file.")

@@ -69,7 +69,7 @@ def extend(
     ParameterError, InputError, MethodError
     """
     expect(margins, (Margins, NoneType), "margins", "Margins, such as Margins(right=100)")
-    first, donors = as_exemplars([picture])[0], _donors(sources)
+    first, donors = as_exemplars([picture])[0], donors_of(sources)
     scene = extension(first, margins or Margins(right=MARGIN), donors, chosen(Wrap, "wrap", wrap))
     return filled(scene, method, seed, blend, run)
 
@@ -106,13 +106,13 @@ def heal(
     ParameterError, MethodError
     """
     around = chosen(Wrap, "wrap", wrap)
-    first, donors = _pictured(picture, hole, grow, around), _donors(sources)
+    first, donors = _pictured(picture, hole, grow, around), donors_of(sources)
     scene = healed_scene(first, hole, donors, around, grow)
     asked = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
     return fill_holes(planned_for_holes(scene, asked), seed, run)
 
 
-def _donors(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
+def donors_of(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
     """The exemplars that new pixels are taken from; a single one is a list of one."""
     alone = isinstance(sources, (str, Path, Exemplar)) or not isinstance(sources, Sequence)
     given: list[Any] = [sources] if alone else list(sources)
@@ -142,14 +142,21 @@ def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> 
 
     Without a patch size several are tried; the result with the least visible seams is taken.
     """
-    best: Synthesis | None = None
-    least, refused, scene = 0, None, plan.scene
+    scene = plan.scene
     run = run_of(run)
     if more := rim_around(scene):
         grow = scene.recipe.get("heal", {}).get("grow", 0) + more
         seen = "pixels at the edge of the hole look like a rim of what was there"
         run.notes.append(f"{seen}; --grow {grow} would cover it.")
-    for attempt in attempts(scene, plan.method):
+    best = least_seams(scene, attempts(scene, plan.method), seed, run)
+    return _pixelwise(scene, best, seed, run, edge) if edge else best
+
+
+def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) -> Synthesis:
+    """Fill a scene by each of several methods, exactly; of those that can the one with the least visible seams."""
+    best: Synthesis | None = None
+    least, refused = 0, None
+    for attempt in methods:
         try:
             made = filled(scene, attempt, seed, Blend(0), run)
         except IntarsiaError as e:
@@ -163,7 +170,7 @@ def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> 
     if best is None:
         assert refused is not None
         raise refused
-    return _pixelwise(scene, best, seed, run, edge) if edge else best
+    return best
 
 
 def healed_scene(

@@ -94,7 +94,7 @@ def extension(
     picture: Exemplar, margins: Margins, donors: Sequence[Exemplar] = (), wrap: Wrap = Wrap.NONE
 ) -> Scene:
     """Prepare to extend a picture with pieces of itself, or of `donors` alone if any are given."""
-    exemplars = _shelf(picture, donors)
+    exemplars = shelf_of(picture, donors)
     start = replace(extended([e.source for e in exemplars], 0, margins), wrap=wrap)
     sides = [margins.left, margins.right, margins.top, margins.bottom]
     return Scene(exemplars, Canvas(start.height, start.width, wrap, start), {"extend": sides})
@@ -126,12 +126,12 @@ def scene_to_heal(
     usable = ~holes if picture.usable is None else picture.usable & ~holes
     if not donors and not usable.any():
         raise InputError(f"nothing of {picture.name} may be used for healing; mark less, or name another source.")
-    exemplars = _shelf(picture if donors else replace(picture, usable=usable), donors)
+    exemplars = shelf_of(picture if donors else replace(picture, usable=usable), donors)
     start = replace(with_hole(identity([e.source for e in exemplars], 0), holes), wrap=wrap)
     return Scene(exemplars, Canvas(start.height, start.width, wrap, start, rim=0), {"heal": {"grow": grow}})
 
 
-def _shelf(picture: Exemplar, donors: Sequence[Exemplar]) -> tuple[Exemplar, ...]:
+def shelf_of(picture: Exemplar, donors: Sequence[Exemplar]) -> tuple[Exemplar, ...]:
     """The picture and its donors; beside donors the picture is only shown."""
     if not donors:
         return (picture,)

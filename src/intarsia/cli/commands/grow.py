@@ -20,6 +20,7 @@ from ..options import (
     EXEMPLARS,
     MAGNIFY,
     Command,
+    Opt,
     Union,
     common,
     gathered,
@@ -101,11 +102,11 @@ Options = Callable[[Command], Command]
 
 
 def growing(
-    name: str, done: str, pictures: Options, *asked: Options, epilog: str
+    name: str, done: str, pictures: Options, *asked: Options, epilog: str, files: tuple[Opt, ...] = ()
 ) -> Callable[[Callable[..., Wish]], click.Command]:
     """Return a decorator that makes a command of what returns a wish: what is wished for is planned, then done.
 
-    `done` says how results are called that no name is given for, such as grown.
+    `done` says how results are called that no name is given for, such as grown; `files` are written besides.
     """
 
     def decorate(wished: Callable[..., Wish]) -> click.Command:
@@ -116,7 +117,8 @@ def growing(
 
         command.__doc__ = wished.__doc__
         whole: Command = command
-        for add in (report_options, common, work_options, pictures, named_target_options(done), *reversed(asked)):
+        written = named_target_options(done, files)
+        for add in (report_options, common, work_options, pictures, written, *reversed(asked)):
             whole = add(whole)
         return click.command(name=name, cls=HelpfulCommand, epilog=epilog)(whole)
 

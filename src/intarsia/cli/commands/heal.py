@@ -44,7 +44,7 @@ def _begin(**given: Any) -> Begin:
     return Begin(**(given | {"grow": given["grow"] if given["grow"] >= 0 else None}))
 
 
-def _wish(**given: Any) -> Wish:
+def exact_wish(**given: Any) -> Wish:
     """What was asked for; of all patches the best is taken if nothing else is said."""
     slug = given["method"]
     exact = slug != AUTO_METHOD and any(p.name == "tolerance" for p in parameters(method_class(slug)))
@@ -56,12 +56,12 @@ def _wish(**given: Any) -> Wish:
 ABLE = tuple(slug for slug in METHODS if {Ability.START, Ability.MASK} <= method_class(slug).supports)
 
 
-def _method() -> list[Opt]:
+def method_options(said: str) -> list[Opt]:
     """The options of grow on method, choice, wrap and repair; only methods that can continue a picture are offered."""
     options = []
     for o in GROWN:
         if o.field == "method":
-            options.append(o.but(type=click.Choice([AUTO_METHOD, *ABLE]), help="How to fill the holes."))
+            options.append(o.but(type=click.Choice([AUTO_METHOD, *ABLE]), help=said))
         elif o.field == "wrap":
             options.append(o.but(help="Axes along which the picture continues in itself."))
         elif o.field in ("explain", "repair"):
@@ -69,14 +69,14 @@ def _method() -> list[Opt]:
     return options
 
 
-OWN = _method()
+OWN = method_options("How to fill the holes.")
 UNION, PARAMETERS = offered(ABLE, *OWN)
 
 
 @growing(
     "heal", "healed",
     input_options(IMAGES, DONORS, USABLE, without=("several", "masks", "crop", "scale", "flatten")),
-    gathered(*HOLES, into="begin", make=_begin), gathered(*OWN, *PARAMETERS, into="wish", make=_wish),
+    gathered(*HOLES, into="begin", make=_begin), gathered(*OWN, *PARAMETERS, into="wish", make=exact_wish),
     epilog="OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own.",
 )  # fmt: skip
 def command(wish: Wish, begin: Begin) -> Wish:

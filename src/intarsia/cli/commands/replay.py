@@ -9,6 +9,7 @@ import click
 
 from ...arguments import MOST_PASSES, TIMES
 from ...errors import InputError, ParameterError
+from ...geometry import Wrap
 from ...methods.base import method_of
 from ...version import VERSION
 from ..help import HelpfulCommand
@@ -27,7 +28,7 @@ from ..options import (
 )
 from ..pictures import with_pictures
 from ..report import Report
-from ..request import Begin, Inputs, Labels, Targets, Wish
+from ..request import Begin, Border, Inputs, Labels, Targets, Wish
 from ..values import Colour, NamedFile, Rectangle, Scale
 from .grow import check_stdout
 from .heal import MOST_EDGE, MOST_GROWN, USABLE
@@ -132,7 +133,6 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
     """Read method, size, wrap, blend, seed, and what the canvas began with."""
     from ...canvas import Canvas
     from ...draws import check_seed
-    from ...geometry import Wrap
     from ...sourcemap import Blend
 
     try:
@@ -163,7 +163,7 @@ def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
 def with_files(wish: Wish, recipe: dict[str, Any], inputs: Inputs, beside: Beside, name: str) -> Wish:
     """Add to a wish what the recipe knows only by its hash: hole, labels and target, start map."""
     begin = wish.begin
-    healed, painted = begin is not None and begin.margins is None, "guide" in recipe
+    healed, painted = "heal" in recipe, "guide" in recipe
     continued = "start" in recipe and begin is None
     asked: tuple[tuple[str, bool, object], ...] = (
         ("--labels", painted, beside.labels), ("--target", painted, beside.target),
@@ -268,6 +268,11 @@ def _begin(recipe: dict[str, Any]) -> Begin | None:
     if "extend" in recipe:
         left, right, top, bottom = (_whole(n) for n in recipe["extend"])
         return Begin((left, right, top, bottom))
+    if "tile" in recipe:
+        tiled = recipe["tile"]
+        size, axes = tiled.get("size"), Wrap(recipe["wrap"]).value
+        cut = None if size is None else (_whole(size[0], 1), _whole(size[1], 1))
+        return Begin(border=Border(axes, _whole(tiled["band"], 1), cut))
     if "heal" in recipe:
         healed = recipe["heal"]
         holes = ("alpha",) if healed.get("mask") == "alpha" else ()

@@ -1,0 +1,259 @@
+"""Making a picture tileable: a band along its borders is grown anew, so that it continues in itself; all else stays.
+
+    made = ia.tile("stones.png")
+    ia.write("stones_tiled.png", made.render())
+
+The middle of the band, the line where opposite borders meet, is a hole in a start map that is the picture; the rest of
+it may be replaced as far as the cheapest cut goes. What fills it is a method that continues pictures around a torus.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..analysis.features import features
+from ..analysis.structure import SEAMLESS, border_of
+from ..arguments import called, chosen, pair, whole_within
+from ..canvas import Canvas
+from ..choosing.auto import AUTO_METHOD, Auto
+from ..choosing.facts import Facts
+from ..errors import InputError, ParameterError
+from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..image import Plane
+from ..lattice.closing import closing_length
+from ..methods.base import Method, check_abilities, make
+from ..params import AUTO, extent, parameters
+from ..run import Run, run_of
+from ..search.sizes import element_patch, supplied
+from ..sourcemap import Blend, identity
+from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, named
+from .completion import donors_of, exacting, least_seams
+from .starts import shelf_of, with_hole
+
+LEAST_SIDE = 16  # px of an image
+LEAST_BAND = 4  # px: a hole of two, and one on either side of it that may be replaced
+ELEMENTS = 1.5  # elements that fit into an automatic band
+WIDEST = 0.4  # of the side: as wide as an automatic band becomes
+STAYS = 3  # at least 1/STAYS of either side must stay
+# 1/SLIT of the band is empty, the rest is as it was until something fits better. Tiles, courses, ripples and clouds
+# keep their lines so; at 3 there are rows of half tiles. Single stones and leaves need 1/GAP: along a slit cuts run
+# straight.
+SLIT, GAP = 8, 3
+# For either the sides of windows that are tried, relative to the band.
+NARROW, WIDE = (1.0, 0.75, 0.5), (1.25, 1.0, 0.75)
+ENDS = 10  # of 12 directions in which elements end, in a texture of single elements
+DIRECTED = 0.3  # coherence of edges from which on a texture has a grain; ripples and walls have more, stones less
+LEAST_WINDOW = 12  # px
+
+
+def tile(
+    image: ExemplarLike,
+    method: Method | Auto | str = AUTO_METHOD,
+    *,
+    axes: Wrap | str = Wrap.BOTH,
+    band: int | None = None,
+    size: int | tuple[int, int] | None = None,
+    sources: Sequence[ExemplarLike] = (),
+    seed: int = 0,
+    run: Run | None = None,
+) -> Synthesis:
+    """Make a picture tileable: it continues in itself, and only a band along its borders changes.
+
+    Parameters
+    ----------
+    image : as for :func:`synthesize`
+        A picture, or planes of one surface, which all follow one map. At least 16 px a side.
+    axes : {"x", "y", "both"}
+        Along which axes it is to continue in itself.
+    band : int, optional
+        Width of the band that is grown anew, px: half of it at each of two borders that meet. Default: one and a half
+        elements of the texture, at most 0.4 of the shorter side.
+    size : int or (height, width), optional
+        Cut the picture to this size first, out of its middle; what is cut off is a source still. Default: as it is.
+    sources : pictures, optional
+        Where new pixels are taken from, in place of the picture itself.
+
+    Returns
+    -------
+    Synthesis
+        Of the size of the picture, or of `size`. Beyond the band its pixels are those of the picture, bit for bit.
+
+    Raises
+    ------
+    InputError
+        where the picture is too small, or continues in itself already (toroidal).
+    ParameterError, MethodError
+    """
+    (first,) = as_exemplars([image])[:1]
+    run = run_of(run)
+    if size is not None:
+        try:
+            size = pair(size)
+        except ValueError:
+            raise ParameterError(
+                f"size={called(size)} is not allowed; give (height, width) in whole px, or one number for a square."
+            ) from None
+    scene = scene_to_tile(first, donors_of(sources), chosen(Wrap, "axes", axes), band, size)
+    plan = planned_to_tile(scene, named(method))
+    run.notes.extend(remarks(scene))
+    return tiled(plan, seed, run)
+
+
+def scene_to_tile(
+    picture: Exemplar, donors: Sequence[Exemplar], axes: Wrap, band: int | None, size: tuple[int, int] | None
+) -> Scene:
+    """Prepare to make a picture tileable; `size` (height, width) is cut out of its middle first."""
+    if axes is Wrap.NONE:
+        raise ParameterError("axes=none is not allowed; choose one of x, y, both.")
+    if picture.toroidal:
+        raise InputError(f"{picture.name} continues in itself already (toroidal); nothing of it is to be tiled.")
+    exemplars = shelf_of(picture, donors)
+    top, left, height, width = _cut(picture, size)
+    sides = [n for n, closed in ((height, axes.y), (width, axes.x)) if closed]
+    if min(sides) < LEAST_SIDE:
+        raise InputError(f"{picture.name} is too small to be tiled ({width}x{height} px); give {LEAST_SIDE} px a side.")
+    unit = _unit(picture)
+    most = min(sides) * (STAYS - 1) // STAYS
+    if band is None:
+        wanted = min(ELEMENTS * element_patch([_seen(picture)]), WIDEST * min(sides))
+        band = min(max(round(wanted / (2 * unit)) * 2 * unit, LEAST_BAND), most)
+    band = whole_within("band", band, LEAST_BAND)
+    if band > most:
+        raise ParameterError(f"band={band} is not allowed; give {LEAST_BAND} to {most} px, so that 1/{STAYS} stays.")
+    rim = (band - max(band // (GAP if _of_single_elements(picture) else SLIT), 2)) // 2
+    hole = _along_borders((height, width), axes, band - 2 * rim)
+    whole = identity([e.source for e in exemplars], 0)
+    part = slice(top, top + height), slice(left, left + width)
+    which = None if whole.which is None else whole.which[part]
+    start = replace(with_hole(replace(whole, yx=whole.yx[part], which=which), hole), wrap=axes)
+    said = {"axes": axes.value, "band": band} | ({} if size is None else {"size": [width, height]})
+    return Scene(exemplars, Canvas(height, width, axes, start, rim=rim), {"tile": said})
+
+
+def _cut(picture: Exemplar, size: tuple[int, int] | None) -> tuple[int, int, int, int]:
+    """Top, left, height and width of the part that is tiled: the middle, so that no plane's pixel is cut."""
+    if size is None:
+        return 0, 0, picture.height, picture.width
+    height, width = size
+    unit, described = _unit(picture), f"{picture.name} ({picture.width}x{picture.height} px)"
+    if not (0 < height <= picture.height and 0 < width <= picture.width):
+        asked = f"size={called(width)}x{called(height)}"
+        raise ParameterError(f"{asked} cannot be cut out of {described}; give at most that.")
+    if height % unit or width % unit:
+        raise ParameterError(f"size={width}x{height} cuts pixels of a smaller plane; give multiples of {unit}.")
+    top, left = (picture.height - height) // (2 * unit) * unit, (picture.width - width) // (2 * unit) * unit
+    return top, left, height, width
+
+
+def _unit(picture: Exemplar) -> int:
+    """How many px of the base one px of the smallest plane is."""
+    return max(1, *(picture.width // max(p.width, 1) for p in picture.planes.values()))
+
+
+def _of_single_elements(picture: Exemplar) -> bool:
+    """Whether it shows elements that end on all sides, in no lattice, in no rows and along no grain."""
+    facts = Facts([_seen(picture)], Canvas(picture.height, picture.width))
+    if facts.lattice is not None or facts.element.found < ENDS or facts.ordered:
+        return False
+    return facts.structure.coherence <= DIRECTED
+
+
+def _along_borders(size: tuple[int, int], axes: Wrap, wide: int) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    """A hole of `wide` px across each line where borders meet."""
+    near = [np.zeros(n, bool) for n in size]
+    for line, closed in zip(near, (axes.y, axes.x), strict=True):
+        if closed:
+            line[: wide // 2] = True
+            line[len(line) - (wide - wide // 2) :] = True
+    return near[0][:, None] | near[1][None, :]
+
+
+def planned_to_tile(scene: Scene, method: Method | Auto) -> Plan:
+    """Plan to fill the band of a scene by exact copies; the side of windows that is not given is left open."""
+    choice = None
+    if isinstance(method, Auto):
+        choice = method.leading(scene.exemplars, scene.canvas)
+        choice = replace(choice, method=exacting(choice.method.slug, dict(choice.given)))
+        method = choice.method
+    check_abilities(method, scene.exemplars, scene.canvas)
+    check_between(method, Blend(0))
+    plan = Plan(scene, method, Blend(0), choice)
+    windows_to_try(plan)[0].resolved(scene.exemplars, scene.canvas)  # what cannot work is refused here
+    return plan
+
+
+def tiled(plan: Plan, seed: int, run: Run | None = None) -> Synthesis:
+    """Fill the band; where no side of windows is given several are tried, and the least visible seams are kept."""
+    return least_seams(plan.scene, windows_to_try(plan), seed, run_of(run))
+
+
+def windows_to_try(plan: Plan) -> list[Method]:
+    """The methods to try on the band of a scene: as given, or with windows of several sizes."""
+    scene, method = plan.scene, plan.method
+    given = {p.name: getattr(method, p.name) for p in parameters(method)}
+    if given.get("patch", 0) is not AUTO:
+        return [method]
+    band, rim = scene.recipe["tile"]["band"], scene.canvas.rim or 0
+    parts = WIDE if (band - 2 * rim) * (SLIT + GAP) > 2 * band else NARROW
+    sides = {supplied(scene.exemplars, max(round(band * part), LEAST_WINDOW), LEAST_WINDOW) for part in parts}
+    least = max(extent(given.get("overlap") or 0))
+    fitting = [side for side in sorted(sides, reverse=True) if side > least] or [max(sides)]
+    return [make(method.slug, given | {"patch": side}) for side in fitting]
+
+
+def remarks(scene: Scene) -> list[str]:
+    """Say what speaks for doing it otherwise: nothing needs to be done, or another size would close better."""
+    if "size" in scene.recipe["tile"]:
+        return []
+    picture, wrap = _seen(scene.exemplars[0]), scene.canvas.wrap
+    steps = border_of(features([picture]).pictures[0], picture.usable)
+    if max(steps.rows * wrap.y, steps.columns * wrap.x) <= SEAMLESS:
+        return [f"{picture.name} looks as if it continued in itself already; then it can stay as it is."]
+    better = better_size(scene)
+    return [] if better is None else [better]
+
+
+def better_size(scene: Scene) -> str | None:
+    """Say in a line at which size the lattice of a picture would close, if it has one that does not."""
+    picture, canvas = _seen(scene.exemplars[0]), scene.canvas
+    found = Facts([picture], canvas).lattice
+    if found is None:
+        return None
+    sizes = []
+    for axis, (side, closed) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
+        sizes.append((closing_length(found.vectors, side, axis, _unit(picture)) or side) if closed else side)
+    height, width = sizes
+    if (height, width) == (canvas.height, canvas.width):
+        return None
+    where = f"{picture.name} ({canvas.width}x{canvas.height} px)"
+    return f"{where} holds no whole number of its periods; --size {width}x{height} does, and would close better."
+
+
+def _seen(picture: Exemplar) -> Exemplar:
+    """The picture to measure; beside sources none of it may be copied, and then all of it counts."""
+    nothing = picture.usable is not None and not picture.usable.any()
+    return replace(picture, usable=None) if nothing else picture
+
+
+def repeated(plane: Plane, axes: Wrap, times: int) -> Plane:
+    """Return a picture laid side by side with itself, so many times along each axis that continues in itself."""
+    laid = np.tile(plane.samples, (times if axes.y else 1, times if axes.x else 1, 1))
+    return plane.like(laid)
+
+
+def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
+    """Return the picture of a scene as it was, moved by half its size, so that its borders meet in the middle."""
+    picture, canvas = scene.exemplars[0], scene.canvas
+    size = scene.recipe["tile"].get("size")
+    top, left, height, width = _cut(picture, None if size is None else (size[1], size[0]))
+    shown = picture.planes[plane or picture.drawn[0]]
+    down, across = shown.height / picture.height, shown.width / picture.width
+    rows = slice(int(top * down), int((top + height) * down))
+    columns = slice(int(left * across), int((left + width) * across))
+    part = shown.samples[rows, columns]
+    by = (part.shape[0] // 2 if canvas.wrap.y else 0, part.shape[1] // 2 if canvas.wrap.x else 0)
+    return shown.like(np.ascontiguousarray(np.roll(part, by, (0, 1))))

@@ -1,0 +1,272 @@
+"""Tiling: the inside stays bit for bit, borders meet as inner lines do, and what cannot be tiled is refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from numpy.typing import NDArray
+
+import intarsia as ia
+from intarsia import files
+from intarsia.cli.app import cli
+from intarsia.geometry import Wrap
+from intarsia.methods.base import METHODS, Ability, method_class
+from intarsia.tasks.tileable import better_size, half_shifted, repeated, scene_to_tile
+from intarsia.testing.cases import as_depth, texture
+from intarsia.testing.maps import looked_up
+
+ONE = ia.Run(1)
+
+
+def inside(shape: tuple[int, ...], axes: str, band: int) -> NDArray[np.bool_]:
+    """The pixels that must stay: half a band away from every border that meets another, pixel by pixel."""
+    out = np.ones(shape[:2], bool)
+    for axis, closed in ((0, axes in ("y", "both")), (1, axes in ("x", "both"))):
+        for k in range(shape[axis]):
+            if closed and (k < band // 2 or k >= shape[axis] - (band - band // 2)):
+                out[(k, slice(None)) if axis == 0 else (slice(None), k)] = False
+    return out
+
+
+@pytest.mark.parametrize("axes", ["x", "y", "both"])
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32", "float16"])
+def test_the_inside_stays_bit_for_bit(dtype: str, axes: str) -> None:
+    pixels = as_depth(texture(56, 62, 3, 4), dtype)
+    made = ia.tile(pixels, axes=axes, band=18, seed=2, run=ONE)
+    shown = made.render().pixels
+    kept = inside(pixels.shape, axes, 18)
+    assert shown.dtype == pixels.dtype
+    assert shown.shape == pixels.shape
+    assert shown[kept].tobytes() == pixels[kept].tobytes()
+    assert made.map.wrap is Wrap(axes)
+    assert not made.map.holes.any()
+    assert (made.map.yx[kept] == np.argwhere(kept)).all()
+    assert shown.tobytes() == looked_up(made.exemplars, made.map).tobytes()
+    assert ia.tile(pixels, axes=axes, band=18, seed=2, run=ia.Run(3)).map.digest == made.map.digest
+
+
+def test_all_planes_follow_one_map() -> None:
+    """Of other depths, and smaller ones, too."""
+    planes = {
+        "albedo": texture(64, 56, 3, 4), "height": as_depth(texture(64, 56, 1, 5), "float32"),
+        "ao": as_depth(texture(32, 28, 1, 6), "uint16"),
+    }  # fmt: skip
+    made = ia.tile(planes, band=16, run=ONE)
+    for name, pixels in planes.items():
+        shown = made.render(name).pixels
+        kept = inside(shown.shape, "both", 16 * shown.shape[0] // 64)
+        assert shown.shape == pixels.shape
+        assert shown.dtype == pixels.dtype
+        assert shown[kept].tobytes() == pixels[kept].tobytes()
+
+
+@pytest.mark.parametrize("slug", [s for s in METHODS if {Ability.START, Ability.WRAP} <= method_class(s).supports])
+def test_every_method_that_can_keeps_the_inside(slug: str) -> None:
+    pixels = np.tile(texture(16, 12, 3, 7), (4, 12, 1))  # near-regular needs a lattice
+    made = ia.tile(pixels, slug, band=14, run=ONE)
+    kept = inside(pixels.shape, "both", 14)
+    assert made.method.slug == slug
+    assert (made.render().pixels[kept] == pixels[kept]).all()
+    assert not made.map.holes.any()
+
+
+@pytest.mark.parametrize("band", [4, 5, 11, 24])
+def test_the_band_is_half_at_either_border_and_grown_from_the_middle(band: int) -> None:
+    scene = scene_to_tile(ia.Exemplar.of(texture(48, 52)), (), Wrap.X, band, None)
+    assert scene.canvas.start is not None
+    holes = scene.canvas.start.holes
+    wide = int(holes[0].sum())
+    assert holes[0, [0, -1]].all()
+    assert wide + 2 * (scene.canvas.rim or 0) == band
+    assert (holes == holes[0]).all()
+    assert scene.recipe == {"tile": {"axes": "x", "band": band}}
+
+
+@pytest.mark.parametrize("name", ["stones", "gravel", "brick", "pebbles"])
+def test_borders_meet_as_inner_lines_do(name: str) -> None:
+    """Before they did not; the step over the borders stands among those between inner lines."""
+    e = ia.Exemplar.of(ia.read(f"sample:{name}").base.samples[:200, :210])
+    plain = ia.score(e, e, wrap="both").parts["wrap"]
+    made = ia.tile(e, seed=1, run=ONE)
+    found = ia.score(e, made).parts["wrap"]
+    assert plain.measured == 100
+    assert found.measured <= 98
+    assert found.worth == 1
+
+
+def test_where_a_lattice_closes_nothing_is_seen() -> None:
+    cell = texture(20, 24, 3, 9)
+    whole = np.tile(cell, (6, 5, 1))
+    made = ia.tile(whole, seed=1, run=ONE)
+    assert np.array_equal(made.render().pixels, whole)
+
+
+def test_a_picture_that_continues_in_itself_is_told_of() -> None:
+    run = ia.Run(1)
+    ia.tile("sample:pebbles", axes="x", run=run)
+    assert run.notes == ["sample:pebbles looks as if it continued in itself already; then it can stay as it is."]
+
+
+def test_a_better_size_is_proposed_and_taken() -> None:
+    cell = texture(20, 24, 3, 9)
+    cut = ia.Exemplar.of(np.tile(cell, (6, 5, 1))[:110, :107], name="cut")
+    run = ia.Run(1)
+    ia.tile(cut, run=run)
+    said = "cut (107x110 px) holds no whole number of its periods; --size 96x100 does, and would close better."
+    assert run.notes == [said]
+    assert better_size(scene_to_tile(cut, (), Wrap.X, None, None)) == run.notes[0].replace("x100", "x110")
+    run = ia.Run(1)
+    made = ia.tile(cut, size=(100, 96), run=run)
+    assert run.notes == []
+    assert np.array_equal(made.render().pixels, cut.base.samples[5:105, 5:101])
+    assert made.recipe["size"] == [96, 100]
+    assert better_size(scene_to_tile(ia.Exemplar.of(texture(60, 60)), (), Wrap.BOTH, None, None)) is None
+
+
+def test_sources_and_masks_are_kept_to() -> None:
+    pixels, other = texture(48, 52, 3, 4), texture(48, 52, 3, 5)
+    made = ia.tile(pixels, sources=[other], band=16, run=ONE)
+    assert made.map.which is not None
+    kept = inside(pixels.shape, "both", 16)
+    assert (made.map.which[kept] == 0).all()
+    assert (made.map.which[scene_holes(pixels, 16)] == 1).all()
+    usable = np.ones((48, 52), bool)
+    usable[20:30, 10:40] = False
+    masked = ia.tile(ia.Exemplar.of(pixels, usable=usable), band=16, run=ONE)
+    at = masked.map.yx[scene_holes(pixels, 16)]
+    assert usable[at[:, 0], at[:, 1]].all()
+
+
+def scene_holes(pixels: NDArray[Any], band: int) -> NDArray[np.bool_]:
+    start = scene_to_tile(ia.Exemplar.of(pixels), (), Wrap.BOTH, band, None).canvas.start
+    assert start is not None
+    return start.holes
+
+
+HALVES = {"albedo": texture(40, 40), "ao": texture(20, 20)}
+REFUSED: dict[str, tuple[dict[str, Any], type[Exception], str]] = {
+    "too small": ({"image": texture(40, 15)}, ia.InputError, "is too small to be tiled"),
+    "toroidal": ({"image": ia.Exemplar.of(texture(40, 40), toroidal=True)}, ia.InputError, "already"),
+    "no axes": ({"axes": "none"}, ia.ParameterError, "axes=none"),
+    "other axes": ({"axes": "z"}, ia.ParameterError, "axes="),
+    "narrow": ({"band": 3}, ia.ParameterError, "band=3"),
+    "wide": ({"band": 27}, ia.ParameterError, "band=27 is not allowed; give 4 to 26 px"),
+    "a larger size": ({"size": (41, 40)}, ia.ParameterError, "size=40x41 cannot be cut out"),
+    "a small size": ({"size": (10, 40)}, ia.InputError, "too small"),
+    "no size": ({"size": "40"}, ia.ParameterError, "size="),
+    "a size of halves": ({"image": HALVES, "size": (31, 32)}, ia.ParameterError, "multiples of 2"),
+    "another method": ({"method": "repeat"}, ia.ParameterError, "repeat"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_tiled_is_refused_in_one_line(name: str) -> None:
+    given, error, message = REFUSED[name]
+    with pytest.raises(error, match=message) as told:
+        ia.tile(**({"image": texture(40, 40)} | given))
+    assert "\n" not in str(told.value)
+
+
+def test_what_is_small_along_the_other_axis_may_be() -> None:
+    assert ia.tile(texture(15, 60, 3, 2), axes="x", band=12, run=ONE).render().pixels.shape == (15, 60, 3)
+
+
+def test_previews_repeat_what_closes() -> None:
+    plane = ia.Plane(texture(20, 24, 3, 1))
+    assert repeated(plane, Wrap.BOTH, 3).pixels.shape == (60, 72, 3)
+    assert repeated(plane, Wrap.X, 2).pixels.shape == (20, 48, 3)
+    assert np.array_equal(repeated(plane, Wrap.Y, 2).samples[20:], plane.samples)
+
+
+def test_the_half_shift_is_of_the_picture_as_it_was() -> None:
+    pixels = texture(40, 48, 3, 1)
+    scene = scene_to_tile(ia.Exemplar.of(pixels), (), Wrap.BOTH, None, None)
+    assert np.array_equal(half_shifted(scene).pixels, np.roll(pixels, (20, 24), (0, 1)))
+    scene = scene_to_tile(ia.Exemplar.of(pixels), (), Wrap.Y, None, (36, 40))
+    assert np.array_equal(half_shifted(scene).pixels, np.roll(pixels[2:38, 4:44], 18, 0))
+
+
+def test_magnified_pictures_are_tiled_too() -> None:
+    pixels = texture(96, 96, 3, 4)
+    made = ia.tile(ia.magnified(ia.Exemplar.of(pixels), 2), band=16, run=ONE)
+    assert made.render().pixels.shape == (96, 96, 3)
+
+
+class TestCommand:
+    @pytest.fixture(autouse=True)
+    def _in_a_folder(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.chdir(tmp_path)
+        files.write("a.png", ia.Plane(texture(48, 52, 3, 4)))
+
+    def run(self, line: str, code: int = 0) -> Result:
+        result = CliRunner().invoke(cli, line.split())
+        assert result.exit_code == code, result.stderr
+        return result
+
+    def test_it_writes_all_that_it_is_asked_for(self) -> None:
+        told = self.run("tile a.png -o o.png --preview p.png --preview-tiles 2 --offset q.png --axes x --json")
+        made = ia.tile("a.png", axes="x").render()
+        assert np.array_equal(files.read_plane("o.png").pixels, made.pixels)
+        assert np.array_equal(files.read_plane("p.png").pixels, np.tile(made.pixels, (1, 2, 1)))
+        assert np.array_equal(files.read_plane("q.png").pixels, np.roll(texture(48, 52, 3, 4), 26, 1))
+        answer = json.loads(told.stdout)
+        assert [f["holds"] for f in answer["files"]] == ["albedo", "preview", "offset"]
+        assert answer["wrap"] == "x"
+
+    def test_a_set_keeps_depths_and_formats(self) -> None:
+        height = as_depth(texture(48, 52, 1, 5), "float32")
+        files.write("h.exr", ia.Plane(height, ia.Kind.DATA, files.read_plane("a.png").transfer.LINEAR))
+        files.write("r.png", ia.Plane(as_depth(texture(48, 52, 1, 6), "uint16"), ia.Kind.DATA))
+        self.run("tile a.png --map height=h.exr --map roughness=r.png --band 16 -o o.png")
+        kept = inside((48, 52), "both", 16)
+        for before, after in (("a.png", "o.png"), ("h.exr", "o_height.exr"), ("r.png", "o_roughness.png")):
+            old, new = files.read_plane(before).pixels, files.read_plane(after).pixels
+            assert old.dtype == new.dtype
+            assert old[kept].tobytes() == new[kept].tobytes()
+
+    def test_a_size_is_proposed_once_in_one_line(self) -> None:
+        files.write("t.png", ia.Plane(np.tile(texture(20, 24, 3, 9), (6, 5, 1))[:110, :107]))
+        for more in ("", " --dry-run --force", " --seeds 1..2"):
+            lines = self.run(f"tile t.png{more}").stderr.splitlines()
+            assert len([line for line in lines if "--size 96x100" in line]) == 1
+        assert "--size" not in self.run("tile t.png --size 96x100 --force").stderr
+        assert "--size" not in self.run("replay t_tiled.png -e t.png -o again.png").stderr
+
+    @pytest.mark.parametrize(
+        ("more", "code", "message"),
+        [
+            ("--band 40", 2, "band=40 is not allowed; give 4 to 32 px"),
+            ("--size 60x40", 2, "size=60x40 cannot be cut out of a (52x48 px)"),
+            ("--size 12x40", 3, "too small"),
+            ("--patch 100", 2, "patch=100 is larger than the exemplar"),
+            ("--overlap 100", 2, "overlap=100 is not below patch="),
+            ("--preview -", 2, "--preview needs the name of a file"),
+            ("--offset p.gif", 2, "p.gif"),
+            ("--preview o.png", 2, "o.png would be written twice"),
+            ("--toroidal", 2, "No such option"),
+        ],
+    )
+    def test_bad_input_is_refused_before_anything_is_written(self, more: str, code: int, message: str) -> None:
+        told = self.run(f"tile a.png -o o.png {more}", code).stderr
+        assert message in told
+        assert not Path("o.png").exists()
+
+
+def test_the_rule_holds_where_borders_are_empty_and_beside_them_may_change() -> None:
+    scene = scene_to_tile(ia.Exemplar.of(texture(60, 60, 3, 2)), (), Wrap.BOTH, None, None)
+
+    def rule(canvas: ia.Canvas) -> str:
+        return ia.Auto().choose(scene.exemplars, canvas).rule
+
+    assert rule(scene.canvas) == "closing"
+    assert rule(replace(scene.canvas, rim=0)) == "begun"
+    one = scene_to_tile(scene.exemplars[0], (), Wrap.X, None, None).canvas
+    assert rule(one) == "closing"
+    assert one.start is not None
+    assert rule(replace(one, wrap=Wrap.Y, start=replace(one.start, wrap=Wrap.Y))) != "closing"
