@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from .arguments import expect
 from .arrays import marks, masked_pixels, pixels_of
 from .errors import InputError
-from .image import Kind, Plane
+from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
 
 T = TypeVar("T")
 
 KIND_OF_NAME = {
     "normal": Kind.NORMAL,
-    **dict.fromkeys(("height", "roughness", "metallic", "ao", "opacity", "specular", "orm"), Kind.DATA),
+    **dict.fromkeys(("height", "roughness", "metallic", "ao", "opacity", "specular", *PACKINGS, PACKED), Kind.DATA),
     **dict.fromkeys(("label", "labels", "id", "ids"), Kind.LABEL),
 }
 """What a plane of this name holds; any other name is a colour."""
@@ -73,7 +73,7 @@ class Exemplar:
         object.__setattr__(self, "toroidal", bool(self.toroidal))
         object.__setattr__(self, "planes", dict(self.planes))
         for name, plane in self.planes.items():
-            self._check_size(name, plane)
+            check_size(f"the plane {name}", plane, "the base", self.base)
         if self.usable is not None:
             usable = marks(self.usable, "the mask")
             if usable.shape != (self.height, self.width):
@@ -93,6 +93,8 @@ class Exemplar:
     ) -> Exemplar:  # fmt: skip
         """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` tell the kind.
 
+        Those named ``orm``, ``arm`` or ``rma`` are unpacked into planes of one channel; ``render("orm")`` draws them
+        as one.
         Masked pixels of a masked array are not used, and those of a picture of Pillow are taken as it shows them. Of an
         exemplar another is made where anything is named: pixels must then be usable by its own mask and by `usable`.
         """
@@ -103,7 +105,13 @@ class Exemplar:
             about = {key: value for key, value in about.items() if value is not None}
             return replace(pixels, **about) if about else pixels
         given = pixels if isinstance(pixels, Mapping) else {"albedo": pixels}
-        planes = {n: _plane(n, p) for n, p in given.items()}
+        planes: dict[str, Plane] = {}
+        for n, p in given.items():
+            made = _plane(n, p)
+            more = unpacked(n, made) if n in PACKINGS and made.channels > 2 else {n: made}
+            if twice := planes.keys() & more.keys():
+                raise InputError(f"the packed map {n} holds {min(twice)}, which is given beside it; give one of them.")
+            planes |= more
         for p in given.values():
             masked = masked_pixels(p)
             if masked is not None:
@@ -122,6 +130,25 @@ class Exemplar:
         """The names of the planes that are drawn: all, but for the reduced one of a magnified exemplar."""
         names = tuple(self.planes)
         return names[1:] if names[0] == REDUCED and len(names) > 1 else names
+
+    @property
+    def packs(self) -> dict[str, tuple[str, ...]]:
+        """The names of packed maps, and of the planes that they hold, channel by channel."""
+        return packs_of({name: self.planes[name] for name in self.drawn})
+
+    @property
+    def pictures(self) -> tuple[str, ...]:
+        """The names of the pictures that files hold: the planes that are drawn, of packed maps these."""
+        packs = self.packs
+        owner = {plane: pack for pack, own in packs.items() for plane in own}
+        return tuple(dict.fromkeys(owner.get(name, name) for name in self.drawn))
+
+    def picture(self, name: str) -> Plane | None:
+        """Return the plane of a name, or the packed map of a name as one plane; None where there is neither."""
+        if name in self.planes:
+            return self.planes[name]
+        own = self.packs.get(name)
+        return None if own is None else self.memo(("packed", name), lambda: packed([self.planes[n] for n in own]))
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -179,19 +206,6 @@ class Exemplar:
         h.update(b"toroidal" if self.toroidal else b"")
         return h.hexdigest()
 
-    def _check_size(self, name: str, plane: Plane) -> None:
-        for mine, base in ((plane.height, self.height), (plane.width, self.width)):
-            if max(mine, base) % min(mine, base):
-                raise InputError(
-                    f"the plane {name} is {plane.width}x{plane.height} px, the base {self.width}x{self.height}; "
-                    "give it the same size, or a whole multiple or fraction of it."
-                )
-        if plane.height * self.width != plane.width * self.height:
-            raise InputError(
-                f"the plane {name} is {plane.width}x{plane.height} px, of another shape than the base "
-                f"({self.width}x{self.height}); scale both axes alike."
-            )
-
     def _check_finite(self, name: str, plane: Plane) -> None:
         if finite(plane):
             return
@@ -203,6 +217,17 @@ class Exemplar:
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "
                 "repair them, or leave them out (--mask; when healing, --usable; in Python, usable=)."
             )
+
+
+def check_size(name: str, plane: Plane, first: str, base: Plane) -> None:
+    """Refuse a plane whose size does not fit that of the base; `name` and `first` are what messages call them."""
+    size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
+    if plane.height * base.width != plane.width * base.height:
+        raise InputError(f"{name} is {size}, of another shape than {first} ({other}); scale both axes alike.")
+    if max(plane.height, base.height) % min(plane.height, base.height):
+        raise InputError(
+            f"{name} is {size}, {first} {other}; give it the same size, or a whole multiple or fraction of it."
+        )
 
 
 def finite(plane: Plane) -> bool:

@@ -167,7 +167,7 @@ class Batch:
         """How many bytes the pixels of an order take, as they are written."""
         exemplar = self.shelf.get(order.lot)[0]
         area, total = exemplar.height * exemplar.width * order.times**2, 0
-        for plane in (exemplar.planes[name] for name in order.pictures):
+        for plane in filter(None, map(exemplar.picture, order.pictures)):
             deep = plane.pixels.dtype if self.targets.depth is None else np.dtype(dtype_of(self.targets.depth))
             total += plane.height * plane.width * order.size[0] * order.size[1] // area * plane.channels * deep.itemsize
         return total

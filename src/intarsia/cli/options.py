@@ -16,7 +16,7 @@ from ..methods.base import METHODS, method_class
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets, Work
-from .values import Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, Seeds
+from .values import Channels, Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, Seeds
 
 Command = Callable[..., Any]
 
@@ -73,6 +73,11 @@ INPUT_OPTIONS = (
     opt(
         "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
         help="White where exemplar pixels may be used; one for each exemplar.",
+    ),
+    opt(
+        "packed", "--packed", type=Channels(), metavar="C=NAME,...",
+        help="What the channels of the packed map hold (NAME_orm and the like, or --map packed=FILE), such as "
+        "R=ao,G=roughness,B=metallic.",
     ),
     opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
     opt(

@@ -68,7 +68,10 @@ def usual_files(
     name: str, found: Mapping[str, str], exemplar: Exemplar, times: float, depth: str | None
 ) -> dict[str, str]:
     """Name the file of each plane of the set `found` where no name was given; they are drawn so many times longer."""
-    endings = {n: usual_ending(p, exemplar.planes[n], times, depth) for n, p in found.items() if n != "mask"}
+    endings = {
+        n: usual_ending(p, plane, times, depth)
+        for n, p in found.items() if (plane := exemplar.picture(n)) is not None
+    }  # fmt: skip
     return {n: f"{name}{f'_{n}' if number else ''}{ending}" for number, (n, ending) in enumerate(endings.items())}
 
 

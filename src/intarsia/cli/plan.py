@@ -191,7 +191,8 @@ def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
 def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Targets) -> None:
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     for name, path in order.pictures.items():
-        plane = exemplars[0].planes[name]
+        plane = exemplars[0].picture(name)
+        assert plane is not None
         width, height = (side * plane.width // (exemplars[0].width * order.times) for side in order.size)
         check_depth(path, plane, targets.depth, (width, height))
         if path != "-" and not format_of(path).text:

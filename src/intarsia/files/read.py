@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import ALPHAS, chosen, expect_path
+from ..arguments import ALPHAS, channels_of, chosen, expect_path
 from ..errors import InputError, ParameterError, printable, said
-from ..exemplar import KIND_OF_NAME, Exemplar, finite
-from ..image import Kind, Plane, Transfer
+from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
+from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
 from .samples import PREFIX, sample
 from .sets import name_of, uses_directx
@@ -23,7 +23,10 @@ PathLike = str | os.PathLike[str]
 Mask = NDArray[np.bool_]
 
 
-def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", **planes: PathLike) -> Exemplar:
+def read(
+    path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", channels: str | None = None,
+    **planes: PathLike,
+) -> Exemplar:  # fmt: skip
     """Read an exemplar from a picture, and further maps of the same surface if you name them.
 
     ``read("moss.png", height="moss_height.exr", normal="moss_normal.png")``; ``read("sample:tiles")`` needs no file.
@@ -38,23 +41,30 @@ def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", *
         ``channel``: alpha is synthesised like a colour. ``mask``: pixels of at most half opacity are not used, and
         alpha is dropped. ``auto`` is ``mask`` where alpha is nowhere partial, somewhere 0, and opaque in over half
         of the picture, else ``channel``. Colours under alpha 0 stay as stored.
+    channels : str, optional
+        What the channels of a packed map hold whose name does not say it, as in
+        ``read("moss.png", packed="moss_mix.png", channels="R=roughness,G=height")``.
     **planes : paths
-        Further maps; their names (normal, height, roughness, metallic, ao, opacity, ...) tell what they hold.
+        Further maps; their names (normal, height, roughness, metallic, ao, opacity, ...) tell what they hold. Those of
+        packed ones are orm, arm, rma and packed: each of their channels becomes a plane.
 
     Raises
     ------
     InputError
         where a file is missing, damaged, too large, or does not fit the others.
     """
-    return read_set({"albedo": path, **planes} | ({} if mask is None else {"mask": mask}), alpha=alpha)
+    given = {"albedo": path, **planes} | ({} if mask is None else {"mask": mask})
+    return read_set(given, alpha=alpha, channels=channels)
 
 
 def read_set(
-    files: Mapping[str, PathLike], *, alpha: str = "auto", unused: Callable[[Plane, str], Mask] | None = None
-) -> Exemplar:
+    files: Mapping[str, PathLike], *, alpha: str = "auto", unused: Callable[[Plane, str], Mask] | None = None,
+    channels: str | None = None,
+) -> Exemplar:  # fmt: skip
     """Read an exemplar from a dict of files, as :func:`group` returns them; ``mask`` says which pixels are usable.
 
     `unused` gives the pixels (H, W) of a base plane and its name that are replaced anyway; they may be NaN.
+    `channels` says what those of the packed map hold, as in :func:`read`.
     """
     if not isinstance(alpha, str) or alpha not in ALPHAS:
         raise ParameterError(f"alpha={said(alpha)} is not allowed; choose one of {', '.join(ALPHAS)}.")
@@ -63,8 +73,8 @@ def read_set(
     paths = {name: p for name, p in files.items() if name != "mask"}
     if not paths:
         raise InputError("a mask alone is no exemplar; give a picture as well.")
-    planes = {name: _named_plane(name, p) for name, p in paths.items()}
-    first, path = next(iter(paths.items()))
+    planes = _planes(paths, channels)
+    first, path = next(iter(planes)), next(iter(paths.values()))
     planes[first], usable = _split_alpha(planes[first], alpha, printable(path))
     if "mask" in files:
         marked = read_mask(files["mask"], planes[first], printable(path))
@@ -98,6 +108,31 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
         return Plane(pixels, kind, Transfer.LINEAR if linear else Transfer.SRGB, meta)
     except InputError as e:
         raise InputError(f"{picture.name}: {e}") from None
+
+
+def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Plane]:
+    """Read the planes of a set; of a packed map each channel is one. Whatever would be there twice is refused."""
+    order, mixed = None if channels is None else channels_of(channels), [n for n in paths if n in (*PACKINGS, PACKED)]
+    if order is not None and len(mixed) != 1:
+        held = ", ".join(printable(Path(os.fspath(paths[n])).name) for n in mixed or paths)
+        raise ParameterError(
+            f"--packed {channels} says what one packed map holds, and here {'are several' if mixed else 'is none'} "
+            f"({held}); give one, as NAME_orm or --map packed=FILE."
+        )
+    planes: dict[str, Plane] = {}
+    owners: dict[str, PathLike] = {}
+    base: Plane | None = None
+    for name, path in paths.items():
+        plane = _named_plane(name, path)
+        more = unpacked(name, plane, order, printable(path)) if name in mixed else {name: plane}
+        for twice in planes.keys() & more.keys():
+            first = printable(owners[twice])
+            raise InputError(f"{first} and {printable(path)} both hold the {twice}; give one of them.")
+        for one in more.values():
+            check_size(f"{printable(path)} ({name})", one, printable(next(iter(paths.values()))), base := base or one)
+        planes |= more
+        owners |= dict.fromkeys(more, path)
+    return planes
 
 
 def _named_plane(name: str, path: PathLike) -> Plane:

@@ -20,7 +20,10 @@ WORDS = {
     "metallic": "metallic metalness metal",
     "height": "height disp displacement bump",
     "ao": "ao ambientocclusion ambient_occlusion occlusion",
-    "orm": "orm arm",
+    "orm": "orm occlusionroughnessmetallic",
+    "arm": "arm",
+    "rma": "rma",
+    "packed": "packed",
     "opacity": "opacity alpha",
     "emission": "emission emissive",
     "mask": "mask",
@@ -30,7 +33,7 @@ WORDS = {
 
 _NAME = {word: name for name, words in WORDS.items() for word in words.split()}
 _CLEAR = frozenset(_NAME) - frozenset(
-    [w for n in ("albedo", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
+    [w for n in ("albedo", "arm", "packed", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
     + ["norm", "rough", "metal", "height", "disp", "bump", "occlusion"]
 )
 """Words that tell a map even where a file stands alone; "old_metal.png" is a picture of metal."""
@@ -45,6 +48,9 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
     ``auto``: files that share a stem are one set, different stems are several exemplars, a folder is one set.
     ``set``: all files are one set. ``several``: every file is an exemplar of its own.
     A file alone is a plain picture, unless its ending is unmistakable (``normal``, ``roughness``, ...).
+
+    Raises InputError where two files are the same map, where several maps lack the picture that they belong to, and
+    for a folder without pictures.
     """
     if how not in ("auto", "set", "several"):
         raise ParameterError(f"how={how} is not allowed; choose auto, set or several.")
@@ -116,9 +122,16 @@ def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
             named[name] = named[name] if uses_directx(path) else path  # both are there: take OpenGL
         else:
             first, second = printable(Path(os.fspath(named[name])).name), printable(Path(os.fspath(path)).name)
-            raise ParameterError(
+            raise InputError(
                 f"{first} and {second} both are the {name} of {printable(owner)}; give one, or ask for --several."
             )
+    maps = [path for name, path in named.items() if name != "mask"]
+    if "albedo" not in named and len(maps) > 1:
+        listed = " and ".join(printable(Path(os.fspath(path)).name) for path in maps)
+        raise InputError(
+            f"{listed} are maps without the picture that they belong to; add it, or give one of them alone and the "
+            "others by --map NAME=FILE."
+        )
     return {name: named[name] for name in WORDS if name in named}
 
 

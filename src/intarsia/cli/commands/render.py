@@ -121,7 +121,8 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     exemplars = Shelf([sets], inputs, report).get(0)
     _check_sizes(smap, exemplars)
     for name, path in pictures.items():
-        plane = exemplars[0].planes[name]
+        plane = exemplars[0].picture(name)
+        assert plane is not None
         drawn = [side * plane.width // (exemplars[0].width * n) for side in (width, height)]
         files.check_depth(path, plane, targets.depth, (drawn[0], drawn[1]))
     blend = smap.blend.but(feather=view.feather, mixing=view.mixing, finish=finish_of(view.level))

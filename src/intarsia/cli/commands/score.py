@@ -42,7 +42,7 @@ JUDGING = (
 
 
 @click.command(name="score")
-@input_options(EXEMPLARS, without=("maps",))
+@input_options(EXEMPLARS, without=("maps", "packed"))
 @click.argument("output", type=FILE, metavar="OUTPUT")
 @gathered(*JUDGING, into="judging", make=Judging)
 @gathered(

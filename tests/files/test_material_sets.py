@@ -1,0 +1,226 @@
+"""Material sets: packed maps, maps that do not belong together, maps of other sizes, and layers of one file."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from numpy.typing import NDArray
+
+import intarsia as ia
+from intarsia import Kind, Plane, files
+from intarsia.cli.app import cli
+from intarsia.errors import InputError, ParameterError
+
+
+def run(line: str, code: int = 0) -> Result:
+    result = CliRunner().invoke(cli, line.split())
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def told(line: str) -> dict[str, Any]:
+    answer: dict[str, Any] = json.loads(run(line + " --json").stdout)
+    return answer
+
+
+def pixels(path: str) -> NDArray[Any]:
+    return files.read_plane(path).pixels
+
+
+def noise(height: int = 40, width: int = 48, channels: int = 3, seed: int = 1, dtype: str = "uint8") -> NDArray[Any]:
+    """Blobs of a few px: something to match."""
+    coarse = np.random.default_rng(seed).integers(0, 256, (height // 4, width // 4, channels))
+    return coarse.repeat(4, axis=0).repeat(4, axis=1).astype(dtype)
+
+
+def put(name: str, array: NDArray[Any]) -> None:
+    files.write(name, Plane(array[:, :, 0] if array.shape[2] == 1 else array))
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    put("w_albedo.png", noise())
+
+
+PATCH = "--size 60x52 --method image-quilting --patch 12"
+
+
+class TestPackedMaps:
+    @pytest.mark.parametrize(("word", "names"), [
+        ("ORM", "ao roughness metallic"), ("arm", "ao roughness metallic"), ("RMA", "roughness metallic ao"),
+    ])  # fmt: skip
+    def test_channels_are_planes_and_one_file_again(self, word: str, names: str) -> None:
+        mixed = noise(seed=2)
+        put(f"w_{word}.png", mixed)
+        [found] = files.group(["w_albedo.png", f"w_{word}.png"])
+        exemplar = files.read_set(found)
+        assert list(exemplar.planes) == ["albedo", *names.split()]
+        assert exemplar.pictures == ("albedo", word.lower())
+        for channel, name in enumerate(names.split()):
+            assert exemplar.planes[name].kind is Kind.DATA
+            assert np.array_equal(exemplar.planes[name].pixels, mixed[:, :, channel])
+        made = told(f"grow w_albedo.png w_{word}.png -o out.png {PATCH} --feather 0 --save-map m.npz -q")
+        written = f"out_{word.lower()}.png"
+        assert [f["path"] for f in made["files"]] == ["out.png", written, "m.npz"]
+        yx = ia.SourceMap.load("m.npz").yx
+        assert np.array_equal(pixels(written), mixed[yx[..., 0], yx[..., 1]])  # bit for bit
+        assert np.array_equal(pixels("out.png"), noise()[yx[..., 0], yx[..., 1]])
+
+    def test_drawn_alone_or_together_they_agree(self) -> None:
+        e = ia.Exemplar.of({"albedo": noise(), "orm": noise(seed=2, dtype="uint16") * 257})
+        for feather in (0, 4):
+            made = ia.synthesize(e, (50, 60), ia.ImageQuilting(patch=12), blend=ia.Blend(feather))
+            together = made.render("orm").pixels
+            alone = [made.render(name).pixels for name in ("ao", "roughness", "metallic")]
+            assert together.dtype == np.uint16
+            assert np.array_equal(together, np.dstack(alone))
+        with pytest.raises(ParameterError, match="albedo, ao, roughness, metallic, orm"):
+            made.render("rma")
+
+    def test_each_channel_counts_by_its_own_range(self) -> None:
+        """Faint metal is compared as well as strong occlusion: as by planes in files of their own."""
+        mixed = noise(seed=2)
+        mixed[:, :, 2] //= 32
+        packed = ia.Exemplar.of({"albedo": noise(), "orm": mixed})
+        names = ("ao", "roughness", "metallic")
+        alone = ia.Exemplar.of({"albedo": noise()} | {n: mixed[:, :, c] for c, n in enumerate(names)})
+        one, two = (ia.synthesize(e, (50, 60), ia.ImageQuilting(patch=12)).map.yx for e in (packed, alone))
+        assert np.array_equal(one, two)
+
+    def test_channels_are_told(self) -> None:
+        mixed = noise(channels=4, seed=3)
+        put("mix.png", mixed)
+        line = f"grow w_albedo.png --map packed=mix.png --packed R=metallic,A=roughness {PATCH} --feather 0"
+        run(f"{line} -o out.png --save-map m.npz")
+        yx = ia.SourceMap.load("m.npz").yx
+        assert np.array_equal(pixels("out_packed.png"), mixed[yx[..., 0], yx[..., 1]])
+        exemplar = ia.read("w_albedo.png", packed="mix.png", channels="R=metallic, A=roughness")
+        assert list(exemplar.planes) == ["albedo", "metallic", "packed_g", "packed_b", "roughness"]
+        run("replay out_packed.png -e w_albedo.png --map packed=mix.png -o again.png")
+        assert Path("again_packed.png").read_bytes() == Path("out_packed.png").read_bytes()
+        run("replay out.png -e w_albedo.png --map packed=mix.png --packed R=ao -o no.png", 3)
+        auto = told("grow w_albedo.png --map packed=mix.png --packed R=metallic,A=roughness --dry-run -o o.png")
+        assert "--packed R=metallic,A=roughness" in auto["auto"]["command"]
+
+    def test_a_packed_map_alone_is_one_picture(self) -> None:
+        put("w_orm.png", noise(seed=2))
+        assert told(f"grow w_orm.png -o out.png {PATCH} -q")["files"] == [{"path": "out.png", "holds": "orm"}]
+        assert pixels("out.png").shape == (52, 60, 3)
+        assert told(f"grow w_orm.png {PATCH} --magnify 2 --patch 6 -q")["files"][0]["path"] == "w_orm_grown.png"
+
+    def test_all_that_handles_planes_handles_packed_ones(self) -> None:
+        put("w_orm.png", noise(seed=2))
+        put("hole.png", np.pad(np.full((9, 9, 1), 255, np.uint8), ((9, 22), (9, 30), (0, 0))))
+        both = "--map orm=w_orm.png"
+        run(f"heal w_albedo.png {both} --mask hole.png --patch 6 -o healed.png")
+        run(f"extend w_albedo.png {both} --right 9 -o longer.png --patch 9")
+        run(f"weave w_albedo.png {both} --size 64x48 --method repeat -o woven.tif")
+        run(f"grow w_albedo.png {both} {PATCH} -o out.png --save-map m.npz --scale 1/2")
+        run(f"render m.npz -e w_albedo.png {both} --scale 1/2 -o drawn.png")
+        assert np.array_equal(pixels("drawn_orm.png"), pixels("out_orm.png"))
+        healed = pixels("healed_orm.png")
+        outside = pixels("hole.png") == 0
+        assert np.array_equal(healed[outside], noise(seed=2)[outside])
+        assert pixels("longer_orm.png").shape == (40, 57, 3)
+        assert np.array_equal(pixels("woven_orm.tif")[:40, :48], noise(seed=2))
+        run(f"analyze w_albedo.png {both} --best-tile tile.png -q")
+        assert pixels("tile_orm.png").shape[2] == 3
+
+    @pytest.mark.parametrize(("line", "code", "words"), [
+        ("w_albedo.png w_orm.png w_ao.png", 3, "w_orm.png w_ao.png both ao"),
+        ("w_albedo.png --map orm=w_ao.png", 3, "w_ao.png 1 channels"),
+        ("w_albedo.png --map packed=w_orm.png", 2, "w_orm.png --packed"),
+        ("w_albedo.png --packed R=ao", 2, "none w_albedo.png"),
+        ("w_albedo.png --map orm=w_orm.png --map rma=w_rma.png --packed R=ao", 2, "several w_orm.png w_rma.png"),
+        ("w_albedo.png --map orm=w_orm.png --packed R=ao,G=ao", 2, "at most one"),
+        ("w_albedo.png --map orm=w_orm.png --packed R=albedo", 2, "ao, roughness"),
+        ("w_albedo.png --map orm=w_orm.png --packed ao", 2, "R=ao,G=roughness,B=metallic"),
+        ("w_albedo.png --map orm=w_orm.png --packed R=ao,A=height", 3, "3 channels w_orm.png"),
+    ])  # fmt: skip
+    def test_what_cannot_be_packed_is_refused(self, line: str, code: int, words: str) -> None:
+        for name, channels in (("orm", 3), ("rma", 3), ("ao", 1)):
+            put(f"w_{name}.png", noise(channels=channels))
+        before = sorted(os.listdir())
+        said = [t for t in run(f"grow {line} -o out.png", code).stderr.splitlines() if not t.startswith("exemplar ")]
+        assert len(said) == 1 and all(w in said[0] for w in words.split()), said  # noqa: PT018
+        assert sorted(os.listdir()) == before
+
+    def test_planes_of_one_name_are_refused(self) -> None:
+        with pytest.raises(InputError, match="orm holds ao"):
+            ia.Exemplar.of({"albedo": noise(), "ao": noise(channels=1), "orm": noise()})
+
+
+def slopes(height: int = 40, width: int = 48) -> NDArray[Any]:
+    """The codes of a normal map that is one."""
+    y, x = np.mgrid[:height, :width] / 6.0
+    n = np.dstack([np.sin(x) / 2, np.cos(y + x) / 2, np.ones((height, width))])
+    n /= np.sqrt((n * n).sum(axis=2))[..., None]
+    return np.asarray(np.floor((n + 1) * 127.5 + 0.5), np.uint8)
+
+
+class TestBadSets:
+    @pytest.mark.parametrize(("given", "words"), [
+        ("w_albedo.png w_height.png w_disp.png", "w_height.png w_disp.png both are the height"),
+        ("w_normal.png w_height.png", "w_normal.png w_height.png without the picture"),
+        ("w_albedo.png w_ao.png", "w_ao.png (ao) 48x30 another shape w_albedo.png (48x40)"),
+        ("w_albedo.png w_rough.png", "w_rough.png (roughness) 72x60 w_albedo.png 48x40 whole multiple"),
+        ("w_albedo.png w_orm.png", "w_orm.png (orm) 40x48 another shape w_albedo.png"),
+        ("w_albedo.png --map height=none.png", "none.png does not exist"),
+    ])  # fmt: skip
+    def test_are_refused_in_one_line_that_names_the_files(self, given: str, words: str) -> None:
+        for name, size in (("height", (40, 48, 1)), ("disp", (40, 48, 1)), ("ao", (30, 48, 1)), ("rough", (60, 72, 1)),
+                           ("orm", (48, 40, 3))):  # fmt: skip
+            put(f"w_{name}.png", np.zeros(size, np.uint8))
+        put("w_normal.png", slopes())
+        before = sorted(os.listdir())
+        for command in ("grow", "weave --size 32 --method repeat"):
+            said = run(f"{command} {given} -o out.tif", 3).stderr.splitlines()
+            said = [t for t in said if not t.startswith("exemplar ")]
+            assert len(said) == 1 and all(w in said[0] for w in words.split()), said  # noqa: PT018
+        assert sorted(os.listdir()) == before
+
+    def test_one_map_alone_needs_no_base(self) -> None:
+        put("w_normal.png", slopes())
+        put("w_height.png", noise(channels=1))
+        made = told(f"grow w_normal.png --map height=w_height.png -o out.png {PATCH} -q")
+        assert [f["holds"] for f in made["files"]] == ["normal", "height"]
+
+    def test_a_picture_as_normal_map_is_told(self) -> None:
+        put("w_normal.png", slopes())
+        assert told("grow w_albedo.png w_normal.png --dry-run -q")["warnings"] == []
+        put("photo.png", noise() // 4 + 60)
+        for line in ("grow w_albedo.png --dry-run", "grow w_albedo.png -o b.png --method repeat"):
+            [warning] = told(f"{line} --map normal=photo.png -q")["warnings"]
+            assert "photo.png" in warning
+            assert "off length 1" in warning
+
+    @pytest.mark.parametrize("force", ["", "--force"])
+    def test_all_maps_are_written_or_none(self, force: str, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Whichever file of a set cannot be made, the places stay as they were."""
+        put("w_normal.png", slopes())
+        put("w_orm.png", noise(seed=2))
+        line = f"grow w_albedo.png w_normal.png w_orm.png -o out.png {PATCH}"
+        if force:
+            for name in ("out.png", "out_normal.png", "out_orm.png"):
+                Path(name).write_bytes(b"old")
+        before = {p: p.read_bytes() for p in Path().iterdir()}
+        from intarsia.cli import batch
+
+        for last in range(3):
+            left = iter(range(last))
+
+            def failing(*given: Any, left: Any = left, **more: Any) -> None:
+                if next(left, None) is None:
+                    raise ia.ResourceError("the disk is full.")
+                files.write(*given, **more)
+
+            monkeypatch.setattr(batch, "write", failing)
+            run(f"{line} {force}", 1)
+            assert {p: p.read_bytes() for p in Path().iterdir()} == before
