@@ -41,6 +41,9 @@ TIMES = 64
 WEIGHT, WEIGHTS = 2.0, 100
 """How much a guide counts against the seams: usually, and at most."""
 
+PLANE_WEIGHTS = 100
+"""How many times more than usually a plane may count in matching."""
+
 REACHES = 256
 """Px around the boundaries of labels that count as partly of both, at most."""
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import expect
+from .arguments import PLANE_WEIGHTS, SCALARS, called, expect
 from .arrays import marks, masked_pixels, pixels_of
-from .errors import InputError
+from .errors import InputError, ParameterError, said
 from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
 
@@ -49,17 +50,23 @@ class Exemplar:
         True where the exemplar continues in itself across its borders.
     name : str
         A short name, for messages and maps.
+    weights : dict of str to float
+        How much planes count in matching, 0 to 100 times as much as they usually do. A plane of weight 0 is drawn, and
+        not compared. The name of a packed map stands for all planes in it.
 
     Raises
     ------
     InputError
         where sizes do not fit, or a usable pixel is NaN or infinite.
+    ParameterError
+        for weights of no plane, or that leave nothing to compare.
     """
 
     planes: Mapping[str, Plane]
     usable: NDArray[np.bool_] | None = None
     toroidal: bool = False
     name: str = "exemplar"
+    weights: Mapping[str, float] = field(default_factory=dict)
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
 
     def __post_init__(self) -> None:
@@ -85,11 +92,12 @@ class Exemplar:
             object.__setattr__(self, "usable", None if usable.all() else usable)
         for name, plane in self.planes.items():
             self._check_finite(name, plane)
+        self._check_weights()
 
     @classmethod
     def of(
         cls, pixels: ArrayLike | Plane | Mapping[str, ArrayLike | Plane] | Exemplar, *, usable: ArrayLike | None = None,
-        toroidal: bool | None = None, name: str | None = None,
+        toroidal: bool | None = None, name: str | None = None, weights: Mapping[str, float] | None = None,
     ) -> Exemplar:  # fmt: skip
         """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` tell the kind.
 
@@ -101,7 +109,7 @@ class Exemplar:
         mask = None if usable is None else marks(usable, "the mask")
         if isinstance(pixels, Exemplar):
             mask = mask if pixels.usable is None or mask is None else _both(mask, pixels.usable)
-            about: dict[str, Any] = {"usable": mask, "toroidal": toroidal, "name": name}
+            about: dict[str, Any] = {"usable": mask, "toroidal": toroidal, "name": name, "weights": weights}
             about = {key: value for key, value in about.items() if value is not None}
             return replace(pixels, **about) if about else pixels
         given = pixels if isinstance(pixels, Mapping) else {"albedo": pixels}
@@ -118,7 +126,8 @@ class Exemplar:
                 base = next(iter(planes.values()))
                 left = ~resized(masked, (base.height, base.width))
                 mask = left if mask is None else _both(mask, left)
-        return cls(planes, mask, toroidal is not None and toroidal, "exemplar" if name is None else name)
+        name = "exemplar" if name is None else name
+        return cls(planes, mask, toroidal is not None and toroidal, name, {} if weights is None else weights)
 
     @property
     def base(self) -> Plane:
@@ -152,9 +161,18 @@ class Exemplar:
 
     @property
     def compared(self) -> tuple[str, ...]:
-        """The names of the planes that say what fits: all, but for the one that a reduced plane stands for."""
-        names = tuple(self.planes)
-        return names if self.drawn == names else (names[0], *names[2:])
+        """The names of the planes that say what fits: all, but for the one that a reduced plane stands for.
+
+        The first is always among them; others that do not count are not.
+        """
+        first, *others = self.planes if self.drawn == tuple(self.planes) else (REDUCED, *self.drawn[1:])
+        return (first, *(name for name in others if self.weight(name)))
+
+    def weight(self, name: str) -> float:
+        """Return how much a plane counts, relative to what is usual; channels of packed maps without a name do not."""
+        name = self.drawn[0] if name == REDUCED else name
+        usual = 0.0 if PACKED in self.planes[name].meta and name not in SCALARS else 1.0
+        return self.weights.get(name, usual)
 
     @property
     def times(self) -> int:
@@ -204,7 +222,29 @@ class Exemplar:
             h.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
         h.update(b"mask" + (b"" if self.usable is None else np.packbits(self.usable).tobytes()))
         h.update(b"toroidal" if self.toroidal else b"")
+        if self.weights:
+            h.update(b"weights" + repr(sorted(self.weights.items())).encode())
         return h.hexdigest()
+
+    def _check_weights(self) -> None:
+        """Keep the weights plane by plane, without those that change nothing."""
+        expect(self.weights, Mapping, "weights", "a number for each name of a plane")
+        packs, weights = self.packs, dict[str, float]()
+        for name, weight in self.weights.items():
+            own = packs.get(name, (name,))
+            if name not in packs and name not in self.drawn:
+                known = ", ".join((*self.drawn, *packs))
+                raise ParameterError(f"weight {said(name)}: {self.name} has no such plane; choose one of {known}.")
+            real = isinstance(weight, Real) and not isinstance(weight, bool)
+            if not real or not 0 <= weight <= PLANE_WEIGHTS:
+                raise ParameterError(f"weight {name}={called(weight)} is not allowed; give 0 to {PLANE_WEIGHTS}.")
+            weights |= dict.fromkeys(own, float(weight))
+        for name in [n for n in weights if PACKED not in self.planes[n].meta or n in SCALARS]:
+            if weights[name] == 1:
+                del weights[name]
+        object.__setattr__(self, "weights", weights)
+        if not any(self.weight(name) for name in self.compared):
+            raise ParameterError(f"the weights leave no plane of {self.name} to compare; let one count.")
 
     def _check_finite(self, name: str, plane: Plane) -> None:
         if finite(plane):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import Kind, Plane, files
+from intarsia.analysis.features import features
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
 
@@ -224,3 +225,75 @@ class TestBadSets:
             monkeypatch.setattr(batch, "write", failing)
             run(f"{line} {force}", 1)
             assert {p: p.read_bytes() for p in Path().iterdir()} == before
+
+
+class TestWeights:
+    def set_of_two(self, **weights: float) -> ia.Exemplar:
+        height = noise(channels=1, seed=5)
+        return ia.Exemplar.of({"albedo": noise(), "height": height[:, :, 0]}, weights=weights)
+
+    def test_a_plane_counts_as_much_as_it_is_said_to(self) -> None:
+        """Distances are the sum of those of the planes, each times its weight."""
+        usual = features([self.set_of_two()]).pictures[0].astype(float)
+        for weights, scale in (({"height": 0.25}, [1, 1, 1, 0.5]), ({"albedo": 0.25}, [0.5, 0.5, 0.5, 1]),
+                               ({"albedo": 4, "height": 16}, [0.5, 0.5, 0.5, 1]),
+                               ({"height": 4}, [0.5, 0.5, 0.5, 1])):  # fmt: skip
+            picture = features([self.set_of_two(**weights)]).pictures[0]
+            assert np.abs(picture).max() <= np.abs(usual).max()
+            assert np.abs(picture - usual * scale).max() <= 1
+        assert features([self.set_of_two(height=0)]).pictures[0].shape[2] == 3
+        assert not features([self.set_of_two(albedo=0)]).pictures[0][:, :, :3].any()
+
+    def test_one_changes_nothing(self) -> None:
+        assert self.set_of_two(albedo=1, height=1.0).digest == self.set_of_two().digest
+        assert self.set_of_two(height=0.5).digest != self.set_of_two().digest
+
+    def test_a_plane_of_weight_0_is_drawn_only(self) -> None:
+        """The map is that of the others alone."""
+        method = ia.ImageQuilting(patch=12)
+        made = ia.synthesize(self.set_of_two(height=0), (50, 60), method)
+        alone = ia.synthesize(noise(), (50, 60), method)
+        assert np.array_equal(made.map.yx, alone.map.yx)
+        assert made.render("height").pixels.shape == (50, 60)
+        other = ia.synthesize(self.set_of_two(albedo=0), (50, 60), method)
+        height = ia.synthesize(noise(channels=1, seed=5), (50, 60), method)
+        assert not np.array_equal(other.map.yx, alone.map.yx)
+        seam = [np.abs(np.diff(m.render(n).pixels.astype(float), axis=1)).mean()
+                for m, n in ((other, "height"), (made, "height"), (height, None))]  # fmt: skip
+        assert seam[0] < seam[1]
+
+    def test_the_command_line_says_it_and_replay_makes_the_same(self) -> None:
+        put("w_height.png", noise(channels=1, seed=5))
+        put("w_orm.png", noise(seed=6))
+        line = f"grow w_albedo.png w_height.png w_orm.png {PATCH} --seed 3"
+        run(f"{line} -o usual.png")
+        run(f"{line} -o out.png --weight height=0.5 --weight orm=0 --magnify 2 --patch 6")
+        recipe = files.read_recipe("out_height.png")
+        assert recipe is not None
+        assert recipe["inputs"]["weight"] == {"height": 0.5, "orm": 0.0}
+        assert recipe["exemplars"][0]["weights"] == {"height": 0.5, "ao": 0, "roughness": 0, "metallic": 0}
+        run("replay out.png -e w_albedo.png -e w_height.png -e w_orm.png -o again.png")
+        for name in ("", "_height", "_orm"):
+            assert Path(f"again{name}.png").read_bytes() == Path(f"out{name}.png").read_bytes()
+        run("replay out.png -e w_albedo.png -e w_height.png -e w_orm.png -o no.png --weight height=0.4", 3)
+        assert "weights" not in (files.read_recipe("usual.png") or {})["exemplars"][0]
+        run(f"{line} -o one.png --weight height=1")
+        assert np.array_equal(pixels("one.png"), pixels("usual.png"))
+        told_again = told("grow w_albedo.png w_height.png --weight height=0.125 --dry-run")["auto"]["command"]
+        assert "--weight height=0.125" in told_again
+
+    @pytest.mark.parametrize(("weights", "words"), [
+        ("--weight depth=1", "no such plane albedo, height"), ("--weight height=-1", "0 to 100"),
+        ("--weight height=nan", "0 to 100"), ("--weight height", "height=0.5"), ("--weight =1", "NAME=F"),
+        ("--weight height=0 --weight albedo=0", "to compare"),
+    ])  # fmt: skip
+    def test_weights_that_say_nothing_are_refused(self, weights: str, words: str) -> None:
+        put("w_height.png", noise(channels=1, seed=5))
+        said = run(f"grow w_albedo.png w_height.png {weights} -o out.png", 2).stderr.splitlines()[-1]
+        assert all(w in said for w in words.split()), said
+        assert not Path("out.png").exists()
+
+    def test_numbers_only(self) -> None:
+        for wrong in ("1", True, None, float("nan"), 101):
+            with pytest.raises(ParameterError, match="0 to 100"):
+                ia.Exemplar.of({"albedo": noise()}, weights={"albedo": wrong})  # type: ignore[dict-item]

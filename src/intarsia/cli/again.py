@@ -65,7 +65,10 @@ def inputs_of(inputs: Inputs) -> list[str]:
     """Return the options on what of the exemplars is used."""
     said: list[str] = []
     for name, value in inputs.recipe().items():
-        said += [f"--{name}"] if value is True else [f"--{name}", written(value)]
+        if isinstance(value, dict):
+            said += [word for key, number in value.items() for word in (f"--{name}", f"{key}={number}")]
+        else:
+            said += [f"--{name}"] if value is True else [f"--{name}", written(value)]
     return said
 
 

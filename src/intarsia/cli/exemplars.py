@@ -127,8 +127,9 @@ class Shelf:
 
         healed = self._begin.holes and not n
         exemplar = files.read_set(
-            found, alpha=self.inputs.alpha, unused=unused if healed else None, channels=self.inputs.packed
-        )
+            found, alpha=self.inputs.alpha, unused=unused if healed else None, channels=self.inputs.packed,
+            weights=dict(self.inputs.weight),
+        )  # fmt: skip
         for name, path in found.items():
             plane = exemplar.planes.get(name)
             if plane is not None and plane.kind is Kind.NORMAL and (off := off_unit(plane)) > NO_NORMALS:

@@ -16,7 +16,7 @@ from ..methods.base import METHODS, method_class
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets, Work
-from .values import Channels, Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, Seeds
+from .values import Channels, Colour, FileName, NamedFile, Place, PlaneWeight, Rectangle, Scale, Seed, Seeds
 
 Command = Callable[..., Any]
 
@@ -78,6 +78,10 @@ INPUT_OPTIONS = (
         "packed", "--packed", type=Channels(), metavar="C=NAME,...",
         help="What the channels of the packed map hold (NAME_orm and the like, or --map packed=FILE), such as "
         "R=ao,G=roughness,B=metallic.",
+    ),
+    opt(
+        "weight", "--weight", multiple=True, type=PlaneWeight(), metavar="NAME=F",
+        help="How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
     ),
     opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
     opt(

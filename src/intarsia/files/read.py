@@ -25,7 +25,7 @@ Mask = NDArray[np.bool_]
 
 def read(
     path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", channels: str | None = None,
-    **planes: PathLike,
+    weights: Mapping[str, float] | None = None, **planes: PathLike,
 ) -> Exemplar:  # fmt: skip
     """Read an exemplar from a picture, and further maps of the same surface if you name them.
 
@@ -44,6 +44,8 @@ def read(
     channels : str, optional
         What the channels of a packed map hold whose name does not say it, as in
         ``read("moss.png", packed="moss_mix.png", channels="R=roughness,G=height")``.
+    weights : dict of str to float, optional
+        How much planes count in matching, as in :class:`Exemplar`: ``weights={"height": 0.5}``.
     **planes : paths
         Further maps; their names (normal, height, roughness, metallic, ao, opacity, ...) tell what they hold. Those of
         packed ones are orm, arm, rma and packed: each of their channels becomes a plane.
@@ -54,17 +56,17 @@ def read(
         where a file is missing, damaged, too large, or does not fit the others.
     """
     given = {"albedo": path, **planes} | ({} if mask is None else {"mask": mask})
-    return read_set(given, alpha=alpha, channels=channels)
+    return read_set(given, alpha=alpha, channels=channels, weights=weights)
 
 
 def read_set(
     files: Mapping[str, PathLike], *, alpha: str = "auto", unused: Callable[[Plane, str], Mask] | None = None,
-    channels: str | None = None,
+    channels: str | None = None, weights: Mapping[str, float] | None = None,
 ) -> Exemplar:  # fmt: skip
     """Read an exemplar from a dict of files, as :func:`group` returns them; ``mask`` says which pixels are usable.
 
     `unused` gives the pixels (H, W) of a base plane and its name that are replaced anyway; they may be NaN.
-    `channels` says what those of the packed map hold, as in :func:`read`.
+    `channels` says what those of the packed map hold, and `weights` how much planes count, as in :func:`read`.
     """
     if not isinstance(alpha, str) or alpha not in ALPHAS:
         raise ParameterError(f"alpha={said(alpha)} is not allowed; choose one of {', '.join(ALPHAS)}.")
@@ -82,7 +84,7 @@ def read_set(
     if unused is not None and not all(map(finite, planes.values())):
         kept = ~unused(planes[first], printable(path))
         usable = kept if usable is None else usable & kept
-    return Exemplar(planes, usable, name=_exemplar_name(path))
+    return Exemplar(planes, usable, name=_exemplar_name(path), weights=weights or {})
 
 
 def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
