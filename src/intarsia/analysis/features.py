@@ -228,7 +228,11 @@ def _stretched(
     if plane.kind is Kind.NORMAL:
         middle = 0 if low < 0 else 65535  # twice the value of a zero component
         span = 131070 if low < 0 else 65535
-        signed = [np.asarray((2 * v.astype(np.int64) - middle) * RANGE // (2 * span), np.int32) for v in values]
+        twice = [2 * v.astype(np.int64) - middle for v in values]
+        if plane.meta.get("normals") == "dx":  # as if green pointed up, which `posed` reckons with
+            for v in twice:
+                v[..., 1] *= -1
+        signed = [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice]
         return signed, black, True
     if plane.kind is not Kind.LABEL:
         low, high = ends(usable)
