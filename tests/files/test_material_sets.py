@@ -17,6 +17,8 @@ from intarsia import Kind, Plane, files
 from intarsia.analysis.features import features
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
+from intarsia.geometry import ISOMETRIES
+from intarsia.testing.maps import pose_of
 
 
 def run(line: str, code: int = 0) -> Result:
@@ -297,3 +299,81 @@ class TestWeights:
         for wrong in ("1", True, None, float("nan"), 101):
             with pytest.raises(ParameterError, match="0 to 100"):
                 ia.Exemplar.of({"albedo": noise()}, weights={"albedo": wrong})  # type: ignore[dict-item]
+
+
+class TestOtherSizes:
+    """Maps of half and a quarter, twice and four times the size of the first, drawn from the same map."""
+
+    SIZES = (("ao", 0.5), ("metallic", 0.25), ("roughness", 2), ("height", 4), ("normal", 2))
+
+    def planes(self) -> dict[str, NDArray[Any]]:
+        """Each pixel says where it lies, at its own scale; normals are those of a relief."""
+        out: dict[str, NDArray[Any]] = {"albedo": noise()}
+        for name, times in self.SIZES:
+            h, w = int(40 * times), int(48 * times)
+            out[name] = slopes(h, w) if name == "normal" else np.arange(h * w, dtype=np.uint16).reshape(h, w)
+        return out
+
+    @pytest.mark.parametrize("poses", [(0,), tuple(range(8))])
+    def test_are_aligned_to_the_pixel(self, poses: tuple[int, ...]) -> None:
+        """A pixel of a larger plane lies where the map says, turned about the middle of its px; found one by one."""
+        given = self.planes()
+        method = ia.ImageQuilting(patch=12, isometries=poses)
+        made = ia.synthesize(ia.Exemplar.of(given), (52, 60), method, blend=ia.Blend(0))
+        yx, pose = made.map.yx, pose_of(made.map)
+        assert set(np.unique(pose)) == set(poses)
+        for name, times in self.SIZES:
+            drawn = made.render(name).pixels
+            assert drawn.shape[:2] == (52 * times, 60 * times)
+            if times < 1 or name == "normal":
+                continue
+            s = int(times)
+            for y, x in np.random.default_rng(1).integers(0, 52 * s, (300, 2)):
+                (a, b), (c, d) = ISOMETRIES[pose[y // s, x // s]].j
+                v, u = 2 * (y % s) + 1 - s, 2 * (x % s) + 1 - s  # from the middle, in half px
+                row, column = ((n + s - 1) // 2 for n in (a * v + b * u, c * v + d * u))
+                at = yx[y // s, x // s] * s
+                assert drawn[y, x] == given[name][at[0] + row, at[1] + column]
+
+    def test_blocks_that_are_copied_whole_are_copied_exactly(self) -> None:
+        given = self.planes()
+        made = ia.synthesize(ia.Exemplar.of(given), (80, 96), "repeat", blend=ia.Blend(0))
+        for name, times in self.SIZES:
+            h, w = int(40 * times), int(48 * times)
+            assert np.array_equal(made.render(name).pixels[:h, :w], given[name])
+            assert np.array_equal(made.render(name).pixels[h:, w:], given[name])
+
+    def test_a_window_is_cut_out_of_the_whole(self) -> None:
+        made = ia.synthesize(ia.Exemplar.of(self.planes()), (52, 60), ia.ImageQuilting(patch=12), blend=ia.Blend(4))
+        for name, times in self.SIZES:
+            part = made.render(name, box=ia.Box(8, 12, 40, 44)).pixels
+            rows, columns = (slice(int(a * times), int(b * times)) for a, b in ((8, 40), (12, 44)))
+            assert np.array_equal(part, made.render(name).pixels[rows, columns])
+
+    def test_larger_normals_turn_with_their_pieces(self) -> None:
+        """At twice the size they are those of the relief that the larger height tells, as at its own."""
+        given = {"albedo": noise(), "normal": slopes()}
+        doubled = {"albedo": noise(), "normal": slopes().repeat(2, axis=0).repeat(2, axis=1)}
+        method = ia.ImageQuilting(patch=12, isometries=tuple(range(8)))
+        one, two = (ia.synthesize(ia.Exemplar.of(g), 60, method, blend=ia.Blend(0)) for g in (given, doubled))
+        assert np.array_equal(one.map.yx, two.map.yx)
+        assert np.array_equal(one.render("normal").pixels.repeat(2, 0).repeat(2, 1), two.render("normal").pixels)
+
+    @pytest.mark.parametrize(("line", "words"), [
+        ("grow w_albedo.png w_ao.png --size 61x52", "61x52 plane ao 2x smaller multiples of 2"),
+        ("extend w_albedo.png --map ao=w_ao.png --right 9", "57x40 plane ao multiples of 2"),
+        ("weave w_albedo.png w_ao.png --size 61x52 --method repeat", "61x52 plane ao multiples of 2"),
+        ("grow w_albedo.png w_rough.png --size 60 --feather 600", "feather=600 plane roughness 4x larger 500"),
+        ("render m.npz -e w_albedo.png -e w_ao.png --window 1,1,9,9", "9x9 plane ao multiples of 2"),
+    ])  # fmt: skip
+    def test_what_does_not_suit_them_is_refused_before_work(
+        self, line: str, words: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        put("w_ao.png", noise(20, 24, 1))
+        put("w_rough.png", noise(160, 192, 1))
+        ia.synthesize(noise(), (52, 60), ia.ImageQuilting(patch=12)).map.save("m.npz")
+        from intarsia.cli import batch
+
+        monkeypatch.setattr(batch, "carry_out", None)  # what grows
+        said = run(f"{line} -o out.tif", 2).stderr.splitlines()[-1]
+        assert all(w in said for w in words.split()), said

@@ -15,7 +15,7 @@ from ..files import check_depth, check_writable, format_of, recipe_path
 from ..geometry import Wrap
 from ..guide import Guide
 from ..methods.base import Method, measures_distances, recipe_settings, traits
-from ..rendering.render import check_alike
+from ..rendering.render import check_alike, check_drawable
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
 from ..tasks.completion import healed_scene, planned_for_holes
@@ -155,6 +155,7 @@ def orders_of(
     if orders:
         check_formats(orders[0], exemplars, targets)
         check_alike(exemplars)
+        check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
         check_distance_map(orders[0], targets)
     return orders
 

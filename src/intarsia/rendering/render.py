@@ -152,9 +152,7 @@ class _Job:
     def of(cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
         grow, shrink = max(scale, 1), max(-scale, 1)
         feather = blend.feather * grow
-        if feather > MAX_SPREAD:
-            most = MAX_SPREAD // grow
-            raise ParameterError(f"feather={blend.feather} is too wide on a {grow}x larger plane; at most {most} px.")
+        check_spread(blend.feather, grow, f"a {grow}x larger plane")
         samples, ground = ground_of(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, feather)
         none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
         none.flags.writeable = False
@@ -216,6 +214,27 @@ def check_alike(exemplars: Sequence[Exemplar]) -> None:
     """Refuse exemplars whose planes cannot lie in one picture, before any work on them."""
     for name in (*exemplars[0].drawn, *exemplars[0].packs):
         _planes(exemplars, name)
+
+
+def check_drawable(exemplars: Sequence[Exemplar], height: int, width: int, feather: int) -> None:
+    """Refuse what a plane of another size than the base cannot be drawn with, before anything is grown.
+
+    `height` and `width` are those of the map, or of a window of it; `feather` is that of the map, in px.
+    """
+    for name in exemplars[0].pictures:
+        _, scale = _planes(exemplars, name)
+        if scale < 0 and (height % -scale or width % -scale):
+            raise ParameterError(
+                f"{width}x{height} px do not suit the plane {name}, {-scale}x smaller; give multiples of {-scale}."
+            )
+        check_spread(feather, scale, f"the plane {name}, {scale}x larger")
+
+
+def check_spread(feather: int, grow: int, plane: str) -> None:
+    """Refuse a feather that is too wide on a plane so many times larger than the map."""
+    if feather * max(grow, 1) > MAX_SPREAD:
+        most = MAX_SPREAD // grow
+        raise ParameterError(f"feather={feather} is too wide on {plane}; at most {most} px.")
 
 
 def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:

@@ -103,7 +103,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     """Read the exemplars, check them against the map, and draw all of their planes."""
     from ... import files
     from ...geometry import Box
-    from ...rendering.render import render
+    from ...rendering.render import check_drawable, render
     from ...run import Run
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import Staging, check_all, filled_name, plane_files
@@ -126,6 +126,7 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
         drawn = [side * plane.width // (exemplars[0].width * n) for side in (width, height)]
         files.check_depth(path, plane, targets.depth, (drawn[0], drawn[1]))
     blend = smap.blend.but(feather=view.feather, mixing=view.mixing, finish=finish_of(view.level))
+    check_drawable(exemplars, part.height, part.width, blend.feather)
     with report.watching(len(pictures)) as meter, Staging(targets.force) as staging:
         for name, path in pictures.items():
             run = Run(threads, meter.stage("render", 0.0, 1.0), CANCEL)
