@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..geometry import ISOMETRIES
 from ..image import Array, Plane
+from .normal_kernels import turn_codes
 
 SAMPLED = 1 << 18
 """Vectors of a map that are looked at, about."""
@@ -87,8 +88,12 @@ class NormalCoding:
         if not pose.any():
             return codes
         channel, sign = self.turn()
+        if self.dtype.kind == "u":
+            turned = np.empty_like(codes)
+            turn_codes(codes, pose, (channel, sign), self.top, turned)
+            return turned
         out = np.take_along_axis(codes, channel[pose], axis=2)
-        opposite = -out if self.signed else (self.top - out).astype(self.dtype)
+        opposite = -out if self.signed else (1 - out).astype(self.dtype)
         return np.where(sign[pose] < 0, opposite, out)
 
 
