@@ -377,3 +377,128 @@ class TestOtherSizes:
         monkeypatch.setattr(batch, "carry_out", None)  # what grows
         said = run(f"{line} -o out.tif", 2).stderr.splitlines()[-1]
         assert all(w in said for w in words.split()), said
+
+
+def save_exr(path: str, channels: dict[str, NDArray[Any]], types: tuple[str, ...] = ()) -> None:
+    """An EXR file as another program writes it."""
+    import OpenImageIO as oiio
+
+    values = np.dstack(list(channels.values())).astype(np.float32)
+    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], "float")
+    spec.channelnames = tuple(channels)
+    if types:
+        spec.channelformats = tuple(map(oiio.TypeDesc, types))
+    file = oiio.ImageOutput.create(path)
+    assert file.open(path, spec)
+    assert file.write_image(values)
+    file.close()
+
+
+class TestLayers:
+    def floats(self, seed: int = 1, count: int = 1) -> list[NDArray[Any]]:
+        return [a.astype(np.float32) / 255 for a in np.moveaxis(noise(channels=count, seed=seed), 2, 0)]
+
+    def layered(self, path: str = "moss.exr") -> dict[str, NDArray[Any]]:
+        """Layers as renderers write them: channels sorted by name, deep names, and some that are no maps."""
+        r, g, b, h, o = self.floats(2, 5)
+        n = slopes().astype(np.float32) / 127.5 - 1
+        channels = {
+            "View.diffuse.B": b, "View.diffuse.G": g, "View.diffuse.R": r, "Z": h, "height": h, "normal.X": n[..., 0],
+            "normal.Y": n[..., 1], "normal.Z": n[..., 2], "roughness.Y": o, "time.Y": h,
+        }  # fmt: skip
+        save_exr(path, channels, ("half", "half", "half", "float", "float", *["float"] * 3, "half", "float"))
+        return channels
+
+    def test_an_exr_file_is_read_as_a_set(self) -> None:
+        channels = self.layered()
+        moss = ia.read("moss.exr")
+        assert list(moss.planes) == ["albedo", "normal", "roughness", "height"]
+        assert moss.name == "moss"
+        for name, plane in moss.planes.items():
+            own = {"albedo": ["View.diffuse.R", "View.diffuse.G", "View.diffuse.B"], "height": ["height"],
+                   "normal": ["normal.X", "normal.Y", "normal.Z"], "roughness": ["roughness.Y"]}[name]  # fmt: skip
+            wanted = np.dstack([channels[c] for c in own]).astype(plane.pixels.dtype)
+            assert np.array_equal(plane.samples, wanted)
+        assert moss.planes["albedo"].pixels.dtype == moss.planes["roughness"].pixels.dtype == np.float16
+        assert moss.planes["height"].kind is Kind.DATA
+        assert moss.planes["height"].pixels.dtype == np.float32
+        assert moss.planes["normal"].kind is Kind.NORMAL
+        assert np.array_equal(files.read_plane("moss.exr::time").pixels, channels["time.Y"])
+        assert files.group(["moss.exr"])[0]["normal"] == "moss.exr::normal"
+
+    def test_a_set_goes_in_and_comes_out_as_one_file(self) -> None:
+        self.layered()
+        line = f"grow moss.exr -o out.exr {PATCH} --feather 0 --seed 2"
+        made = told(f"{line} --layers --save-map m.npz -q")
+        assert made["files"][0] == {"path": "out.exr", "holds": "albedo, normal, roughness, height"}
+        assert not list(Path().glob("out_*"))
+        once, again = ia.read("moss.exr"), ia.read("out.exr")
+        yx = ia.SourceMap.load("m.npz").yx
+        assert list(again.planes) == list(once.planes)
+        for name, plane in again.planes.items():
+            assert plane.pixels.dtype == once.planes[name].pixels.dtype
+            assert np.array_equal(plane.pixels, once.planes[name].pixels[yx[..., 0], yx[..., 1]])  # bit for bit
+        run("replay out.exr -e moss.exr -o two.exr --layers")
+        assert Path("two.exr").read_bytes() == Path("out.exr").read_bytes()
+        run("render m.npz -e moss.exr -o three.exr --layers")
+        assert np.array_equal(files.read_plane("three.exr::height").pixels, again.planes["height"].pixels)
+        one_by_one = told(f"{line} --force -q")["files"]
+        assert [f["path"] for f in one_by_one] == ["out.exr", "out_normal.exr", "out_roughness.exr", "out_height.exr"]
+        usual = told(f"grow moss.exr {PATCH} --layers -q")["files"]
+        assert usual == [{"path": "moss_grown.exr", "holds": "albedo, normal, roughness, height"}]
+
+    def test_files_of_8_bits_become_layers_where_a_depth_is_asked_for(self) -> None:
+        put("w_normal.png", slopes())
+        put("w_orm.png", noise(seed=3))
+        line = f"grow w_albedo.png w_normal.png w_orm.png {PATCH} --layers"
+        assert "--depth half" in run(f"{line} -o out.exr", 2).stderr
+        run(f"{line} -o out.exr --depth half")
+        out = ia.read("out.exr")
+        assert set(out.planes) == {"albedo", "normal", "roughness", "metallic", "ao"}
+        run(f"{line} -o in.exr --depth half --magnify 2 --patch 6")
+        assert list(files.layers.layers_of("out.exr")) == sorted(out.planes)
+
+    def test_the_library_writes_layers(self) -> None:
+        rgba = np.dstack(self.floats(4, 4)).astype(np.float16)
+        rgba[..., 3] = rgba[..., 3] > 0.5
+        seven = np.dstack(self.floats(5, 7))
+        files.write("x.exr", {"albedo": rgba, "spectrum": seven, "height": seven[..., 0]}, recipe="{}")
+        assert np.array_equal(files.read_plane("x.exr::albedo").pixels, rgba)
+        assert np.array_equal(files.read_plane("x.exr::spectrum").pixels, seven)
+        assert list(ia.read("x.exr", alpha="channel").planes) == ["albedo", "height"]
+        assert files.read_recipe("x.exr") == {}
+        files.write("y.exr", {"albedo": rgba, "spectrum": seven, "height": seven[..., 0]}, recipe="{}")
+        assert Path("x.exr").read_bytes() == Path("y.exr").read_bytes()
+        with pytest.raises(ParameterError, match="exists"):
+            files.write("x.exr", {"albedo": rgba})
+        with pytest.raises(ParameterError, match="at least one"):
+            files.write("z.exr", {})
+
+    def test_a_picture_without_a_name_is_the_albedo(self) -> None:
+        r, g, b, h = self.floats(2, 4)
+        save_exr("a.exr", {"B": b, "G": g, "R": r, "bump.Y": h})
+        assert list(ia.read("a.exr").planes) == ["albedo", "height"]
+        save_exr("b.exr", {"B": b, "G": g, "R": r, "Z": h})
+        assert list(ia.read("b.exr").planes) == ["albedo"]
+        assert ia.read("b.exr").base.channels == 3
+
+    @pytest.mark.parametrize(("line", "code", "words"), [
+        ("grow twice.exr -o out.png", 3, "twice.exr bump.Y height disp"),
+        ("grow bare.exr -o out.png", 3, "bare.exr height roughness without"),
+        ("grow moss.exr -o out.png --layers", 2, "out.png .exr"),
+        ("grow moss.exr -o - --layers", 2, ".exr"),
+        ("grow w_albedo.png --map height=moss.exr::depth -o out.png", 3, "moss.exr::depth height normal"),
+        ("grow w_albedo.png --map ao=w_ao.png -o out.exr --layers --depth half", 2, "out.exr ao 24x20 48x40"),
+        ("grow w_albedo.png --map height=plain.exr::normal -o out.png", 3, "plain.exr::normal png"),
+    ])  # fmt: skip
+    def test_what_are_no_layers_is_refused(self, line: str, code: int, words: str) -> None:
+        self.layered()
+        put("w_ao.png", noise(20, 24, 1))
+        Path("plain.exr").write_bytes(Path("w_albedo.png").read_bytes())
+        r, g, b, h = self.floats(2, 4)
+        save_exr("twice.exr", {"R": r, "G": g, "B": b, "bump.Y": h, "disp.Y": h})
+        save_exr("bare.exr", {"height.Y": h, "roughness.Y": r})
+        words = words.replace("bump.Y height disp", "bump disp both are the height")
+        said = [t for t in run(line, code).stderr.splitlines() if not t.startswith("exemplar ")]
+        assert len(said) == 1 and all(w in said[0] for w in words.split()), said  # noqa: PT018
+        assert not list(Path().glob("out*"))

@@ -38,7 +38,7 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
     lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
     said += ["--seed", str(seed), *joining_options(wish), *given(wrap=None if wish.wrap == "none" else wish.wrap)]
     said += given(depth=targets.depth, repair=None if lattice else wish.repair or None)
-    said += ["--force"] * targets.force
+    said += ["--layers"] * targets.layers + ["--force"] * targets.force
     always = ("tolerance",) if healed else ()  # heal has a usual one of its own
     return shlex.join(["intarsia", *said, "--method", method.slug, *options_of(method, wish.pictures, always)])
 

@@ -24,7 +24,7 @@ from .again import command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
-from .outputs import Staging, check_all
+from .outputs import Staging, by_file, check_all
 from .plan import Order, check_begin, method_as_json, orders_of, scene_of
 from .report import Meter, Report
 from .request import Inputs, Targets, Wish
@@ -120,14 +120,7 @@ class Batch:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
         with Staging(self.targets.force) as staging:
-            share = 0.1 / len(order.pictures)
-            for number, (name, path) in enumerate(order.pictures.items()):
-                begin = 0.9 + share * number
-                run = Run(threads, meter.stage("render", begin, begin + share), CANCEL)
-                plane = grown.render(name, run=run)
-                write(staging.place(path), plane, depth=self.targets.depth, recipe=grown.recipe_text)
-                if number == 0 and self.sheet is not None:
-                    self.thumbnails.append(thumbnail(grown.render(name)))
+            self._draw(order, grown, staging, threads, meter)
             if order.save_map is not None:
                 smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
                 write_bytes(staging.place(order.save_map), smap.to_bytes())
@@ -143,6 +136,20 @@ class Batch:
         about = self._about(order, grown) | seams
         explain(self.report, about, order.warnings)
         return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
+
+    def _draw(self, order: Order, grown: Synthesis, staging: Staging, threads: int | None, meter: Meter) -> None:
+        """Draw and write all planes, each when it is needed."""
+        share, begin = 0.1 / len(order.pictures), 0.9
+        for path, names in by_file(order.pictures).items():
+            planes = {}
+            for name in names:
+                run = Run(threads, meter.stage("render", begin, begin + share), CANCEL)
+                planes[name] = grown.render(name, run=run)
+                begin += share
+            picture = planes if self.targets.layers else planes[names[0]]
+            write(staging.place(path), picture, depth=self.targets.depth, recipe=grown.recipe_text)
+        if self.sheet is not None:
+            self.thumbnails.append(thumbnail(grown.render()))
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
         """What JSON says of a result, x before y, and of how its method was chosen."""

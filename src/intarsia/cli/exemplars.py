@@ -72,8 +72,8 @@ def stem_of(found: Set) -> str:
     if first.startswith("sample:"):
         return first.partition(":")[2]
     if len(pictures) == 1:
-        return Path(first).stem
-    return files.sets.name_of(first)[0] or Path(first).stem
+        return Path(files.layers.split(first)[0]).stem
+    return files.sets.name_of(first)[0] or Path(files.layers.split(first)[0]).stem
 
 
 class Shelf:

@@ -134,6 +134,7 @@ TARGET_OPTIONS = (
         "depth", "--depth", type=click.Choice(DEPTHS),
         help="Bits of the output; by default those of the exemplar, exactly.",
     ),
+    opt("layers", "--layers", is_flag=True, help="Write all planes as layers of one OpenEXR file: OUT.exr."),
     FORCE,
 )
 

@@ -22,7 +22,7 @@ from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
 from ..tasks.starts import Margins, extension
 from .exemplars import Set, Shelf, stem_of
-from .outputs import filled_name, plane_files, usual_files, usual_name
+from .outputs import by_file, filled_name, layer_files, plane_files, usual_files, usual_name
 from .request import Targets, Wish
 
 
@@ -53,7 +53,8 @@ class Order:
     def files(self) -> list[tuple[str, str]]:
         """All files of the order, and what each holds."""
         more = ((self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances"))
-        return [(path, name) for name, path in self.pictures.items()] + [(p, what) for p, what in more if p is not None]
+        pictures = [(path, ", ".join(names)) for path, names in by_file(self.pictures).items()]
+        return pictures + [(p, what) for p, what in more if p is not None]
 
     def plan(self, scene: Scene) -> Plan:
         """The plan again, on its scene."""
@@ -133,7 +134,7 @@ def orders_of(
         Canvas(height, width)
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
-    if targets.out:
+    if targets.out and not targets.layers:
         plane_files(filled_name(targets.out, fields), sets[0])  # refused before anything is read
     scene = scene_of(shelf, lot, wish)
     if check is not None:
@@ -164,6 +165,10 @@ def named(
     sets: Sequence[Set], exemplar: Exemplar, targets: Targets, fields: dict[str, Any], many: bool
 ) -> dict[str, str]:
     """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
+    if targets.layers:
+        many_seeds = fields["seed"] if many else None
+        out = filled_name(targets.out, fields) if targets.out else usual_name(sets, targets.done, many_seeds) + ".exr"
+        return layer_files(out, exemplar, targets.depth)
     if targets.out:
         return plane_files(filled_name(targets.out, fields), sets[0])
     longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)

@@ -142,7 +142,8 @@ class Work:
 class Targets:
     """The files to write: the picture, planes beside it, and what else was asked for.
 
-    Without `out` the pictures are named after the exemplars and what is `done` with them, such as grown.
+    With `layers` all planes are layers of one file. Without `out` the pictures are named after the exemplars and what
+    is `done` with them, such as grown.
     """
 
     out: str
@@ -152,6 +153,7 @@ class Targets:
     st_map: str | None = None
     distance_map: tuple[tuple[int, int], str] | None = None
     done: str = ""
+    layers: bool = False
 
     def __post_init__(self) -> None:
         if not self.out and not self.done:

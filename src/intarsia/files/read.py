@@ -15,8 +15,9 @@ from ..errors import InputError, ParameterError, printable, said
 from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
 from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
+from .layers import split
 from .samples import PREFIX, sample
-from .sets import name_of, uses_directx
+from .sets import layered, name_of, uses_directx
 from .source import look
 
 PathLike = str | os.PathLike[str]
@@ -28,6 +29,8 @@ def read(
     weights: Mapping[str, float] | None = None, **planes: PathLike,
 ) -> Exemplar:  # fmt: skip
     """Read an exemplar from a picture, and further maps of the same surface if you name them.
+
+    An EXR file whose layers are maps, such as albedo.R and normal.X, is a set by itself.
 
     ``read("moss.png", height="moss_height.exr", normal="moss_normal.png")``; ``read("sample:tiles")`` needs no file.
 
@@ -55,7 +58,8 @@ def read(
     InputError
         where a file is missing, damaged, too large, or does not fit the others.
     """
-    given = {"albedo": path, **planes} | ({} if mask is None else {"mask": mask})
+    expect_path(path)
+    given = (layered(path) or {"albedo": path}) | planes | ({} if mask is None else {"mask": mask})
     return read_set(given, alpha=alpha, channels=channels, weights=weights)
 
 
@@ -90,15 +94,19 @@ def read_set(
 def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
     """Read one picture, from a path, from bytes, or from the standard input ("-"), in its full depth.
 
-    EXR, HDR, PFM and float TIFF are linear, all else is sRGB. An EXR gives its RGB(A) or Y(A), else its first layer.
+    EXR, HDR, PFM and float TIFF are linear, all else is sRGB. An EXR gives its RGB(A) or Y(A), else its first layer;
+    ``FILE.exr::NAME`` is the layer of that name.
     """
     if not isinstance(path, bytes):
         expect_path(path)
     if isinstance(path, str) and path.startswith(PREFIX):
         made = sample(path)
         return made if kind is None else Plane(made.pixels, chosen(Kind, "kind", kind), made.transfer, made.meta)
-    picture = look(path)
-    found = decode(picture)
+    file, layer = (path, None) if isinstance(path, bytes) else split(path)
+    picture = look(file)
+    if layer is not None and not isinstance(path, bytes):
+        picture = replace(picture, name=printable(path))
+    found = decode(picture, layer)
     pixels, kind = found.pixels, Kind.COLOUR if kind is None else chosen(Kind, "kind", kind)
     if kind is Kind.NORMAL:
         pixels = _three_channels(pixels, picture.name)
@@ -148,7 +156,7 @@ def _exemplar_name(path: PathLike) -> str:
     text = os.fspath(path)
     if text == "-" or text.startswith(PREFIX):
         return "stdin" if text == "-" else text
-    return name_of(text)[0] or Path(text).stem
+    return name_of(text)[0] or Path(split(text)[0]).stem
 
 
 def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..errors import InputError, ParameterError, printable
 from .formats import SUFFIXES
+from .layers import MARK, layers_of, split
 
 PathLike = str | os.PathLike[str]
 
@@ -47,7 +48,8 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
 
     ``auto``: files that share a stem are one set, different stems are several exemplars, a folder is one set.
     ``set``: all files are one set. ``several``: every file is an exemplar of its own.
-    A file alone is a plain picture, unless its ending is unmistakable (``normal``, ``roughness``, ...).
+    An EXR file alone whose layers are maps is a set. Any other file alone is a plain picture, unless its ending is
+    unmistakable (``normal``, ``roughness``, ...).
 
     Raises InputError where two files are the same map, where several maps lack the picture that they belong to, and
     for a folder without pictures.
@@ -70,6 +72,31 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
         key = ("", str(number)) if alone else (os.path.dirname(os.fspath(path)), base)
         bases.setdefault(key, []).append(path)
     return found + [_one_set(files, name_of(files[0])[0]) for files in bases.values()]
+
+
+def layered(path: PathLike) -> dict[str, PathLike]:
+    """Return the set that the layers of an EXR file are, as FILE.exr::LAYER; empty for all other files.
+
+    A picture without a name is the albedo, where no layer is called so. Raises InputError where two layers are the same
+    map, or several maps lack their picture.
+    """
+    found: dict[str, str] = {}
+    layers = {} if _special(path) else layers_of(path)
+    for layer in sorted(layers, key=lambda one: not one):
+        name = _NAME.get(layer.rpartition(".")[2].lower())
+        if not layer:
+            name = "albedo" if {"R", "G", "B"} <= {c.upper() for c in layers[""]} else None
+        if name is None or (not layer and name in found):
+            continue
+        if name in found:
+            raise InputError(f"{printable(path)}: the layers {found[name]} and {layer} both are the {name}; keep one.")
+        found[name] = layer
+    if len(found.keys() - {"mask"}) < 2:
+        return {}
+    if "albedo" not in found:
+        listed = " and ".join(found.values())
+        raise InputError(f"{printable(path)}: {listed} are maps without the picture that they belong to; add a layer.")
+    return {name: f"{os.fspath(path)}{MARK}{found[name]}" for name in WORDS if name in found}
 
 
 def describe(sets: Iterable[dict[str, PathLike]]) -> str:
@@ -96,7 +123,7 @@ def uses_directx(path: PathLike) -> bool:
 
 def _split(path: PathLike) -> tuple[list[str], str | None]:
     """Return the tokens of the stem without resolution tags and plane word, and that word."""
-    stem = Path(os.fspath(path)).stem
+    stem = Path(os.fspath(split(path)[0])).stem
     tokens = [t for t in re.split(r"[_\-. ]+", stem) if t]
     end = len(tokens)
     while end and _TAG.fullmatch(tokens[end - 1]):
@@ -110,6 +137,8 @@ def _split(path: PathLike) -> tuple[list[str], str | None]:
 
 def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
     if len(files) == 1:
+        if found := layered(files[0]):
+            return found
         word = _split(files[0])[1]
         clear = word is not None and word in _CLEAR and not _special(files[0])
         return {_NAME[word] if word is not None and clear else "albedo": files[0]}

@@ -28,7 +28,7 @@ def turn_codes(codes: Array, pose: NDArray[np.integer[Any]], turn: Turn, top: in
 
 @kernel
 def settle_vectors(
-    samples: Array, turn: Turn, total: NDArray[np.int64], first: NDArray[np.int64], weight: NDArray[np.int64], top: int,
+    samples: Array, turn: Turn, total: Array, first: NDArray[np.int64], weight: NDArray[np.int64], top: int,
     out: Array,
 ) -> None:  # fmt: skip
     """Return votes as codes of vectors of length 1, rounded half up; where all agree, that of the first voter.
