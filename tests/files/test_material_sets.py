@@ -272,7 +272,7 @@ class TestWeights:
         run(f"{line} -o out.png --weight height=0.5 --weight orm=0 --magnify 2 --patch 6")
         recipe = files.read_recipe("out_height.png")
         assert recipe is not None
-        assert recipe["inputs"]["weight"] == {"height": 0.5, "orm": 0.0}
+        assert recipe["inputs"]["weights"] == {"height": 0.5, "orm": 0.0}
         assert recipe["exemplars"][0]["weights"] == {"height": 0.5, "ao": 0, "roughness": 0, "metallic": 0}
         run("replay out.png -e w_albedo.png -e w_height.png -e w_orm.png -o again.png")
         for name in ("", "_height", "_orm"):
@@ -282,7 +282,7 @@ class TestWeights:
         run(f"{line} -o one.png --weight height=1")
         assert np.array_equal(pixels("one.png"), pixels("usual.png"))
         told_again = told("grow w_albedo.png w_height.png --weight height=0.125 --dry-run")["auto"]["command"]
-        assert "--weight height=0.125" in told_again
+        assert "--plane-weight height=0.125" in told_again
 
     @pytest.mark.parametrize(("weights", "words"), [
         ("--weight depth=1", "no such plane albedo, height"), ("--weight height=-1", "0 to 100"),

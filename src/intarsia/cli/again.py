@@ -66,7 +66,7 @@ def inputs_of(inputs: Inputs) -> list[str]:
     said: list[str] = []
     for name, value in inputs.recipe().items():
         if isinstance(value, dict):
-            said += [word for key, number in value.items() for word in (f"--{name}", f"{key}={number}")]
+            said += [word for key, number in value.items() for word in ("--plane-weight", f"{key}={number}")]
         else:
             said += [f"--{name}"] if value is True else [f"--{name}", written(value)]
     return said

@@ -128,7 +128,7 @@ class Shelf:
         healed = self._begin.holes and not n
         exemplar = files.read_set(
             found, alpha=self.inputs.alpha, unused=unused if healed else None, channels=self.inputs.packed,
-            weights=dict(self.inputs.weight),
+            weights=dict(self.inputs.weights),
         )  # fmt: skip
         for name, path in found.items():
             plane = exemplar.planes.get(name)

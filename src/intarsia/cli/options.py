@@ -65,6 +65,10 @@ def gathered(*options: Opt, into: str, make: Callable[..., Any]) -> Callable[[Co
     return decorate
 
 
+PLANE_WEIGHTS = opt(
+    "weights", "--weight", "--plane-weight", multiple=True, type=PlaneWeight(), metavar="NAME=F",
+    help="How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
+)  # fmt: skip
 INPUT_OPTIONS = (
     opt(
         "maps", "--map", multiple=True, type=NamedFile(),
@@ -79,10 +83,7 @@ INPUT_OPTIONS = (
         help="What the channels of the packed map hold (NAME_orm and the like, or --map packed=FILE), such as "
         "R=ao,G=roughness,B=metallic.",
     ),
-    opt(
-        "weight", "--weight", multiple=True, type=PlaneWeight(), metavar="NAME=F",
-        help="How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
-    ),
+    PLANE_WEIGHTS,
     opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
     opt(
         "alpha", "--alpha", type=ALPHA, default="auto", show_default=True,

@@ -19,7 +19,7 @@ class Inputs:
     ``how`` says how several files are read: as one set of planes, as several exemplars, or by their names.
     ``scale`` is the n of 1/n; `magnify` says how many times larger pictures are drawn than they are grown. `donors` are
     pictures from which new pixels come in place of those of `files`. `packed` says what a packed map
-    holds, as in R=ao,G=roughness,B=metallic, and `weight` how much planes count in matching.
+    holds, as in R=ao,G=roughness,B=metallic, and `weights` how much planes count in matching.
     """
 
     files: tuple[str, ...]
@@ -35,7 +35,7 @@ class Inputs:
     donors: tuple[str, ...] = ()
     magnify: int = 1
     packed: str | None = None
-    weight: tuple[tuple[str, float], ...] = ()
+    weights: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         if self.toroidal and self.crop is not None:
@@ -57,7 +57,7 @@ class Inputs:
         said = {
             "alpha": self.alpha, "avoid": self.avoid and "#" + bytes(self.avoid).hex(), "toroidal": self.toroidal,
             "crop": self.crop and list(self.crop), "scale": f"1/{self.scale}", "flatten": self.flatten,
-            "magnify": self.magnify, "packed": self.packed, "weight": dict(self.weight),
+            "magnify": self.magnify, "packed": self.packed, "weights": dict(self.weights),
         }  # fmt: skip
         return {name: said[name] for name in said if getattr(self, name) != getattr(Inputs, name)}
 

@@ -209,7 +209,7 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) 
             crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
             flatten=given.flatten or bool(said.get("flatten", False)),
             scale=given.scale if given.scale != 1 else Scale()(str(said.get("scale", "1/1"))),
-            weight=given.weight or tuple(PlaneWeight()(f"{n}={w}") for n, w in said.get("weight", {}).items()),
+            weights=given.weights or tuple(PlaneWeight()(f"{n}={w}") for n, w in said.get("weights", {}).items()),
             packed=given.packed or (Channels()(said["packed"]) if "packed" in said else None),
             magnify=_whole(said.get("magnify", 1), 1, TIMES),
         )

@@ -42,7 +42,7 @@ JUDGING = (
 
 
 @click.command(name="score")
-@input_options(EXEMPLARS, without=("maps", "packed", "weight"))
+@input_options(EXEMPLARS, without=("maps", "packed", "weights"))
 @click.argument("output", type=FILE, metavar="OUTPUT")
 @gathered(*JUDGING, into="judging", make=Judging)
 @gathered(
