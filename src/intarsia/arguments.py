@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import re
 from enum import Enum
 from numbers import Real
 from typing import Any, TypeVar
@@ -10,6 +11,12 @@ from typing import Any, TypeVar
 from .errors import InputError, IntarsiaError, ParameterError, said
 
 E = TypeVar("E", bound=Enum)
+
+CHANNELS = "RGBA"
+"""What the channels of a packed map are called."""
+
+SCALARS = ("ao", "roughness", "metallic", "height", "opacity", "specular")
+"""Maps of one number for each pixel, which may lie in a channel of a packed map."""
 
 PHOTOS = ("brick", "grass", "gravel")
 PAINTED = ("tiles", "pebbles", "stones", "planks")
@@ -33,6 +40,9 @@ TIMES = 64
 
 WEIGHT, WEIGHTS = 2.0, 100
 """How much a guide counts against the seams: usually, and at most."""
+
+PLANE_WEIGHTS = 100
+"""How many times more than usually a plane may count in matching."""
 
 REACHES = 256
 """Px around the boundaries of labels that count as partly of both, at most."""
@@ -80,6 +90,21 @@ def pair(value: Any) -> tuple[int, int]:
         return rows, columns
     side = whole(value)
     return side, side
+
+
+def channels_of(text: Any) -> tuple[str, ...]:
+    """Read what the channels of a packed map hold, as in R=ao,G=roughness,B=metallic; ``""`` for those not named."""
+    held: dict[str, str] = {}
+    for part in str(text).split(","):
+        match = re.fullmatch(r"\s*([RGBA])\s*=\s*([a-z]+)\s*", part)
+        if match is None or match[2] not in SCALARS or match[1] in held or match[2] in held.values():
+            raise ParameterError(
+                f"packed={called(text)} is not allowed; give each of {', '.join(SCALARS)} at most one of R, G, B and "
+                "A, as in R=ao,G=roughness,B=metallic."
+            )
+        held[match[1]] = match[2]
+    last = max(CHANNELS.index(letter) for letter in held)
+    return tuple(held.get(letter, "") for letter in CHANNELS[: last + 1])
 
 
 def chosen(kind: type[E], name: str, value: Any) -> E:

@@ -5,22 +5,23 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import expect
+from .arguments import PLANE_WEIGHTS, SCALARS, called, expect
 from .arrays import marks, masked_pixels, pixels_of
-from .errors import InputError
-from .image import Kind, Plane
+from .errors import InputError, ParameterError, said
+from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
 
 T = TypeVar("T")
 
 KIND_OF_NAME = {
     "normal": Kind.NORMAL,
-    **dict.fromkeys(("height", "roughness", "metallic", "ao", "opacity", "specular", "orm"), Kind.DATA),
+    **dict.fromkeys(("height", "roughness", "metallic", "ao", "opacity", "specular", *PACKINGS, PACKED), Kind.DATA),
     **dict.fromkeys(("label", "labels", "id", "ids"), Kind.LABEL),
 }
 """What a plane of this name holds; any other name is a colour."""
@@ -49,17 +50,23 @@ class Exemplar:
         True where the exemplar continues in itself across its borders.
     name : str
         A short name, for messages and maps.
+    weights : dict of str to float
+        How much planes count in matching, 0 to 100 times as much as they usually do. A plane of weight 0 is drawn, and
+        not compared. The name of a packed map stands for all planes in it.
 
     Raises
     ------
     InputError
         where sizes do not fit, or a usable pixel is NaN or infinite.
+    ParameterError
+        for weights of no plane, or that leave nothing to compare.
     """
 
     planes: Mapping[str, Plane]
     usable: NDArray[np.bool_] | None = None
     toroidal: bool = False
     name: str = "exemplar"
+    weights: Mapping[str, float] = field(default_factory=dict)
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
 
     def __post_init__(self) -> None:
@@ -73,7 +80,7 @@ class Exemplar:
         object.__setattr__(self, "toroidal", bool(self.toroidal))
         object.__setattr__(self, "planes", dict(self.planes))
         for name, plane in self.planes.items():
-            self._check_size(name, plane)
+            check_size(f"the plane {name}", plane, "the base", self.base)
         if self.usable is not None:
             usable = marks(self.usable, "the mask")
             if usable.shape != (self.height, self.width):
@@ -85,32 +92,42 @@ class Exemplar:
             object.__setattr__(self, "usable", None if usable.all() else usable)
         for name, plane in self.planes.items():
             self._check_finite(name, plane)
+        self._check_weights()
 
     @classmethod
     def of(
         cls, pixels: ArrayLike | Plane | Mapping[str, ArrayLike | Plane] | Exemplar, *, usable: ArrayLike | None = None,
-        toroidal: bool | None = None, name: str | None = None,
+        toroidal: bool | None = None, name: str | None = None, weights: Mapping[str, float] | None = None,
     ) -> Exemplar:  # fmt: skip
         """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` tell the kind.
 
+        Those named ``orm``, ``arm`` or ``rma`` are unpacked into planes of one channel; ``render("orm")`` draws them
+        as one.
         Masked pixels of a masked array are not used, and those of a picture of Pillow are taken as it shows them. Of an
         exemplar another is made where anything is named: pixels must then be usable by its own mask and by `usable`.
         """
         mask = None if usable is None else marks(usable, "the mask")
         if isinstance(pixels, Exemplar):
             mask = mask if pixels.usable is None or mask is None else _both(mask, pixels.usable)
-            about: dict[str, Any] = {"usable": mask, "toroidal": toroidal, "name": name}
+            about: dict[str, Any] = {"usable": mask, "toroidal": toroidal, "name": name, "weights": weights}
             about = {key: value for key, value in about.items() if value is not None}
             return replace(pixels, **about) if about else pixels
         given = pixels if isinstance(pixels, Mapping) else {"albedo": pixels}
-        planes = {n: _plane(n, p) for n, p in given.items()}
+        planes: dict[str, Plane] = {}
+        for n, p in given.items():
+            made = _plane(n, p)
+            more = unpacked(n, made) if n in PACKINGS and made.channels > 2 else {n: made}
+            if twice := planes.keys() & more.keys():
+                raise InputError(f"the packed map {n} holds {min(twice)}, which is given beside it; give one of them.")
+            planes |= more
         for p in given.values():
             masked = masked_pixels(p)
             if masked is not None:
                 base = next(iter(planes.values()))
                 left = ~resized(masked, (base.height, base.width))
                 mask = left if mask is None else _both(mask, left)
-        return cls(planes, mask, toroidal is not None and toroidal, "exemplar" if name is None else name)
+        name = "exemplar" if name is None else name
+        return cls(planes, mask, toroidal is not None and toroidal, name, {} if weights is None else weights)
 
     @property
     def base(self) -> Plane:
@@ -124,10 +141,38 @@ class Exemplar:
         return names[1:] if names[0] == REDUCED and len(names) > 1 else names
 
     @property
+    def packs(self) -> dict[str, tuple[str, ...]]:
+        """The names of packed maps, and of the planes that they hold, channel by channel."""
+        return packs_of({name: self.planes[name] for name in self.drawn})
+
+    @property
+    def pictures(self) -> tuple[str, ...]:
+        """The names of the pictures that files hold: the planes that are drawn, of packed maps these."""
+        packs = self.packs
+        owner = {plane: pack for pack, own in packs.items() for plane in own}
+        return tuple(dict.fromkeys(owner.get(name, name) for name in self.drawn))
+
+    def picture(self, name: str) -> Plane | None:
+        """Return the plane of a name, or the packed map of a name as one plane; None where there is neither."""
+        if name in self.planes:
+            return self.planes[name]
+        own = self.packs.get(name)
+        return None if own is None else self.memo(("packed", name), lambda: packed([self.planes[n] for n in own]))
+
+    @property
     def compared(self) -> tuple[str, ...]:
-        """The names of the planes that say what fits: all, but for the one that a reduced plane stands for."""
-        names = tuple(self.planes)
-        return names if self.drawn == names else (names[0], *names[2:])
+        """The names of the planes that say what fits: all, but for the one that a reduced plane stands for.
+
+        The first is always among them; others that do not count are not.
+        """
+        first, *others = self.planes if self.drawn == tuple(self.planes) else (REDUCED, *self.drawn[1:])
+        return (first, *(name for name in others if self.weight(name)))
+
+    def weight(self, name: str) -> float:
+        """Return how much a plane counts, relative to what is usual; channels of packed maps without a name do not."""
+        name = self.drawn[0] if name == REDUCED else name
+        usual = 0.0 if PACKED in self.planes[name].meta and name not in SCALARS else 1.0
+        return self.weights.get(name, usual)
 
     @property
     def times(self) -> int:
@@ -177,20 +222,29 @@ class Exemplar:
             h.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
         h.update(b"mask" + (b"" if self.usable is None else np.packbits(self.usable).tobytes()))
         h.update(b"toroidal" if self.toroidal else b"")
+        if self.weights:
+            h.update(b"weights" + repr(sorted(self.weights.items())).encode())
         return h.hexdigest()
 
-    def _check_size(self, name: str, plane: Plane) -> None:
-        for mine, base in ((plane.height, self.height), (plane.width, self.width)):
-            if max(mine, base) % min(mine, base):
-                raise InputError(
-                    f"the plane {name} is {plane.width}x{plane.height} px, the base {self.width}x{self.height}; "
-                    "give it the same size, or a whole multiple or fraction of it."
-                )
-        if plane.height * self.width != plane.width * self.height:
-            raise InputError(
-                f"the plane {name} is {plane.width}x{plane.height} px, of another shape than the base "
-                f"({self.width}x{self.height}); scale both axes alike."
-            )
+    def _check_weights(self) -> None:
+        """Keep the weights plane by plane, without those that change nothing."""
+        expect(self.weights, Mapping, "weights", "a number for each name of a plane")
+        packs, weights = self.packs, dict[str, float]()
+        for name, weight in self.weights.items():
+            own = packs.get(name, (name,))
+            if name not in packs and name not in self.drawn:
+                known = ", ".join((*self.drawn, *packs))
+                raise ParameterError(f"weight {said(name)}: {self.name} has no such plane; choose one of {known}.")
+            real = isinstance(weight, Real) and not isinstance(weight, bool)
+            if not real or not 0 <= weight <= PLANE_WEIGHTS:
+                raise ParameterError(f"weight {name}={called(weight)} is not allowed; give 0 to {PLANE_WEIGHTS}.")
+            weights |= dict.fromkeys(own, float(weight))
+        for name in [n for n in weights if PACKED not in self.planes[n].meta or n in SCALARS]:
+            if weights[name] == 1:
+                del weights[name]
+        object.__setattr__(self, "weights", weights)
+        if not any(self.weight(name) for name in self.compared):
+            raise ParameterError(f"the weights leave no plane of {self.name} to compare; let one count.")
 
     def _check_finite(self, name: str, plane: Plane) -> None:
         if finite(plane):
@@ -203,6 +257,17 @@ class Exemplar:
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "
                 "repair them, or leave them out (--mask; when healing, --usable; in Python, usable=)."
             )
+
+
+def check_size(name: str, plane: Plane, first: str, base: Plane) -> None:
+    """Refuse a plane whose size does not fit that of the base; `name` and `first` are what messages call them."""
+    size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
+    if plane.height * base.width != plane.width * base.height:
+        raise InputError(f"{name} is {size}, of another shape than {first} ({other}); scale both axes alike.")
+    if max(plane.height, base.height) % min(plane.height, base.height):
+        raise InputError(
+            f"{name} is {size}, {first} {other}; give it the same size, or a whole multiple or fraction of it."
+        )
 
 
 def finite(plane: Plane) -> bool:

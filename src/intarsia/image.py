@@ -1,7 +1,13 @@
-"""A plane is one picture of a surface: pixels, what they mean, and how they are coded."""
+"""A plane is one picture of a surface: pixels, what they mean, and how they are coded.
+
+Packed maps are files whose channels hold one map each: occlusion, roughness and metallic in red, green and blue. Each
+channel becomes a plane of its own, so that it is compared by its own range; they are drawn, and written, as one
+picture again, channel beside channel.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -9,14 +15,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arguments import chosen, expect
+from .arguments import CHANNELS, chosen, expect
 from .arrays import pixels_of
-from .errors import InputError
+from .errors import InputError, ParameterError
 
 Array = NDArray[Any]
 
 DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
 MAX_SIDE = 1 << 20
+
+PACKINGS = {
+    "orm": ("ao", "roughness", "metallic"),
+    "arm": ("ao", "roughness", "metallic"),
+    "rma": ("roughness", "metallic", "ao"),
+}
+"""What the channels of a packed map hold whose name says it."""
+
+PACKED = "packed"
+"""A packed map whose name does not say what it holds; and the fact of a plane that tells where it was packed."""
 
 
 class Kind(StrEnum):
@@ -135,3 +151,60 @@ def _frozen(pixels: Array) -> bool:
     """Whether nobody can write to an array any more, neither through it nor through the array that it is a view of."""
     under = pixels if pixels.base is None else pixels.base
     return type(under) is np.ndarray and under.base is None and not (pixels.flags.writeable or under.flags.writeable)
+
+
+def unpacked(name: str, plane: Plane, order: Sequence[str] | None = None, file: str = "") -> dict[str, Plane]:
+    """Return the channels of a packed map as planes of data, by their names.
+
+    Parameters
+    ----------
+    name : str
+        What the map is called: ``orm``, ``arm``, ``rma`` or ``packed``.
+    plane : Plane
+        As many channels as are named, or more: those without a name are called ``orm_a`` and the like.
+    order : sequence of str, optional
+        What the channels hold, ``""`` where that is not known; by default as `name` says.
+    file : str
+        What messages call the map.
+
+    Raises
+    ------
+    ParameterError
+        where neither `order` nor `name` says what the channels hold.
+    InputError
+        for a map of fewer channels.
+    """
+    names = PACKINGS.get(name) if order is None else order
+    file = file or f"the plane {name}"
+    if names is None:
+        raise ParameterError(f"{file} is packed, and nothing says how; give --packed R=ao,G=roughness,B=metallic.")
+    if plane.channels < len(names) or plane.channels > len(CHANNELS):
+        held = ", ".join(n or "nothing" for n in names)
+        raise InputError(f"{file} has {plane.channels} channels, and should hold {held}; give another --packed or map.")
+    names = [*names, *[""] * (plane.channels - len(names))]
+    about, samples = plane.meta, plane.samples
+    return {
+        own or f"{name}_{CHANNELS[c].lower()}": Plane(
+            np.ascontiguousarray(samples[:, :, c]), Kind.DATA, plane.transfer,
+            about | {PACKED: (name, c, plane.channels)},
+        )
+        for c, own in enumerate(names)
+    }  # fmt: skip
+
+
+def packs_of(planes: Mapping[str, Plane]) -> dict[str, tuple[str, ...]]:
+    """Tell which planes lie in one packed map: its name -> theirs, channel by channel."""
+    found: dict[str, dict[int, str]] = {}
+    counts: dict[str, int] = {}
+    for name, plane in planes.items():
+        if PACKED in plane.meta:
+            pack, channel, counts[pack] = plane.meta[PACKED]
+            found.setdefault(pack, {})[channel] = name
+    return {pack: tuple(own[c] for c in sorted(own)) for pack, own in found.items() if len(own) == counts[pack]}
+
+
+def packed(planes: Sequence[Plane]) -> Plane:
+    """Return planes of one channel as one plane again."""
+    first = planes[0]
+    about = {key: value for key, value in first.meta.items() if key != PACKED}
+    return Plane(np.dstack([p.pixels for p in planes]), first.kind, first.transfer, about)

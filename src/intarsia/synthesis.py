@@ -313,6 +313,8 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
 def recipe_exemplars(exemplars: tuple[Exemplar, ...]) -> list[dict[str, Any]]:
     """The exemplars as recipes hold them: what they are, not where they lie."""
     return [
-        {"sha256": e.digest, "size": [e.width, e.height]} | ({"name": e.name} if e.name.startswith("sample:") else {})
+        {"sha256": e.digest, "size": [e.width, e.height]}
+        | ({"name": e.name} if e.name.startswith("sample:") else {})
+        | ({"weights": dict(e.weights)} if e.weights else {})
         for e in exemplars
     ]

@@ -124,7 +124,7 @@ def test_exemplars_share_one_scale() -> None:
 
 def test_exemplars_of_another_make_up_are_refused() -> None:
     rgb, gray = Exemplar.of(texture(10, 10, 3)), Exemplar.of(texture(10, 10, 1))
-    with pytest.raises(ia.InputError, match="differ in planes, channels or kind"):
+    with pytest.raises(ia.InputError, match="differ in planes, channels, kind or weights"):
         features([rgb, gray])
     with pytest.raises(ia.InputError, match="differ in planes"):
         features([rgb, Exemplar.of({"albedo": texture(10, 10, 3), "height": texture(10, 10, 1)[:, :, 0]})])

@@ -163,7 +163,7 @@ BAD = {
     "grow clear.png -o out.jpg": 2,
     "grow a.png -o out.webp --size 20000x4": 2,
     "grow moss_albedo.png moss_normal.png --map normal=a.png -o out.png": 2,
-    "grow a.png moss_albedo.png --set -o out.png": 2,
+    "grow a.png moss_albedo.png --set -o out.png": 3,
     "grow a.png -o missing/out.png": 3,
     # files that are missing, broken, or do not fit
     "grow missing.png -o out.png": 3,

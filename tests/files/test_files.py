@@ -417,7 +417,7 @@ def names(sets: list[dict[str, Any]]) -> list[dict[str, str]]:
 
 @pytest.mark.parametrize(("files", "expected"), [
     ("moss_albedo.png moss_nor_gl.png moss_rough.png moss_disp.exr", "albedo normal roughness height"),
-    ("moss_diff_2k.png moss_nor_gl_2k.exr moss_arm_2k.png", "albedo normal orm"),
+    ("moss_diff_2k.png moss_nor_gl_2k.exr moss_arm_2k.png", "albedo normal arm"),
     ("Bricks7_1K-JPG_Color.jpg Bricks7_1K-JPG_NormalGL.jpg Bricks7_1K-JPG_AmbientOcclusion.jpg", "albedo normal ao"),
     ("a.albedo.png a.normal.png a.mask.png", "albedo normal mask"),
     ("wood.png wood_normal.png wood-Metalness.png wood_emissive.png wood_gloss.png wood_opacity.png",
@@ -449,7 +449,7 @@ def test_stems_and_ways_to_read() -> None:
     ]
     both = group(["a_col.png", "a_NormalDX.png", "a_NormalGL.png"])
     assert names(both) == [{"albedo": "a_col.png", "normal": "a_NormalGL.png"}]
-    with pytest.raises(ParameterError, match="both are the height"):
+    with pytest.raises(InputError, match="both are the height"):
         group(["a_height.png", "a_disp.png"])
     with pytest.raises(ParameterError, match="auto, set or several"):
         group([], "all")

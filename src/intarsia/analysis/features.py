@@ -26,7 +26,7 @@ from .variance import spreads
 
 RANGE = 1023
 LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
-OTHER_PLANES = 0.5  # variance of every further plane, relative to the base plane
+OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane
 MAX_LABELS = 16
 FARTHEST = 256 * RANGE  # black lies at most so far from the exemplar's own range: sums of its squares stay whole
 MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
@@ -94,7 +94,7 @@ def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:
 def features(
     exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None = None, context: tuple[float, int] = (0.0, 0)
 ) -> Features:
-    """Return the features of the exemplars; `weights` count the channels of the base plane.
+    """Return the features of the exemplars; `weights` count the channels of the base plane, their own the planes.
 
     `context` (weight, radius px) appends the same channels averaged over their surroundings: what an exemplar
     pixel has around it is then known even where the output around it is not. Weight 1 gives them the variance
@@ -142,11 +142,14 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
     for e in exemplars[1:]:
         if _layout(e) != layout:
             raise InputError(
-                f"{e.name} and {exemplars[0].name} differ in planes, channels or kind; give exemplars of one make-up."
+                f"{e.name} and {exemplars[0].name} differ in planes, channels, kind or weights; give exemplars of one "
+                "make-up."
             )
     stacks: list[list[Int32]] = [[] for _ in exemplars]
     normals: list[int] = []
     base_variance, channels, base = 0.0, 0, 0
+    weights_of = {name: math.sqrt(exemplars[0].weight(name)) for name in layout}
+    most = max(1.0, *weights_of.values())  # so that no plane exceeds the range
     black: list[int] = []
     for number, name in enumerate(layout):
         labels = _labels([e.planes[name] for e in exemplars])
@@ -158,11 +161,13 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
         if number == 0:
             *scaled, last = _weighted([*scaled, zero], exemplars[0].base, weights)
             base_variance = _variance(scaled, exemplars)
+            if (own := weights_of[name] / most) != 1:
+                *scaled, last = (_times(s, own) for s in (*scaled, last))
             black, base = last.ravel().tolist(), last.size
         else:
             black += [0] * scaled[0].shape[2]
             share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(_variance(scaled, exemplars), 1.0)))
-            scaled = [_times(s, share) for s in scaled]
+            scaled = [_times(s, share * weights_of[name] / most) for s in scaled]
         if signed:
             normals.append(channels)
         channels += scaled[0].shape[2]
@@ -177,9 +182,9 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
     return Features(tuple(pictures), tuple(normals), tuple(black), base)
 
 
-def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int]]:
+def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int, float]]:
     planes = exemplar.planes
-    return {n: (planes[n].kind, planes[n].channels) for n in exemplar.compared}
+    return {n: (planes[n].kind, planes[n].channels, exemplar.weight(n)) for n in exemplar.compared}
 
 
 def _labels(planes: list[Plane]) -> Int32 | None:
@@ -223,7 +228,11 @@ def _stretched(
     if plane.kind is Kind.NORMAL:
         middle = 0 if low < 0 else 65535  # twice the value of a zero component
         span = 131070 if low < 0 else 65535
-        signed = [np.asarray((2 * v.astype(np.int64) - middle) * RANGE // (2 * span), np.int32) for v in values]
+        twice = [2 * v.astype(np.int64) - middle for v in values]
+        if plane.meta.get("normals") == "dx":  # as if green pointed up, which `posed` reckons with
+            for v in twice:
+                v[..., 1] *= -1
+        signed = [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice]
         return signed, black, True
     if plane.kind is not Kind.LABEL:
         low, high = ends(usable)

@@ -8,7 +8,7 @@ Source: no paper of its own; Lopez Recas 2011 names uneven light as future work 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -99,7 +99,7 @@ def flattened(exemplar: Exemplar) -> Exemplar:
     with np.errstate(all="ignore"):  # what is masked out may hold anything
         even[..., : base.channels - base.alpha] /= gain
         plane = base.like(from_linear(even, base))
-    return Exemplar({**exemplar.planes, name: plane}, exemplar.usable, exemplar.toroidal, exemplar.name)
+    return replace(exemplar, planes={**exemplar.planes, name: plane})
 
 
 def clipped(before: Plane, after: Plane) -> float:

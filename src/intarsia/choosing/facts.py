@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -197,7 +197,9 @@ class Facts:
                 else:
                     planes[name] = plane.like((block_sums(plane.samples, n) // (n * n)).astype(plane.pixels.dtype))
         usable = None if e.usable is None else np.asarray(blocks(e.usable, n).all(axis=(1, 3)))
-        return Exemplar(planes, usable, e.toroidal, e.name)
+        weights = {name: weight for name, weight in e.weights.items() if name in planes}
+        counted = any(weights.get(name, 1.0) for name in planes)  # else all that counts is left out here
+        return Exemplar(planes, usable, e.toroidal, e.name, weights if counted else {})
 
     @cached_property
     def middle(self) -> Exemplar:
@@ -208,7 +210,8 @@ class Facts:
         usable = None if e.usable is None else e.usable[rows, columns]
         if max(e.height, e.width) <= MIDDLE or not whole or (usable is not None and not usable.any()):
             return e
-        return Exemplar({n: p.like(p.samples[rows, columns]) for n, p in e.planes.items()}, usable, False, e.name)
+        planes = {n: p.like(p.samples[rows, columns]) for n, p in e.planes.items()}
+        return replace(e, planes=planes, usable=usable, toroidal=False)
 
     @cached_property
     def _seen(self) -> Features:

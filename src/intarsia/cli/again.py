@@ -41,7 +41,7 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
     wrap = None if tiled or wish.wrap == "none" else wish.wrap
     said += ["--seed", str(seed), *joining_options(wish), *given(wrap=wrap)]
     said += given(depth=targets.depth, repair=None if lattice else wish.repair or None)
-    said += ["--force"] * targets.force
+    said += ["--layers"] * targets.layers + ["--force"] * targets.force
     always = ("tolerance",) if healed or tiled else ()  # heal has a usual one of its own
     return shlex.join(["intarsia", *said, "--method", method.slug, *options_of(method, wish.pictures, always)])
 
@@ -79,7 +79,10 @@ def inputs_of(inputs: Inputs) -> list[str]:
     """Return the options on what of the exemplars is used."""
     said: list[str] = []
     for name, value in inputs.recipe().items():
-        said += [f"--{name}"] if value is True else [f"--{name}", written(value)]
+        if isinstance(value, dict):
+            said += [word for key, number in value.items() for word in ("--plane-weight", f"{key}={number}")]
+        else:
+            said += [f"--{name}"] if value is True else [f"--{name}", written(value)]
     return said
 
 

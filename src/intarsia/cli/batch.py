@@ -25,7 +25,7 @@ from .again import command_of, replay_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
-from .outputs import Staging, check_all
+from .outputs import Staging, by_file, check_all
 from .plan import Order, check_begin, method_as_json, orders_of, scene_of
 from .report import Meter, Report
 from .reporting import Judging, index_name, memory_of, write_page
@@ -193,10 +193,14 @@ class Batch:
             about |= {"score": found.score.as_dict(), "missed": list(found.missed)}
             if self.judging.refused:
                 return
-        for number, (name, path) in enumerate(order.pictures.items()):
-            begin = 0.9 + share * number
-            plane = first if name == base else grown.render(name, run=drawing(begin, begin + share))
-            write(staging.place(path), plane, depth=self.targets.depth, recipe=grown.recipe_text)
+        begin = 0.9
+        for path, names in by_file(order.pictures).items():
+            planes = {}
+            for name in names:
+                planes[name] = first if name == base else grown.render(name, run=drawing(begin, begin + share))
+                begin += share
+            picture = planes if self.targets.layers else planes[names[0]]
+            write(staging.place(path), picture, depth=self.targets.depth, recipe=grown.recipe_text)
         if self.sheet is not None:
             self.thumbnails.append(thumbnail(first))
         if order.save_map is not None:
@@ -242,7 +246,7 @@ class Batch:
         """How many bytes the pixels of an order take, as they are written."""
         exemplar = self.shelf.get(order.lot)[0]
         area, total = exemplar.height * exemplar.width * order.times**2, 0
-        for plane in (exemplar.planes[name] for name in order.pictures):
+        for plane in filter(None, map(exemplar.picture, order.pictures)):
             deep = plane.pixels.dtype if self.targets.depth is None else np.dtype(dtype_of(self.targets.depth))
             total += plane.height * plane.width * order.size[0] * order.size[1] // area * plane.channels * deep.itemsize
         return total

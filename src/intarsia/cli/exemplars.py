@@ -15,10 +15,14 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..guide import Guide, numbered
 from ..image import Kind, Plane
+from ..rendering.normals import off_unit
 from ..tasks.starts import grown_hole
 from .adapt import adapted
 from .report import Report
 from .request import Begin, Inputs, Labels, Wish
+
+NO_NORMALS = 0.15
+"""Vectors of normal maps are less off length 1 on average, even if they were reduced or strongly compressed."""
 
 Set = dict[str, str]
 """The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
@@ -68,8 +72,9 @@ def stem_of(found: Set) -> str:
     if first.startswith("sample:"):
         return first.partition(":")[2]
     if len(pictures) == 1:
-        return Path(first).stem
-    return files.sets.name_of(first)[0] or Path(first).parent.name or Path(first).stem
+        return Path(files.layers.split(first)[0]).stem
+    first_file = Path(files.layers.split(first)[0])
+    return files.sets.name_of(first)[0] or first_file.parent.name or first_file.stem
 
 
 class Shelf:
@@ -122,7 +127,16 @@ class Shelf:
             return grown_hole(self.hole(number, base, name), self._begin.grow or 0, self._wrap)
 
         healed = self._begin.holes and not n
-        exemplar = files.read_set(found, alpha=self.inputs.alpha, unused=unused if healed else None)
+        exemplar = files.read_set(
+            found, alpha=self.inputs.alpha, unused=unused if healed else None, channels=self.inputs.packed,
+            weights=dict(self.inputs.weights),
+        )  # fmt: skip
+        for name, path in found.items():
+            plane = exemplar.planes.get(name)
+            if plane is not None and plane.kind is Kind.NORMAL and (off := off_unit(plane)) > NO_NORMALS:
+                self.warn(
+                    f"{path} is no normal map, as it seems: its vectors are {off:.2f} off length 1 on average."
+                )
         before = list(self._report.warnings)
         return adapted(exemplar, self.inputs, lambda line: None if line in before else self._report.warn(line))
 
@@ -136,5 +150,6 @@ def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray
             size = f"{base.width}x{base.height} px"
             raise InputError(f"the hole {mask} {what} of {name} ({size}); {remedy}: white is healed.")
         return hole
-    opaque = files.read_set({n: p for n, p in found.items() if n != "mask"}, alpha="mask").usable
+    first = next(n for n in found if n != "mask")
+    opaque = files.read_set({first: found[first]}, alpha="mask").usable
     return np.zeros((base.height, base.width), bool) if opaque is None else ~opaque

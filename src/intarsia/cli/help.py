@@ -28,12 +28,12 @@ GROUPS = (
     ),
     Group(
         "Output", "out size overlays best_tile wrap depth force page preview",
-        "tiles offset save_map st_map distance_map chunk keep",
+        "tiles offset layers save_map st_map distance_map chunk keep",
     ),
     Group("Look", "method patch feather repair trials seed", "explain mixing level magnify"),
     Group(
         "Exemplar", "files maps masks crop flatten several donors usable saved",
-        "as_set scale alpha avoid toroidal max_pixels start pictures",
+        "packed weights as_set scale alpha avoid toroidal max_pixels start pictures",
     ),
     Group("Work", "many sheet dry_run dask gates as_json quiet", "threads executor progress"),
 )  # fmt: skip

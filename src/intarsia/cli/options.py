@@ -16,7 +16,7 @@ from ..methods.base import METHODS, method_class
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets, Work
-from .values import Colour, FileName, Gate, NamedFile, Place, Rectangle, Scale, Seed, Seeds
+from .values import Channels, Colour, FileName, Gate, NamedFile, Place, PlaneWeight, Rectangle, Scale, Seed, Seeds
 
 Command = Callable[..., Any]
 
@@ -69,6 +69,10 @@ def gathered(*options: Opt, into: str, make: Callable[..., Any]) -> Callable[[Co
     return decorate
 
 
+PLANE_WEIGHTS = opt(
+    "weights", "--weight", "--plane-weight", multiple=True, type=PlaneWeight(), metavar="NAME=F",
+    help="How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
+)  # fmt: skip
 INPUT_OPTIONS = (
     opt(
         "maps", "--map", multiple=True, type=NamedFile(),
@@ -78,6 +82,12 @@ INPUT_OPTIONS = (
         "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
         help="White where exemplar pixels may be used. One for each exemplar.",
     ),
+    opt(
+        "packed", "--packed", type=Channels(), metavar="C=NAME,...",
+        help="What the channels of the packed map hold (NAME_orm and the like, or --map packed=FILE), such as "
+        "R=ao,G=roughness,B=metallic.",
+    ),
+    PLANE_WEIGHTS,
     opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
     opt(
         "alpha", "--alpha", type=ALPHA, default="auto", show_default=True,
@@ -133,6 +143,7 @@ TARGET_OPTIONS = (
         "depth", "--depth", type=click.Choice(DEPTHS),
         help="Bits; by default exactly those of the exemplar.",
     ),
+    opt("layers", "--layers", is_flag=True, help="Write all planes as layers of one OpenEXR file: OUT.exr."),
     FORCE,
 )
 

@@ -44,7 +44,7 @@ def plane_files(out: str, planes: Mapping[str, str]) -> dict[str, str]:
 
 
 def _ending(path: str, otherwise: str) -> str:
-    ending = "" if path.startswith("sample:") else os.path.splitext(path)[1]
+    ending = "" if path.startswith("sample:") else os.path.splitext(files.layers.split(path)[0])[1]
     try:
         files.format_of("x" + ending)
     except ParameterError:  # a format that is read but not written
@@ -68,13 +68,16 @@ def usual_files(
     name: str, found: Mapping[str, str], exemplar: Exemplar, times: float, depth: str | None
 ) -> dict[str, str]:
     """Name the file of each plane of the set `found` where no name was given; they are drawn so many times longer."""
-    endings = {n: usual_ending(p, exemplar.planes[n], times, depth) for n, p in found.items() if n != "mask"}
+    endings = {
+        n: usual_ending(p, plane, times, depth)
+        for n, p in found.items() if (plane := exemplar.picture(n)) is not None
+    }  # fmt: skip
     return {n: f"{name}{f'_{n}' if number else ''}{ending}" for number, (n, ending) in enumerate(endings.items())}
 
 
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
     """The ending of the exemplar, if its format loses nothing and holds the result; else one of which that is true."""
-    own = "" if path.startswith("sample:") else os.path.splitext(path)[1].lower()
+    own = "" if path.startswith("sample:") else os.path.splitext(files.layers.split(path)[0])[1].lower()
     for ending in (own, ".png", ".exr"):
         kept = files.formats.SUFFIXES.get(ending)
         if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
@@ -82,6 +85,21 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
                 files.check_depth("x" + ending, plane, depth)
                 return ending
     return ".tif"
+
+
+def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> dict[str, str]:
+    """Name one file for all planes, or refuse what cannot be layers of it."""
+    planes = {name: exemplar.planes[name] for name in exemplar.drawn}
+    files.check_layered(out, planes, depth)
+    return dict.fromkeys(planes, out)
+
+
+def by_file(pictures: Mapping[str, str]) -> dict[str, list[str]]:
+    """Return which planes each file holds."""
+    found: dict[str, list[str]] = {}
+    for name, path in pictures.items():
+        found.setdefault(path, []).append(name)
+    return found
 
 
 def kept_files(folder: str, found: Set, exemplar: Exemplar, times: float, depth: str | None) -> dict[str, str]:

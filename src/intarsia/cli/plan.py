@@ -15,7 +15,7 @@ from ..files import check_depth, format_of, recipe_path
 from ..geometry import Wrap
 from ..guide import Guide
 from ..methods.base import Method, measures_distances, recipe_settings, traits
-from ..rendering.render import check_alike
+from ..rendering.render import check_alike, check_drawable
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
 from ..tasks.completion import healed_scene, planned_for_holes
@@ -24,7 +24,7 @@ from ..tasks.scoring import check_gates
 from ..tasks.starts import Margins, extension
 from ..tasks.tileable import planned_to_tile, scene_to_tile
 from .exemplars import Set, Shelf, stem_of
-from .outputs import check_place, filled_name, kept_files, plane_files, usual_files, usual_name
+from .outputs import by_file, check_place, filled_name, kept_files, layer_files, plane_files, usual_files, usual_name
 from .request import Targets, Wish
 
 
@@ -61,7 +61,8 @@ class Order:
             (self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances"),
             (self.page, "report"), (self.preview, "preview"), (self.offset, "offset"),
         )  # fmt: skip
-        return [(path, name) for name, path in self.pictures.items()] + [(p, what) for p, what in more if p is not None]
+        pictures = [(path, ", ".join(names)) for path, names in by_file(self.pictures).items()]
+        return pictures + [(p, what) for p, what in more if p is not None]
 
     def plan(self, scene: Scene) -> Plan:
         """The plan again, on its scene."""
@@ -144,7 +145,7 @@ def orders_of(
         Canvas(height, width)
     sets = shelf.lots[lot]
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
-    if targets.out:
+    if targets.out and not targets.layers:
         plane_files(filled_name(targets.out, fields), sets[0])  # refused before anything is read
     scene = scene_of(shelf, lot, wish)
     if check is not None:
@@ -169,6 +170,7 @@ def orders_of(
     if orders:
         check_formats(orders[0], exemplars, targets)
         check_alike(exemplars)
+        check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
         check_distance_map(orders[0], targets)
         check_gates(targets.gates, traits(method).exact and times == 1, wish.wrap != "none")
         check_tiled(orders[0], exemplars[0], targets)
@@ -179,6 +181,10 @@ def named(
     sets: Sequence[Set], exemplar: Exemplar, targets: Targets, fields: dict[str, Any], many: bool
 ) -> dict[str, str]:
     """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
+    if targets.layers:
+        many_seeds = fields["seed"] if many else None
+        out = filled_name(targets.out, fields) if targets.out else usual_name(sets, targets.done, many_seeds) + ".exr"
+        return layer_files(out, exemplar, targets.depth)
     if targets.out:
         return plane_files(filled_name(targets.out, fields), sets[0])
     longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
@@ -211,7 +217,8 @@ def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
 def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Targets) -> None:
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     for name, path in order.pictures.items():
-        plane = exemplars[0].planes[name]
+        plane = exemplars[0].picture(name)
+        assert plane is not None
         width, height = (side * plane.width // (exemplars[0].width * order.times) for side in order.size)
         check_depth(path, plane, targets.depth, (width, height))
         if path != "-" and not format_of(path).text:

@@ -28,7 +28,8 @@ class Inputs:
 
     ``how`` says how several files are read: as one set of planes, as several exemplars, or by their names.
     ``scale`` is the n of 1/n; `magnify` says how many times larger pictures are drawn than they are grown. `donors` are
-    pictures from which new pixels come in place of those of `files`.
+    pictures from which new pixels come in place of those of `files`. `packed` says what a packed map
+    holds, as in R=ao,G=roughness,B=metallic, and `weights` how much planes count in matching.
     """
 
     files: tuple[str, ...]
@@ -43,6 +44,8 @@ class Inputs:
     flatten: bool = False
     donors: tuple[str, ...] = ()
     magnify: int = 1
+    packed: str | None = None
+    weights: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         if self.toroidal and self.crop is not None:
@@ -64,7 +67,7 @@ class Inputs:
         said = {
             "alpha": self.alpha, "avoid": self.avoid and "#" + bytes(self.avoid).hex(), "toroidal": self.toroidal,
             "crop": self.crop and list(self.crop), "scale": f"1/{self.scale}", "flatten": self.flatten,
-            "magnify": self.magnify,
+            "magnify": self.magnify, "packed": self.packed, "weights": dict(self.weights),
         }  # fmt: skip
         return {name: said[name] for name in said if getattr(self, name) != getattr(Inputs, name)}
 
@@ -163,9 +166,9 @@ class Work:
 class Targets:
     """The files to write: the picture, planes beside it, and what else was asked for.
 
-    Without `out` the pictures are named after the exemplars and what is `done` with them, such as grown; with `folder`
-    they lie there, named as the files of the exemplar are. `page` is the report; what misses one of `gates` is written
-    only to `keep` it.
+    With `layers` all planes are layers of one file. Without `out` the pictures are named after the exemplars and what is
+    `done` with them, such as grown; with `folder` they lie there, named as the files of the exemplar are. `page` is the
+    report; what misses one of `gates` is written only to `keep` it.
     """
 
     out: str
@@ -182,6 +185,7 @@ class Targets:
     preview: str | None = None  # the result, `tiles` times side by side along each axis
     tiles: int = 3
     offset: str | None = None  # the picture as it was, moved by half its size
+    layers: bool = False
 
     def __post_init__(self) -> None:
         check_page(self.page)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..arguments import MAX_PIXELS
+from ..arguments import MAX_PIXELS, PLANE_WEIGHTS, channels_of
 from ..draws import SEED_LIMIT
 from ..errors import InputError
 
@@ -186,6 +186,35 @@ class NamedFile(ParamType):
         if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
             self.fail(f"{value} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.", param, ctx)
         return name, path
+
+
+class Channels(ParamType):
+    """R=NAME,G=NAME,...; gives the text."""
+
+    name = "C=NAME,..."
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        channels_of(value)
+        return str(value).replace(" ", "")
+
+
+class PlaneWeight(ParamType):
+    """NAME=NUMBER; gives the pair."""
+
+    name = "NAME=F"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if isinstance(value, tuple):
+            return value
+        name, _, number = str(value).partition("=")
+        try:
+            weight = float(number)
+        except ValueError:
+            weight = math.nan
+        if not name or not 0 <= weight <= PLANE_WEIGHTS:
+            top = f"0 to {PLANE_WEIGHTS}"
+            self.fail(f"{value} is not NAME=F; give a plane and {top}, such as height=0.5.", param, ctx)
+        return name, weight
 
 
 class Gate(ParamType):

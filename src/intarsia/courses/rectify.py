@@ -160,4 +160,5 @@ def _gathered(exemplar: Exemplar, yx: NDArray[np.int32], usable: NDArray[np.bool
         taken = parts[y, :, x].swapaxes(1, 2)
         return replace(plane, pixels=taken.reshape(y.shape[0] * s, y.shape[1] * s, *pixels.shape[2:]))
 
-    return Exemplar({name: moved(p) for name, p in exemplar.planes.items()}, usable, name=exemplar.name)
+    planes = {name: moved(p) for name, p in exemplar.planes.items()}
+    return replace(exemplar, planes=planes, usable=usable, toroidal=False)

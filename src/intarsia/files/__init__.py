@@ -10,7 +10,7 @@ from .read import read, read_mask, read_plane, read_set
 from .recipe import read_recipe, recipe_path
 from .samples import sample, sample_names
 from .sets import describe, group, materials
-from .write import check_depth, preview, write
+from .write import check_depth, check_layered, preview, write
 
 __all__ = [
     "DEFAULT_PIXELS",
@@ -18,6 +18,7 @@ __all__ = [
     "Format",
     "allowing",
     "check_depth",
+    "check_layered",
     "check_writable",
     "describe",
     "encode",

@@ -19,6 +19,7 @@ from ..disk.limits import check_cost, check_size, no_room
 from ..errors import InputError, IntarsiaError
 from ..image import Array
 from . import headers, netpbm, png
+from .layers import channels_in
 from .source import PictureFile
 
 READ = 1 << 24
@@ -52,15 +53,15 @@ class Decoded:
     icc: bytes | None = None
 
 
-def decode(picture: PictureFile) -> Decoded:
+def decode(picture: PictureFile, layer: str | None = None) -> Decoded:
     """Read the pixels of a file exactly as stored, turned upright; everything that fails is an InputError.
 
-    Nobody else can write to the pixels.
+    Of an EXR `layer` may be read, by default one that looks like a picture. Nobody else can write to the pixels.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            decoded = _by_format(picture)
+            decoded = _by_format(picture, layer)
     except IntarsiaError:
         raise
     except MemoryError:
@@ -79,7 +80,9 @@ def decode(picture: PictureFile) -> Decoded:
     return Decoded(pixels, _profile(decoded.icc, pixels))
 
 
-def _by_format(picture: PictureFile) -> Decoded:
+def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
+    if layer is not None and picture.format != "exr":
+        raise InputError(f"{picture.name}: only EXR files have layers, and this is {picture.format}.")
     if picture.format == "pnm":
         return Decoded(netpbm.decode_netpbm(picture.data(), picture.name))
     if picture.format == "png":
@@ -90,7 +93,7 @@ def _by_format(picture: PictureFile) -> Decoded:
         headers.exr(picture.head(), picture.name)
     if picture.format == "webp":
         headers.webp(picture.head(), picture.name, picture.size)
-    return _by_oiio(picture)
+    return _by_oiio(picture, layer=layer)
 
 
 def _png(picture: PictureFile) -> Decoded:
@@ -202,10 +205,10 @@ def opened(picture: PictureFile, data: bytes | None = None) -> Iterator[tuple[An
             file.close()
 
 
-def _by_oiio(picture: PictureFile, data: bytes | None = None) -> Decoded:
+def _by_oiio(picture: PictureFile, data: bytes | None = None, layer: str | None = None) -> Decoded:
     with opened(picture, data) as (file, path):
         spec = file.spec()
-        first, stop, chosen, dtype = _what_to_read(picture, spec)
+        first, stop, chosen, dtype = _what_to_read(picture, spec, layer)
         pixels = _bands(file, spec, first, stop, dtype)
         error = file.geterror()
     if pixels is None or error:
@@ -235,13 +238,15 @@ def _bands(file: Any, spec: Any, first: int, stop: int, dtype: str) -> Array | N
     return out
 
 
-def _what_to_read(picture: PictureFile, spec: Any) -> tuple[int, int, list[int], str]:
+def _what_to_read(picture: PictureFile, spec: Any, layer: str | None) -> tuple[int, int, list[int], str]:
     """Choose what to read of a file: first and last channel, which of these, and as which type."""
     name = picture.name
     if spec.deep or spec.depth > 1:
         raise InputError(f"{name} holds deep or volume data; save a flat picture.")
     names = [str(n) for n in spec.channelnames]
     chosen = _exr_layer(names) if picture.format == "exr" else list(range(len(names)))
+    if layer is not None:
+        chosen = channels_in(names, layer, name)
     check_size(name, spec.width, spec.height, len(chosen))
     formats = {str(spec.channelformat(c)) for c in chosen}
     if len(formats) > 1:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import tempfile
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..errors import ParameterError, ResourceError
 from ..image import Array, Kind, Plane
 from . import netpbm
 from .formats import FORMATS, SUFFIXES, Format
+from .layers import channel_names
 from .png import PNG_END
 
 MARK = "intarsia recipe: "
@@ -107,12 +109,44 @@ def _bytes_by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | No
     return buffer.getvalue()
 
 
-def _bytes_by_oiio(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
+_OIIO = {"float16": "half", "float32": "float", "float64": "double", "uint32": "uint"}
+
+
+def encode_layers(planes: Mapping[str, Plane], recipe: str | None = None) -> bytes:
+    """Return the bytes of an EXR file whose layers are planes of one size, each half or float.
+
+    Raises ParameterError where they cannot be.
+    """
+    check_layers("the file", planes)
+    text = MARK + recipe if recipe is not None and holds_recipe(SUFFIXES[".exr"], recipe) else None
+    names = [c for n, p in planes.items() for c in channel_names(n, p.channels, p.kind is Kind.NORMAL)]
+    types = [_OIIO[p.pixels.dtype.name] for p in planes.values() for _ in range(p.channels)]
+    pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in planes.values()], axis=2)
+    return _bytes_by_oiio("exr", pixels, text, None, (names, types))
+
+
+def check_layers(path: str, planes: Mapping[str, Plane], dtype: str | None = None) -> None:
+    """Refuse planes that cannot be layers of one file, in the pixels of type `dtype` where that is another."""
+    base = next(iter(planes.values()))
+    for name, plane in planes.items():
+        if (plane.height, plane.width) != (base.height, base.width):
+            size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
+            raise ParameterError(f"{path}: the layer {name} would have {size}, the first {other}; write files.")
+        held = dtype or plane.pixels.dtype.name
+        if held not in ("float16", "float32"):
+            raise ParameterError(
+                f"{path}: layers hold half or float, not {_WORDS.get(held, held)} as the {name}; ask for --depth half."
+            )
+
+
+def _bytes_by_oiio(
+    name: str, pixels: Array, text: str | None, icc: bytes | None, layers: tuple[list[str], list[str]] | None = None
+) -> bytes:
+    """Encode pixels (H, W, C); `layers` are the names and types of channels, where these are several planes."""
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape
-    kind = {"float16": "half", "float32": "float", "float64": "double", "uint32": "uint"}
-    spec = oiio.ImageSpec(width, height, channels, kind.get(pixels.dtype.name, pixels.dtype.name))
+    spec = oiio.ImageSpec(width, height, channels, _OIIO.get(pixels.dtype.name, pixels.dtype.name))
     spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
     spec.attribute("DateTime", "")  # equal pixels, equal bytes
     if name == "tiff":
@@ -120,6 +154,8 @@ def _bytes_by_oiio(name: str, pixels: Array, text: str | None, icc: bytes | None
     if name == "exr":
         spec.attribute("compression", "zip")
         spec.channelnames = _channel_names(channels)
+    if layers is not None:
+        spec.channelnames, spec.channelformats = tuple(layers[0]), tuple(map(oiio.TypeDesc, layers[1]))
     if text is not None:
         spec.attribute("ImageDescription", text)
     if icc:

@@ -84,6 +84,22 @@ def webp(data: bytes, name: str, held: int) -> None:
     check_cost(name, WEBP * width * height, held)
 
 
+def exr_channels(data: bytes) -> list[str]:
+    """List the channels of an EXR of one part, of which `data` is the start; none where its header ends beyond."""
+    if int.from_bytes(data[4:8], "little") & 0x1000:
+        return []
+    pos = data.find(b"channels\0chlist\0")
+    size = int.from_bytes(data[pos + 16 : pos + 20], "little") if pos >= 0 else 0
+    left, names = data[pos + 20 : pos + 20 + size], list[str]()
+    while left[:1] not in (b"", b"\0"):
+        end = left.find(b"\0")
+        if end < 0 or len(left) < end + 17:
+            return []
+        names.append(left[:end].decode("utf-8", "replace"))
+        left = left[end + 17 :]  # type, linearity and sampling
+    return names if left else []
+
+
 def exr(data: bytes, name: str) -> None:
     """Check the sizes that the parts of an EXR state; `data` is the start of the file."""
     parts = bool(int.from_bytes(data[4:8], "little") & 0x1000)

@@ -10,21 +10,27 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import ALPHAS, chosen, expect_path
+from ..arguments import ALPHAS, channels_of, chosen, expect_path
 from ..errors import InputError, ParameterError, printable, said
-from ..exemplar import KIND_OF_NAME, Exemplar, finite
-from ..image import Kind, Plane, Transfer
+from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
+from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
+from .layers import split
 from .samples import PREFIX, sample
-from .sets import name_of, uses_directx
+from .sets import layered, name_of, uses_directx
 from .source import look
 
 PathLike = str | os.PathLike[str]
 Mask = NDArray[np.bool_]
 
 
-def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", **planes: PathLike) -> Exemplar:
+def read(
+    path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", channels: str | None = None,
+    weights: Mapping[str, float] | None = None, **planes: PathLike,
+) -> Exemplar:  # fmt: skip
     """Read an exemplar from a picture, and further maps of the same surface if you name them.
+
+    An EXR file whose layers are maps, such as albedo.R and normal.X, is a set by itself.
 
     ``read("moss.png", height="moss_height.exr", normal="moss_normal.png")``; ``read("sample:tiles")`` needs no file.
 
@@ -38,23 +44,33 @@ def read(path: PathLike, *, mask: PathLike | None = None, alpha: str = "auto", *
         ``channel``: alpha is synthesised like a colour. ``mask``: pixels of at most half opacity are not used, and
         alpha is dropped. ``auto`` is ``mask`` where alpha is nowhere partial, somewhere 0, and opaque in over half
         of the picture, else ``channel``. Colours under alpha 0 stay as stored.
+    channels : str, optional
+        What the channels of a packed map hold whose name does not say it, as in
+        ``read("moss.png", packed="moss_mix.png", channels="R=roughness,G=height")``.
+    weights : dict of str to float, optional
+        How much planes count in matching, as in :class:`Exemplar`: ``weights={"height": 0.5}``.
     **planes : paths
-        Further maps; their names (normal, height, roughness, metallic, ao, opacity, ...) tell what they hold.
+        Further maps; their names (normal, height, roughness, metallic, ao, opacity, ...) tell what they hold. Those of
+        packed ones are orm, arm, rma and packed: each of their channels becomes a plane.
 
     Raises
     ------
     InputError
         where a file is missing, damaged, too large, or does not fit the others.
     """
-    return read_set({"albedo": path, **planes} | ({} if mask is None else {"mask": mask}), alpha=alpha)
+    expect_path(path)
+    given = (layered(path) or {"albedo": path}) | planes | ({} if mask is None else {"mask": mask})
+    return read_set(given, alpha=alpha, channels=channels, weights=weights)
 
 
 def read_set(
-    files: Mapping[str, PathLike], *, alpha: str = "auto", unused: Callable[[Plane, str], Mask] | None = None
-) -> Exemplar:
+    files: Mapping[str, PathLike], *, alpha: str = "auto", unused: Callable[[Plane, str], Mask] | None = None,
+    channels: str | None = None, weights: Mapping[str, float] | None = None,
+) -> Exemplar:  # fmt: skip
     """Read an exemplar from a dict of files, as :func:`group` returns them; ``mask`` says which pixels are usable.
 
     `unused` gives the pixels (H, W) of a base plane and its name that are replaced anyway; they may be NaN.
+    `channels` says what those of the packed map hold, and `weights` how much planes count, as in :func:`read`.
     """
     if not isinstance(alpha, str) or alpha not in ALPHAS:
         raise ParameterError(f"alpha={said(alpha)} is not allowed; choose one of {', '.join(ALPHAS)}.")
@@ -63,8 +79,8 @@ def read_set(
     paths = {name: p for name, p in files.items() if name != "mask"}
     if not paths:
         raise InputError("a mask alone is no exemplar; give a picture as well.")
-    planes = {name: _named_plane(name, p) for name, p in paths.items()}
-    first, path = next(iter(paths.items()))
+    planes = _planes(paths, channels)
+    first, path = next(iter(planes)), next(iter(paths.values()))
     planes[first], usable = _split_alpha(planes[first], alpha, printable(path))
     if "mask" in files:
         marked = read_mask(files["mask"], planes[first], printable(path))
@@ -72,21 +88,25 @@ def read_set(
     if unused is not None and not all(map(finite, planes.values())):
         kept = ~unused(planes[first], printable(path))
         usable = kept if usable is None else usable & kept
-    return Exemplar(planes, usable, name=_exemplar_name(path))
+    return Exemplar(planes, usable, name=_exemplar_name(path), weights=weights or {})
 
 
 def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
     """Read one picture, from a path, from bytes, or from the standard input ("-"), in its full depth.
 
-    EXR, HDR, PFM and float TIFF are linear, all else is sRGB. An EXR gives its RGB(A) or Y(A), else its first layer.
+    EXR, HDR, PFM and float TIFF are linear, all else is sRGB. An EXR gives its RGB(A) or Y(A), else its first layer;
+    ``FILE.exr::NAME`` is the layer of that name.
     """
     if not isinstance(path, bytes):
         expect_path(path)
     if isinstance(path, str) and path.startswith(PREFIX):
         made = sample(path)
         return made if kind is None else Plane(made.pixels, chosen(Kind, "kind", kind), made.transfer, made.meta)
-    picture = look(path)
-    found = decode(picture)
+    file, layer = (path, None) if isinstance(path, bytes) else split(path)
+    picture = look(file)
+    if layer is not None and not isinstance(path, bytes):
+        picture = replace(picture, name=printable(path))
+    found = decode(picture, layer)
     pixels, kind = found.pixels, Kind.COLOUR if kind is None else chosen(Kind, "kind", kind)
     if kind is Kind.NORMAL:
         pixels = _three_channels(pixels, picture.name)
@@ -100,6 +120,31 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
         raise InputError(f"{picture.name}: {e}") from None
 
 
+def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Plane]:
+    """Read the planes of a set; of a packed map each channel is one. Whatever would be there twice is refused."""
+    order, mixed = None if channels is None else channels_of(channels), [n for n in paths if n in (*PACKINGS, PACKED)]
+    if order is not None and len(mixed) != 1:
+        held = ", ".join(printable(Path(os.fspath(paths[n])).name) for n in mixed or paths)
+        raise ParameterError(
+            f"--packed {channels} says what one packed map holds, and here {'are several' if mixed else 'is none'} "
+            f"({held}); give one, as NAME_orm or --map packed=FILE."
+        )
+    planes: dict[str, Plane] = {}
+    owners: dict[str, PathLike] = {}
+    base: Plane | None = None
+    for name, path in paths.items():
+        plane = _named_plane(name, path)
+        more = unpacked(name, plane, order, printable(path)) if name in mixed else {name: plane}
+        for twice in planes.keys() & more.keys():
+            first = printable(owners[twice])
+            raise InputError(f"{first} and {printable(path)} both hold the {twice}; give one of them.")
+        for one in more.values():
+            check_size(f"{printable(path)} ({name})", one, printable(next(iter(paths.values()))), base := base or one)
+        planes |= more
+        owners |= dict.fromkeys(more, path)
+    return planes
+
+
 def _named_plane(name: str, path: PathLike) -> Plane:
     plane = read_plane(path, KIND_OF_NAME.get(name, Kind.COLOUR))
     if name == "normal" and uses_directx(path):
@@ -111,7 +156,7 @@ def _exemplar_name(path: PathLike) -> str:
     text = os.fspath(path)
     if text == "-" or text.startswith(PREFIX):
         return "stdin" if text == "-" else text
-    return name_of(text)[0] or Path(text).stem
+    return name_of(text)[0] or Path(split(text)[0]).stem
 
 
 def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:

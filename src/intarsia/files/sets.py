@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ..errors import InputError, ParameterError, printable
 from .formats import SUFFIXES
+from .layers import MARK, layers_of, split
 
 PathLike = str | os.PathLike[str]
 
@@ -21,7 +22,10 @@ WORDS = {
     "metallic": "metallic metalness metal",
     "height": "height disp displacement bump",
     "ao": "ao ambientocclusion ambient_occlusion occlusion",
-    "orm": "orm arm",
+    "orm": "orm occlusionroughnessmetallic",
+    "arm": "arm",
+    "rma": "rma",
+    "packed": "packed",
     "opacity": "opacity alpha",
     "emission": "emission emissive",
     "mask": "mask",
@@ -31,7 +35,7 @@ WORDS = {
 
 _NAME = {word: name for name, words in WORDS.items() for word in words.split()}
 _CLEAR = frozenset(_NAME) - frozenset(
-    [w for n in ("albedo", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
+    [w for n in ("albedo", "arm", "packed", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
     + ["norm", "rough", "metal", "height", "disp", "bump", "occlusion"]
 )
 """Words that tell a map even where a file stands alone; "old_metal.png" is a picture of metal."""
@@ -45,7 +49,11 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
 
     ``auto``: files that share a stem are one set, different stems are several exemplars, a folder is one set.
     ``set``: all files are one set. ``several``: every file is an exemplar of its own.
-    A file alone is a plain picture, unless its ending is unmistakable (``normal``, ``roughness``, ...).
+    An EXR file alone whose layers are maps is a set. Any other file alone is a plain picture, unless its ending is
+    unmistakable (``normal``, ``roughness``, ...).
+
+    Raises InputError where two files are the same map, where several maps lack the picture that they belong to, and
+    for a folder without pictures.
     """
     if how not in ("auto", "set", "several"):
         raise ParameterError(f"how={how} is not allowed; choose auto, set or several.")
@@ -110,6 +118,31 @@ def _materials(folder: PathLike, place: str, how: str) -> list[Material]:
     return found
 
 
+def layered(path: PathLike) -> dict[str, PathLike]:
+    """Return the set that the layers of an EXR file are, as FILE.exr::LAYER; empty for all other files.
+
+    A picture without a name is the albedo, where no layer is called so. Raises InputError where two layers are the same
+    map, or several maps lack their picture.
+    """
+    found: dict[str, str] = {}
+    layers = {} if _special(path) else layers_of(path)
+    for layer in sorted(layers, key=lambda one: not one):
+        name = _NAME.get(layer.rpartition(".")[2].lower())
+        if not layer:
+            name = "albedo" if {"R", "G", "B"} <= {c.upper() for c in layers[""]} else None
+        if name is None or (not layer and name in found):
+            continue
+        if name in found:
+            raise InputError(f"{printable(path)}: the layers {found[name]} and {layer} both are the {name}; keep one.")
+        found[name] = layer
+    if len(found.keys() - {"mask"}) < 2:
+        return {}
+    if "albedo" not in found:
+        listed = " and ".join(found.values())
+        raise InputError(f"{printable(path)}: {listed} are maps without the picture that they belong to; add a layer.")
+    return {name: f"{os.fspath(path)}{MARK}{found[name]}" for name in WORDS if name in found}
+
+
 def describe(sets: Iterable[dict[str, PathLike]]) -> str:
     """Say in words how the files were read, one line for each exemplar."""
     lines = []
@@ -134,7 +167,7 @@ def uses_directx(path: PathLike) -> bool:
 
 def _split(path: PathLike) -> tuple[list[str], str | None]:
     """Return the tokens of the stem without resolution tags and plane word, and that word."""
-    stem = Path(os.fspath(path)).stem
+    stem = Path(os.fspath(split(path)[0])).stem
     tokens = [t for t in re.split(r"[_\-. ]+", stem) if t]
     end = len(tokens)
     while end and _TAG.fullmatch(tokens[end - 1]):
@@ -148,6 +181,8 @@ def _split(path: PathLike) -> tuple[list[str], str | None]:
 
 def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
     if len(files) == 1:
+        if found := layered(files[0]):
+            return found
         word = _split(files[0])[1]
         clear = word is not None and word in _CLEAR and not _special(files[0])
         return {_NAME[word] if word is not None and clear else "albedo": files[0]}
@@ -160,9 +195,16 @@ def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
             named[name] = named[name] if uses_directx(path) else path  # both are there: take OpenGL
         else:
             first, second = printable(Path(os.fspath(named[name])).name), printable(Path(os.fspath(path)).name)
-            raise ParameterError(
+            raise InputError(
                 f"{first} and {second} both are the {name} of {printable(owner)}; give one, or ask for --several."
             )
+    maps = [path for name, path in named.items() if name != "mask"]
+    if "albedo" not in named and len(maps) > 1:
+        listed = " and ".join(printable(Path(os.fspath(path)).name) for path in maps)
+        raise InputError(
+            f"{listed} are maps without the picture that they belong to; add it, or give one of them alone and the "
+            "others by --map NAME=FILE."
+        )
     return {name: named[name] for name in WORDS if name in named}
 
 

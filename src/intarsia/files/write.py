@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from contextlib import suppress
 from types import NoneType
 from typing import Any
@@ -14,9 +15,9 @@ from ..arrays import pixels_of
 from ..disk.depth import converted, dtype_of
 from ..disk.preview import looked_at
 from ..disk.writing import check_writable, put_all, write_bytes
-from ..errors import InputError
+from ..errors import InputError, ParameterError, printable
 from ..image import Kind, Plane, Transfer
-from .encode import check_holds, encode, holds_recipe
+from .encode import check_holds, check_layers, encode, encode_layers, holds_recipe
 from .formats import format_of
 from .recipe import recipe_path
 
@@ -31,7 +32,7 @@ def write(
     Parameters
     ----------
     path : path, or "-" for the standard output (PNG, or EXR for floats)
-    picture : Plane, Synthesis or array
+    picture : Plane, Synthesis or array, or a dict of them, which become layers of one EXR file
     depth : 8, 16, "half" or "float", optional
         Convert to this depth, rounding to the nearest value.
     recipe : str, optional
@@ -48,6 +49,9 @@ def write(
     """
     expect_path(path)
     expect(recipe, (str, NoneType), "recipe", "JSON, as text")
+    if isinstance(picture, Mapping):
+        _write_layers(path, picture, depth, recipe, force)
+        return
     plane = plane_of(picture)
     if depth is not None:
         plane = convert(plane, depth)
@@ -69,6 +73,27 @@ def write(
     if force and (recipe is None or inside):
         with suppress(OSError):  # the recipe of what was here before
             os.unlink(beside)
+
+
+def _write_layers(
+    path: PathLike, pictures: Mapping[str, Any], depth: int | str | None, recipe: str | None, force: bool
+) -> None:
+    planes = {name: plane_of(picture) for name, picture in pictures.items()}
+    check_layered(path, planes, depth)
+    if depth is not None:
+        planes = {name: convert(plane, depth) for name, plane in planes.items()}
+    check_writable(path, force)
+    put_all([(path, encode_layers(planes, recipe))], force)
+
+
+def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: int | str | None = None) -> None:
+    """Refuse, before any work, planes that cannot be layers of one file."""
+    text = printable(path)
+    if os.path.splitext(path)[1].lower() != ".exr":
+        raise ParameterError(f"{text}: layers are written as OpenEXR; end the name in .exr.")
+    if not planes:
+        raise ParameterError(f"{text}: no layer is given; name at least one plane.")
+    check_layers(text, planes, None if depth is None else dtype_of(depth))
 
 
 def check_depth(

@@ -48,19 +48,21 @@ class Picture:
 
     @property
     def planes(self) -> tuple[str, ...]:
-        """The names of all planes."""
-        return self.exemplars[0].drawn
+        """The names of all planes, of packed maps these."""
+        return self.exemplars[0].pictures
 
     def plane(self, name: str) -> Self:
         """Return the same texture showing another plane, as ``texture.plane("normal")``."""
-        if not isinstance(name, str) or name not in self.planes:
+        if not isinstance(name, str) or name not in (*self.planes, *self.exemplars[0].drawn):
             raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(self.planes)}.")
         return replace(self, name=name)
 
     @property
     def like(self) -> Plane:
         """The plane of the exemplar that is shown: its type, kind, transfer and meta are those of every window."""
-        return self.exemplars[0].planes[self.name]
+        plane = self.exemplars[0].picture(self.name)
+        assert plane is not None  # `plane` refuses others
+        return plane
 
     @property
     def dtype(self) -> np.dtype[Any]:

@@ -182,4 +182,4 @@ def planned_windows(exemplars: tuple[Exemplar, ...], method: Method | Auto | str
 def woven(plan: Plan, seed: int) -> Weave:
     """Return the endless texture that is planned."""
     exemplars = plan.scene.exemplars
-    return Weave(exemplars, cast(WindowMethod, plan.method), seed, plan.joined, exemplars[0].drawn[0])
+    return Weave(exemplars, cast(WindowMethod, plan.method), seed, plan.joined, exemplars[0].pictures[0])

@@ -66,7 +66,7 @@ def magnified(exemplar: Exemplar, times: int) -> Exemplar:
         raise InputError(
             f"the mask of {exemplar.name} leaves no whole block of {times}x{times} px to use; magnify by less."
         )
-    return Exemplar({REDUCED: small, **exemplar.planes}, usable, exemplar.toroidal, exemplar.name)
+    return replace(exemplar, planes={REDUCED: small, **exemplar.planes}, usable=usable)
 
 
 def as_meant(own: Blend, exemplar: Exemplar) -> Blend:
@@ -82,7 +82,7 @@ def reduced(exemplar: Exemplar, n: int, said: str = "the reduction", *remedies: 
     smallest = max(exemplar.width // p.width for p in exemplar.planes.values()) or 1
     exemplar = trimmed(exemplar, n * smallest, said, *remedies)
     planes = {name: plane.like(averaged(plane, n)) for name, plane in exemplar.planes.items()}
-    return Exemplar(planes, _usable(exemplar, n), exemplar.toroidal, exemplar.name)
+    return replace(exemplar, planes=planes, usable=_usable(exemplar, n))
 
 
 def trimmed(
@@ -114,7 +114,7 @@ def cut_out(exemplar: Exemplar, x: int, y: int, width: int, height: int) -> Exem
         left, top, w, h = (v * plane.width // exemplar.width for v in (x, y, width, height))
         planes[name] = plane.like(plane.samples[top : top + h, left : left + w])
     usable = None if exemplar.usable is None else exemplar.usable[y : y + height, x : x + width]
-    return Exemplar(planes, usable, False, exemplar.name)
+    return replace(exemplar, planes=planes, usable=usable, toroidal=False)
 
 
 def _usable(exemplar: Exemplar, n: int) -> Array | None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..image import Array
 from .colour import Curve, code_shelf, code_steps
 from .mix_kernels import settle_label, settle_plain, vote_label, vote_plain, vote_relative
+from .normal_kernels import settle_vectors
 from .normals import NormalCoding
 from .vote_kernels import VotedExemplars, Voters
 
@@ -163,12 +164,14 @@ class Normals:
         total = np.zeros((*shape, 3), np.int64 if self.light.dtype.kind == "i" else np.float64)
         first, weight = np.full(shape, -1), np.zeros(shape, np.int64)
         vote_relative(plan, ground, self.light, turn, total, first, weight, squares_for(None, shape))
+        if self.coding.dtype.kind == "u":
+            codes = np.zeros((*shape, 3), self.coding.dtype)
+            settle_vectors(self.samples, turn, total, first, weight, self.coding.top, codes)
+            return codes, weight
         first = np.maximum(first, 0)
         codes = self.coding.turned(self.samples[first >> 3], first & 7)
-        base = self.coding.vectors(codes)
-        if self.light.dtype.kind == "f":  # 1 - v may round; what was added up did not
-            channel, sign = turn
-            base = np.take_along_axis(self.light[first >> 3], channel[first & 7], axis=2) * sign[first & 7]
+        channel, sign = turn  # 1 - v may round; what was added up did not
+        base = np.take_along_axis(self.light[first >> 3], channel[first & 7], axis=2) * sign[first & 7]
         vector = base * weight[..., None] + total
         weight[~vector.any(axis=2)] = 0  # opposite votes cancel: the own pixel decides
         return self.coding.of_length_1(vector, (total == 0).all(axis=2), codes), weight

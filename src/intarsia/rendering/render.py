@@ -61,9 +61,9 @@ def render(
     smap : SourceMap
         Without holes where it is drawn, and within the reach of a finish.
     name : str, optional
-        The plane; the first shown of the first exemplar by default. A plane s times larger than the base gives a
-        picture s times larger than the map, with a feather of s times as many px; one s times smaller gives
-        one s times smaller, averaged in blocks.
+        The plane, or the packed map; the first of the first exemplar by default. A plane s times larger than the
+        base gives a picture s times larger than the map, with a feather of s times as many px; one s times
+        smaller gives one s times smaller, averaged in blocks.
     blend : Blend, optional
         Feather, mixing and finish; those of the map by default.
     box : Box, optional
@@ -152,9 +152,7 @@ class _Job:
     def of(cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
         grow, shrink = max(scale, 1), max(-scale, 1)
         feather = blend.feather * grow
-        if feather > MAX_SPREAD:
-            most = MAX_SPREAD // grow
-            raise ParameterError(f"feather={blend.feather} is too wide on a {grow}x larger plane; at most {most} px.")
+        check_spread(blend.feather, grow, f"a {grow}x larger plane")
         samples, ground = ground_of(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, feather)
         none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
         none.flags.writeable = False
@@ -214,20 +212,42 @@ def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
 
 def check_alike(exemplars: Sequence[Exemplar]) -> None:
     """Refuse exemplars whose planes cannot lie in one picture, before any work on them."""
-    for name in exemplars[0].drawn:
+    for name in (*exemplars[0].drawn, *exemplars[0].packs):
         _planes(exemplars, name)
+
+
+def check_drawable(exemplars: Sequence[Exemplar], height: int, width: int, feather: int) -> None:
+    """Refuse what a plane of another size than the base cannot be drawn with, before anything is grown.
+
+    `height` and `width` are those of the map, or of a window of it; `feather` is that of the map, in px.
+    """
+    for name in exemplars[0].pictures:
+        _, scale = _planes(exemplars, name)
+        if scale < 0 and (height % -scale or width % -scale):
+            raise ParameterError(
+                f"{width}x{height} px do not suit the plane {name}, {-scale}x smaller; give multiples of {-scale}."
+            )
+        check_spread(feather, scale, f"the plane {name}, {scale}x larger")
+
+
+def check_spread(feather: int, grow: int, plane: str) -> None:
+    """Refuse a feather that is too wide on a plane so many times larger than the map."""
+    if feather * max(grow, 1) > MAX_SPREAD:
+        most = MAX_SPREAD // grow
+        raise ParameterError(f"feather={feather} is too wide on {plane}; at most {most} px.")
 
 
 def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:
     """Find the plane in every exemplar, and how many times larger than the base (negative: smaller)."""
-    name = exemplars[0].drawn[0] if name is None else name
-    if not isinstance(name, str) or name not in exemplars[0].planes:
-        raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(exemplars[0].drawn)}.")
+    name = exemplars[0].pictures[0] if name is None else name
+    if not isinstance(name, str) or exemplars[0].picture(name) is None:
+        known = dict.fromkeys((*exemplars[0].drawn, *exemplars[0].packs))
+        raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(known)}.")
     found: list[tuple[Plane, int]] = []
     for exemplar in exemplars:
-        if name not in exemplar.planes:
+        plane = exemplar.picture(name)
+        if plane is None:
             raise InputError(f"{exemplar.name} has no plane {name}, {exemplars[0].name} has; give it one.")
-        plane = exemplar.planes[name]
         larger = plane.height >= exemplar.height
         found.append((plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height)))
         if _facts_of(*found[-1]) != _facts_of(*found[0]):

@@ -280,7 +280,7 @@ def _rectangle(tiling: Tiling, exemplar: Exemplar) -> tuple[int, int] | None:
 
 def _drawn(exemplar: Exemplar, yx: Any, wrap: Wrap) -> dict[str, Plane]:
     smap = SourceMap(yx, None, None, (exemplar.source,), wrap, Blend(0))
-    return {name: render((exemplar,), smap, name, Blend(0), None, Run()) for name in exemplar.drawn}
+    return {name: render((exemplar,), smap, name, Blend(0), None, Run()) for name in exemplar.pictures}
 
 
 def _cut_out(plane: Plane, inside: Any) -> Plane:

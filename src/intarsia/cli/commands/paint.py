@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -9,7 +10,7 @@ import click
 from ...arguments import REACHES, SAMPLES, WEIGHT, WEIGHTS
 from ...choosing.auto import AUTO_METHOD
 from ...methods.base import METHODS, Ability, method_class
-from ..options import EXEMPLARS, FILE, gathered, input_options, offered, opt
+from ..options import EXEMPLARS, FILE, PLANE_WEIGHTS, gathered, input_options, offered, opt
 from ..request import Labels, Wish
 from ..values import Number
 from .grow import METHOD, growing, wish_of
@@ -39,6 +40,7 @@ OWN = (
 )  # fmt: skip
 
 UNION, PARAMETERS = offered(GUIDED, *OWN)
+PLANES = replace(PLANE_WEIGHTS, names=("--plane-weight",))  # --weight is that of the target
 
 
 def _wish(labels: tuple[str, ...], target: str, weight: float, reach: int, **given: Any) -> Wish:
@@ -46,7 +48,8 @@ def _wish(labels: tuple[str, ...], target: str, weight: float, reach: int, **giv
 
 
 @growing(
-    "paint", "painted", input_options(EXEMPLARS), gathered(*OWN, *PARAMETERS, into="wish", make=_wish),
+    "paint", "painted", input_options(EXEMPLARS, PLANES, without=("weights",)),
+    gathered(*OWN, *PARAMETERS, into="wish", make=_wish),
     epilog=f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. OUT may hold {{seed}}, {{method}}, "
     "{w} and {h}; with --seeds every seed makes an output.",
 )  # fmt: skip

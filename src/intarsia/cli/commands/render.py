@@ -104,10 +104,10 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     """Read the exemplars, check them against the map, and draw all of their planes."""
     from ... import files
     from ...geometry import Box
-    from ...rendering.render import render
+    from ...rendering.render import check_drawable, render
     from ...run import Run
     from ..exemplars import Shelf, sets_of, stem_of
-    from ..outputs import Staging, check_all, filled_name, plane_files
+    from ..outputs import Staging, by_file, check_all, filled_name, layer_files, plane_files
 
     began = time.perf_counter()
     sets = sets_of(inputs, report)
@@ -117,26 +117,31 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     x, y, width, height = view.window or (0, 0, smap.width * n, smap.height * n)
     part = Box(y // n, x // n, (y + height) // n, (x + width) // n)
     out = filled_name(targets.out, {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
-    pictures = plane_files(out, sets[0])
-    check_all(pictures.values(), targets.force, set())
+    pictures = {} if targets.layers else plane_files(out, sets[0])
+    check_all(pictures.values() if pictures else [out], targets.force, set())
     exemplars = Shelf([sets], inputs, report).get(0)
+    pictures = pictures or layer_files(out, exemplars[0], targets.depth)
     _check_sizes(smap, exemplars)
     for name, path in pictures.items():
-        plane = exemplars[0].planes[name]
+        plane = exemplars[0].picture(name)
+        assert plane is not None
         drawn = [side * plane.width // (exemplars[0].width * n) for side in (width, height)]
         files.check_depth(path, plane, targets.depth, (drawn[0], drawn[1]))
     blend = smap.blend.but(feather=view.feather, mixing=view.mixing, finish=finish_of(view.level))
+    check_drawable(exemplars, part.height, part.width, blend.feather)
     with report.watching(len(pictures)) as meter, Staging(targets.force) as staging:
-        for name, path in pictures.items():
-            run = Run(threads, meter.stage("render", 0.0, 1.0), CANCEL)
-            plane = render(exemplars, smap, name, blend, part, run)
-            files.write(staging.place(path), plane, depth=targets.depth)
-            meter.next_part()
+        for path, names in by_file(pictures).items():
+            planes = {}
+            for name in names:
+                run = Run(threads, meter.stage("render", 0.0, 1.0), CANCEL)
+                planes[name] = render(exemplars, smap, name, blend, part, run)
+                meter.next_part()
+            files.write(staging.place(path), planes if targets.layers else planes[names[0]], depth=targets.depth)
         staging.commit()
     seconds = time.perf_counter() - began
-    report.note(f"{', '.join(pictures.values())}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
+    report.note(f"{', '.join(by_file(pictures))}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
     answer: dict[str, Any] = {
-        "files": [{"path": path, "holds": name} for name, path in pictures.items()],
+        "files": [{"path": path, "holds": ", ".join(names)} for path, names in by_file(pictures).items()],
         "size": [width, height],
         "window": [x, y, width, height],
         "blend": blend.as_recipe,

@@ -49,7 +49,7 @@ JUDGING = (
 
 
 @click.command(name="score", cls=HelpfulCommand)
-@input_options(EXEMPLARS, without=("maps",))
+@input_options(EXEMPLARS, without=("maps", "packed", "weights"))
 @click.argument("output", type=FILE, metavar="OUTPUT")
 @gathered(*JUDGING, into="judging", make=Judging)
 @gathered(
