@@ -291,17 +291,6 @@ class TestTrials:
         assert len({seed for _, seed in tried}) == 8
         assert tried[0] == (found.method, 3)
 
-    def test_the_rival_is_tried_second_where_another_method_leads(self) -> None:
-        """Patches of free shape beside corrections; not beside a lattice, nor where they were not asked for."""
-        found = choice_of(texture(70, 64, 3), trials=4)
-        assert found.method.slug == "parallel-controllable"
-        assert [m.slug for m, _ in trial_methods(found, CANVAS, 0)] == ["parallel-controllable", "graphcut"] * 2
-        assert choice_of(texture(70, 64, 3)).rivals == ()
-        assert choice_of(texture(70, 64, 3), given={"jitter": 0.4}, trials=2).rivals == ()
-        pixels = np.tile(texture(16, 16, 3), (5, 5, 1)) // 2 + texture(80, 80, 3, 9) // 2
-        assert choice_of(pixels, trials=4).method.slug == "near-regular"
-        assert choice_of(pixels, trials=4).rivals == ()
-
     def test_patches_of_several_sizes_follow(self) -> None:
         stones = np.ascontiguousarray(sample("stones").pixels[:160, :160])
         tried = trial_methods(choice_of(stones, given={"isometries": "none"}, trials=4), CANVAS, 3)

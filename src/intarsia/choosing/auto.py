@@ -52,8 +52,6 @@ class Choice:
         The parameters that were asked for.
     others : tuple of Choice
         What comes next if the method cannot serve this exemplar after all.
-    rivals : tuple of Method
-        What trials compare it with.
     """
 
     method: Method
@@ -64,7 +62,6 @@ class Choice:
     trials: int = 1
     given: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Choice, ...] = ()
-    rivals: tuple[Method, ...] = ()
 
     @property
     def decided(self) -> dict[str, Any]:
@@ -161,23 +158,7 @@ class Auto:
                 break
         if not found:
             raise refused or ParameterError(self._none(facts))
-        lead = replace(found[0], warnings=rules.warnings_of(facts), others=tuple(found[1:]))
-        return replace(lead, rivals=self._rivals(lead)) if self.trials > 1 else lead
-
-    def _rivals(self, lead: Choice) -> tuple[Method, ...]:
-        """Patches of free shape, where another method leads on an empty canvas that they can fill in time.
-
-        Not where a lattice leads: the score counts what changes where pieces meet, and takes the joints of whole bricks
-        that were dealt anew for worse than bricks that were cut.
-        """
-        facts, canvas = lead.facts, lead.facts.canvas
-        begun = canvas.start is not None or canvas.guide is not None or facts.constant
-        suits = needed(facts.exemplars, canvas) <= method_class(RIVAL).supports
-        if lead.method.slug in (RIVAL, *LED, *FIXED) or RIVAL not in self.able:
-            return ()
-        if begun or not suits or rules.vast(canvas):
-            return ()
-        return (make(RIVAL, dict(self.given)).resolved(facts.exemplars, canvas),)
+        return replace(found[0], warnings=rules.warnings_of(facts), others=tuple(found[1:]))
 
     def leading(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
         """Return the choice that leads, its method with the known parameters alone, which are also `given`."""
@@ -216,9 +197,5 @@ GENERAL = ("begun", "guided", "several", "patches")
 ONLY = "only"
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
-LED = ("near-regular",)
-"""Methods that a lattice leads."""
-RIVAL = "graphcut"
-"""What trials compare the choice with: of 18 photographs without a lattice of two vectors, it was preferred on 12."""
 DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage")
 """Parameters that a rule, a measurement or a trial decides."""

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ..canvas import Canvas
 from ..geometry import Wrap
 from ..lattice.vectors import UNIT
 from .facts import Facts
@@ -75,14 +74,9 @@ def _two(f: Facts) -> bool:
     return f.lattice is not None and f.lattice.kind == "2-D"
 
 
-def vast(canvas: Canvas) -> bool:
-    """Whether patches of free shape would take minutes to fill a canvas."""
-    return canvas.height * canvas.width > VAST
-
-
 def _free(f: Facts) -> bool:
     """Whether it repeats by no lattice, and shapes of patches can be searched for."""
-    return f.lattice is None and not vast(f.canvas)
+    return f.lattice is None and f.canvas.height * f.canvas.width <= VAST
 
 
 def _clouded(f: Facts) -> bool:

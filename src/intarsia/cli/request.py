@@ -166,9 +166,9 @@ class Work:
 class Targets:
     """The files to write: the picture, planes beside it, and what else was asked for.
 
-    With `layers` all planes are layers of one file. Without `out` the pictures are named after the exemplars and what is
-    `done` with them, such as grown; with `folder` they lie there, named as the files of the exemplar are. `page` is the
-    report; what misses one of `gates` is written only to `keep` it.
+    With `layers` all planes are layers of one file. Without `out` the pictures are named after the exemplars and what
+    is `done` with them, such as grown; with `folder` they lie there, named as the files of the exemplar are. `page` is
+    the report; what misses one of `gates` is written only to `keep` it.
     """
 
     out: str
