@@ -18,6 +18,7 @@ from intarsia.errors import InputError
 from intarsia.image import Kind, Plane
 
 SIZE = (24, 20)  # of all sound pictures
+LEAST_TILED = 16  # px a side; of less nothing is left beside the band
 
 AS_USAGE = {"recipe patch=700", "recipe start", "recipe guide", "recipe extend far"}
 """Recipes that are sound, but not for this line: refused like options."""
@@ -78,6 +79,8 @@ def _as_colours(role: Role, plane: Plane, path: str) -> int:
         return 0 if base.kind is Kind.COLOUR and base.channels == 3 else 3
     if role.field == "donors" or (role.how == "second" and role.command != "paint"):
         return 0 if _like_the_first(path) else 3
+    if role.command == "tile" and role.field == "files" and min(size) < LEAST_TILED:
+        return 3
     if role.command in ("paint", "heal", "render") and role.field == "files" and role.how != "second" and size != SIZE:
         return 3
     if role.how == "second":

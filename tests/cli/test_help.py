@@ -14,7 +14,7 @@ from intarsia.cli.options import ParameterOption
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
 
-GROWING = ("grow", "extend", "heal", "paint", "weave")
+GROWING = ("grow", "extend", "heal", "paint", "tile", "weave")
 
 
 def found(name: str) -> click.Command:
@@ -34,6 +34,11 @@ def told(*words: str, code: int = 0) -> str:
 
 def options(name: str) -> list[click.Option]:
     return [p for p in found(name).params if isinstance(p, click.Option) and not p.hidden]
+
+
+def first(option: click.Option) -> str:
+    """The long name by which an option is listed."""
+    return next(name for name in option.opts if name.startswith("--"))
 
 
 def shown(text: str) -> list[str]:
@@ -81,12 +86,12 @@ class TestShort:
         assert own <= set(fields)
         usual = " ".join(g.usual for g in GROUPS).split()
         expected = {f for f in usual if f in own or (f in MOST_USED and f in {o.name for o in options(name)})}
-        by_name = {max(o.opts, key=len): str(o.name) for o in options(name)}
+        by_name = {first(o): str(o.name) for o in options(name)}
         assert {by_name[word] for word in shown(told(name, "--help"))} == expected
 
     def test_all_options_are_in_help_all(self, name: str) -> None:
         text = told(name, "--help-all")
-        assert sorted(shown(text)) == sorted([*(max(o.opts, key=len) for o in options(name)), "--help", "--help-all"])
+        assert sorted(shown(text)) == sorted([*map(first, options(name)), "--help", "--help-all"])
         flat = re.sub(r"\s+", "", text)
         assert all(re.sub(r"\s+", "", o.help or "") in flat for o in options(name))
 
@@ -103,7 +108,7 @@ class TestShort:
 
 @pytest.mark.parametrize("name", GROWING)
 def test_every_parameter_is_in_the_help_of_its_method(name: str) -> None:
-    own = {max(o.opts, key=len) for o in options(name) if isinstance(o, ParameterOption)}
+    own = {first(o) for o in options(name) if isinstance(o, ParameterOption)}
     seen = set()
     for slug in slugs(name):
         text = told(name, "-m", slug, "--help")

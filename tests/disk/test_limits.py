@@ -77,7 +77,8 @@ def test_every_command_that_reads_pictures_takes_max_pixels(tmp_path: Path, monk
     monkeypatch.chdir(tmp_path)
     roles.make_sound(tmp_path)
     for command in roles.READERS:
-        words = [*roles.line(command, **({} if command == "analyze" else {"out": f"new_{roles.GIANT}"}))]
+        unwritten = command in ("analyze", "score")
+        words = [*roles.line(command, **({} if unwritten else {"out": f"new_{roles.GIANT}"}))]
         few = run(*words, "--max-pixels", 479)
         assert (few.exit_code, len(few.stderr.splitlines())) == (3, 1), few.stderr
         assert "--max-pixels" in few.stderr

@@ -30,12 +30,12 @@ GROUPS = (
         "Output", "out size overlays best_tile wrap depth force page preview",
         "tiles offset layers save_map st_map distance_map chunk keep",
     ),
-    Group("Look", "method patch feather repair trials seed", "explain mixing level magnify"),
+    Group("Look", "method patch feather trials seed", "repair explain mixing level magnify"),
     Group(
         "Exemplar", "files maps masks crop flatten several donors usable saved",
         "packed weights as_set scale alpha avoid toroidal max_pixels start pictures",
     ),
-    Group("Work", "many sheet dry_run dask gates as_json quiet", "threads executor progress"),
+    Group("Work", "many dry_run dask gates as_json quiet", "sheet threads executor progress"),
 )  # fmt: skip
 """Every option of a command stands in one; parameters of methods have a group of their own, but for these:"""
 

@@ -159,13 +159,13 @@ MAP_OPTIONS = (
 
 PAGE = opt(
     "page", "--report", type=FILE, metavar="FILE.html|png",
-    help="A page, or a picture, on how good the output is, what it is made of, and where it loses; of several outputs "
-    "one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
+    help="A page or a picture on how good it is. What it is made of, and where it loses; of several outputs one for "
+    "each where {stem} or {seed} is in its name, else one of all, the worst first.",
 )  # fmt: skip
 GATES = opt(
     "gates", "--gate", multiple=True, type=Gate(),
-    help="Exit with 4 where the total (0 to 100) or the worth of a part (0 to 1) is less, see `intarsia score`, and "
-    "write nothing; once for each.",
+    help="Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to 1, see `intarsia "
+    "score`; once for each.",
 )  # fmt: skip
 JUDGE_OPTIONS = (
     PAGE, GATES, opt("keep", "--keep", is_flag=True, help="Write all the same what misses a --gate."),

@@ -43,7 +43,7 @@ JUDGING = (
         "gates", "--gate", multiple=True, type=Gate(),
         help="Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
     ),
-    PAGE.but(help="A page, or a picture, on how good the output is and where it loses; also where it misses a gate."),
+    PAGE.but(help="A page or a picture on how good it is. Also where it misses a gate."),
     FORCE,
 )  # fmt: skip
 

@@ -19,27 +19,27 @@ MOST_BAND, MOST_TILES = 1 << 16, 16
 BORDER = (
     opt(
         "axes", "--axes", type=click.Choice([w.value for w in (Wrap.X, Wrap.Y, Wrap.BOTH)]), default=Wrap.BOTH.value,
-        show_default=True, help="Along which axes the picture is to continue in itself.",
+        show_default=True, help="Axes along which it is to tile.",
     ),
     opt(
         "band", "--band", type=click.IntRange(1, MOST_BAND), metavar="PX",
-        help="Width of the band that is grown anew, half of it at either border. Default: one and a half elements.",
+        help="Width of the band that is grown anew. Half lies at either border. Default: one and a half elements.",
     ),
     opt(
         "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
-        help="Cut the picture to this size first, out of its middle; one is proposed where periods do not close.",
+        help="Cut its middle out first. A size is proposed where periods do not close.",
     ),
 )  # fmt: skip
 METHOD = tuple(o for o in method_options("How to grow the band.") if o.field != "wrap")
 _, PARAMETERS = offered(ABLE, *METHOD, *BORDER)
 
 SEEN = (
-    opt("preview", "--preview", type=FILE, metavar="FILE", help="Write the result repeated, 3 x 3 times, to look at."),
+    opt("preview", "--preview", type=FILE, metavar="FILE", help="Write the result repeated. 3 x 3 times, to look at."),
     opt(
         "tiles", "--preview-tiles", type=click.IntRange(1, MOST_TILES), default=3, metavar="N",
         help="How often the preview repeats it along each axis that continues. Default: 3.",
     ),
-    opt("offset", "--offset", type=FILE, metavar="FILE", help="Write the picture as it was, shifted by half its size."),
+    opt("offset", "--offset", type=FILE, metavar="FILE", help="Write the picture as it was, shifted by half."),
 )  # fmt: skip
 
 
