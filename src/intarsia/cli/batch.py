@@ -20,7 +20,6 @@ from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
 from ..tasks.completion import fill_holes
 from ..tasks.contact_sheet import contact_sheet, thumbnail
-from ..tasks.tileable import half_shifted, remarks, repeated, tiled
 from .again import command_of, replay_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
@@ -33,9 +32,10 @@ from .request import Inputs, Targets, Wish
 
 if TYPE_CHECKING:
     from ..search import distance_map
-    from ..tasks import repair
-else:  # only --distance-map and --repair need them
+    from ..tasks import repair, tileable
+else:  # only --distance-map, --repair and tiling need them
     distance_map, repair = lazy("intarsia.search.distance_map"), lazy("intarsia.tasks.repair")
+    tileable = lazy("intarsia.tasks.tileable")
 
 
 @dataclass
@@ -79,7 +79,7 @@ class Batch:
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
             if check is None and wish.begin is not None and wish.begin.border is not None:
-                shelf.warn(*remarks(scene_of(shelf, lot, wish)))
+                shelf.warn(*tileable.remarks(scene_of(shelf, lot, wish)))
             if batch.judging.wanted:
                 found = [replace(o, memory=o.memory + memory_of(o.size)) for o in found]
             check_all((p for order in found for p, _ in order.files), targets.force, batch.named, bool(targets.folder))
@@ -254,7 +254,7 @@ class Batch:
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
         begin, plan = self.wish.begin, order.plan(scene)
         if begin is not None and begin.border is not None:
-            grown = tiled(plan, order.seed, run)
+            grown = tileable.tiled(plan, order.seed, run)
         elif begin is not None and begin.holes:
             grown = fill_holes(plan, order.seed, run, begin.edge)
         else:
@@ -281,9 +281,10 @@ class Batch:
         """Write the result side by side with itself, and the picture as it was, moved by half its size."""
         depth, axes = self.targets.depth, scene.canvas.wrap
         if order.preview is not None:
-            write(staging.place(order.preview), repeated(grown.render(), axes, self.targets.tiles), depth=depth)
+            many = tileable.repeated(grown.render(), axes, self.targets.tiles)
+            write(staging.place(order.preview), many, depth=depth)
         if order.offset is not None:
-            write(staging.place(order.offset), half_shifted(scene), depth=depth)
+            write(staging.place(order.offset), tileable.half_shifted(scene), depth=depth)
 
 
 def write_sheet(path: str, thumbnails: list[Plane], force: bool, report: Report) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..canvas import Canvas
 from ..choosing.auto import Auto, Choice
@@ -14,18 +14,22 @@ from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
 from ..geometry import Wrap
 from ..guide import Guide
+from ..lazy import lazy
 from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
 from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
-from ..tasks.scoring import check_gates
 from ..tasks.starts import Margins, extension
-from ..tasks.tileable import planned_to_tile, scene_to_tile
 from .exemplars import Set, Shelf, stem_of
 from .outputs import by_file, check_place, filled_name, kept_files, layer_files, plane_files, usual_files, usual_name
 from .request import Targets, Wish
+
+if TYPE_CHECKING:
+    from ..tasks import scoring, tileable
+else:  # only gates and tiling need them
+    scoring, tileable = lazy("intarsia.tasks.scoring"), lazy("intarsia.tasks.tileable")
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,7 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
         return extension(picture, Margins(*begin.margins), donors, wrap)
     if begin.border is not None:
         cut = begin.border.size
-        return scene_to_tile(picture, donors, wrap, begin.border.band, None if cut is None else cut[::-1])
+        return tileable.scene_to_tile(picture, donors, wrap, begin.border.band, None if cut is None else cut[::-1])
     scene = healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, begin.grow)
     if "alpha" not in begin.holes:
         return scene
@@ -172,7 +176,8 @@ def orders_of(
         check_alike(exemplars)
         check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
         check_distance_map(orders[0], targets)
-        check_gates(targets.gates, traits(method).exact and times == 1, wish.wrap != "none")
+        if targets.gates:
+            scoring.check_gates(targets.gates, traits(method).exact and times == 1, wish.wrap != "none")
         check_tiled(orders[0], exemplars[0], targets)
     return orders
 
@@ -198,7 +203,7 @@ def plan_of(wish: Wish, scene: Scene, distances: bool) -> Plan:
     """Decide by which method a scene is filled, of those that measure `distances` if they are asked for."""
     method, begin = wish.method, wish.begin
     if begin is not None and begin.border is not None:
-        plan = planned_to_tile(scene, method)
+        plan = tileable.planned_to_tile(scene, method)
     elif begin is not None and begin.holes:
         plan = planned_for_holes(scene, method, begin.edge)
     else:
