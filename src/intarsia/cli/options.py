@@ -16,7 +16,7 @@ from ..methods.base import METHODS, method_class
 from ..params import Parameter, parameters
 from .report import Report
 from .request import Inputs, Targets, Work
-from .values import Channels, Colour, FileName, Gate, NamedFile, Place, PlaneWeight, Rectangle, Scale, Seed, Seeds
+from .values import GATE, PLANE_WEIGHT, Channels, Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, Seeds
 
 Command = Callable[..., Any]
 
@@ -70,7 +70,7 @@ def gathered(*options: Opt, into: str, make: Callable[..., Any]) -> Callable[[Co
 
 
 PLANE_WEIGHTS = opt(
-    "weights", "--weight", "--plane-weight", multiple=True, type=PlaneWeight(), metavar="NAME=F",
+    "weights", "--weight", "--plane-weight", multiple=True, type=PLANE_WEIGHT, metavar="NAME=F",
     help="How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
 )  # fmt: skip
 INPUT_OPTIONS = (
@@ -163,7 +163,7 @@ PAGE = opt(
     "each where {stem} or {seed} is in its name, else one of all, the worst first.",
 )  # fmt: skip
 GATES = opt(
-    "gates", "--gate", multiple=True, type=Gate(),
+    "gates", "--gate", multiple=True, type=GATE,
     help="Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to 1, see `intarsia "
     "score`; once for each.",
 )  # fmt: skip

@@ -198,38 +198,24 @@ class Channels(ParamType):
         return str(value).replace(" ", "")
 
 
-class PlaneWeight(ParamType):
-    """NAME=NUMBER; gives the pair."""
+class NamedNumber(ParamType):
+    """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy` says what is to be given instead of anything else."""
 
-    name = "NAME=F"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        if isinstance(value, tuple):
-            return value
-        name, _, number = str(value).partition("=")
-        try:
-            weight = float(number)
-        except ValueError:
-            weight = math.nan
-        if not name or not 0 <= weight <= PLANE_WEIGHTS:
-            top = f"0 to {PLANE_WEIGHTS}"
-            self.fail(f"{value} is not NAME=F; give a plane and {top}, such as height=0.5.", param, ctx)
-        return name, weight
-
-
-class Gate(ParamType):
-    """PART=VALUE; gives the pair."""
-
-    name = "PART=VALUE"
+    def __init__(self, name: str, most: float, remedy: str) -> None:
+        self.name, self.most, self.remedy = name, most, remedy
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         if isinstance(value, tuple):
             return value
-        part, _, number = str(value).partition("=")
+        name, _, text = str(value).partition("=")
         try:
-            least = float(number)
+            number = float(text)
         except ValueError:
-            least = math.nan
-        if not part or not 0 <= least <= 100:
-            self.fail(f"{value} is not PART=VALUE; give a part and its least worth, such as joins=0.5.", param, ctx)
-        return part, least
+            number = math.nan
+        if not name or not 0 <= number <= self.most:
+            self.fail(f"{value} is not {self.name}; give {self.remedy}.", param, ctx)
+        return name, number
+
+
+PLANE_WEIGHT = NamedNumber("NAME=F", PLANE_WEIGHTS, f"a plane and 0 to {PLANE_WEIGHTS}, such as height=0.5")
+GATE = NamedNumber("PART=VALUE", 100, "a part and its least worth, such as joins=0.5")

@@ -29,7 +29,7 @@ from ..options import (
 from ..pictures import with_pictures
 from ..report import Report
 from ..request import Begin, Border, Inputs, Labels, Targets, Wish
-from ..values import Channels, Colour, NamedFile, PlaneWeight, Rectangle, Scale
+from ..values import PLANE_WEIGHT, Channels, Colour, NamedFile, Rectangle, Scale
 from .grow import check_stdout
 from .heal import MOST_EDGE, MOST_GROWN, USABLE
 
@@ -211,7 +211,7 @@ def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) 
             crop=given.crop or (Rectangle()(",".join(map(str, said["crop"]))) if "crop" in said else None),
             flatten=given.flatten or bool(said.get("flatten", False)),
             scale=given.scale if given.scale != 1 else Scale()(str(said.get("scale", "1/1"))),
-            weights=given.weights or tuple(PlaneWeight()(f"{n}={w}") for n, w in said.get("weights", {}).items()),
+            weights=given.weights or tuple(PLANE_WEIGHT(f"{n}={w}") for n, w in said.get("weights", {}).items()),
             packed=given.packed or (Channels()(said["packed"]) if "packed" in said else None),
             magnify=_whole(said.get("magnify", 1), 1, TIMES),
         )

@@ -13,7 +13,7 @@ from ..help import HelpfulCommand
 from ..options import EXEMPLARS, FILE, FORCE, PAGE, gathered, input_options, opt
 from ..report import Report
 from ..request import Inputs, check_page
-from ..values import Gate
+from ..values import GATE
 
 if TYPE_CHECKING:
     from ...judging.score import Score
@@ -40,7 +40,7 @@ JUDGING = (
         help="Axes along which the output should tile. By default as its map does.",
     ),
     opt(
-        "gates", "--gate", multiple=True, type=Gate(),
+        "gates", "--gate", multiple=True, type=GATE,
         help="Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
     ),
     PAGE.but(help="A page or a picture on how good it is. Also where it misses a gate."),
