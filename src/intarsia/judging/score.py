@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,6 @@ CORNER = 512  # px: of an output of more than twice as much a side, its corners 
 AROUND = 32  # px: an output that wraps is looked at so far beyond its borders
 
 Pictures = Sequence[NDArray[np.int16]]
-Masks = Sequence[NDArray[np.bool_] | None]
 
 
 @dataclass(frozen=True)
@@ -130,15 +129,15 @@ def judge(
         )
     alone = [Exemplar({"base": e.base}, e.usable, e.toroidal, e.name) for e in (*exemplars, output)]
     *pictures, mine = features(alone).pictures
-    return _judged(pictures, [e.usable for e in exemplars], mine, wrap, _told(exemplars, smap))
+    return _judged(_known(pictures, exemplars), mine, wrap, _told(exemplars, smap))
 
 
 def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
     """Judge a map without holes by the pixels that it shows, not mixed at its cuts."""
     feats = features(exemplars)
     pictures = [p[..., : feats.base] for p in feats.pictures]
-    masks = [e.usable for e in exemplars]
-    return _judged(pictures, masks, drawn(pictures, smap), smap.wrap, _told(exemplars, smap)).score
+    known = feats.memo("judging", lambda: _known(pictures, exemplars))  # several maps of the same exemplars are judged
+    return _judged(known, drawn(pictures, smap), smap.wrap, _told(exemplars, smap)).score
 
 
 def drawn(pictures: Pictures, smap: SourceMap) -> NDArray[np.int16]:
@@ -156,20 +155,31 @@ def _told(exemplars: Sequence[Exemplar], smap: SourceMap | None) -> dict[str, fl
     return {} if smap is None else mapped(exemplars, smap, elements(exemplars[0]).size)
 
 
-def _judged(
-    pictures: Pictures, masks: Masks, output: NDArray[np.int16], wrap: Wrap, told: dict[str, float]
-) -> Judged:
+class Known(NamedTuple):
+    """What is measured of exemplars once for all outputs: reduced `factor` times, and what their tiles measure."""
+
+    factor: int
+    reference: Reference
+    worst: dict[str, float]
+
+
+def _known(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
     factor = max(factor_for(p.shape, WORK_SIDE) for p in pictures)
+    masks = (e.usable for e in exemplars)
     reference = Reference(
         tuple(_smaller(p, factor) for p in pictures),
         tuple(None if m is None else block_sums(m, factor) == factor * factor for m in masks),
     )
+    return Known(factor, reference, measured(reference, reference.tiles, sources_of(reference, reference.tiles)))
+
+
+def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap, told: dict[str, float]) -> Judged:
+    factor, reference, worst = known
     meets = meeting(output, wrap)
     held = _within(_smaller(output, factor), reference.pictures)
     corners = _corners(held, wrap)
     looks = [Look((y * factor, x * factor), tuple(sources_of(reference, part))) for (y, x), part in corners]
     told_by = [measured(reference, part, look.sources) for (_, part), look in zip(corners, looks, strict=True)]
-    worst = measured(reference, reference.tiles, sources_of(reference, reference.tiles))
     parts = {}
     for part in PARTS:
         bad = worst[part.name] if part.bad is None else part.bad
