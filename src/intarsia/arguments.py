@@ -92,6 +92,16 @@ def pair(value: Any) -> tuple[int, int]:
     return side, side
 
 
+def size_of(value: Any) -> tuple[int, int]:
+    """Return (height, width) as callers give it, one number for a square; ParameterError for all else."""
+    try:
+        return pair(value)
+    except ValueError:
+        raise ParameterError(
+            f"size={called(value)} is not allowed; give (height, width) in whole px, or one number for a square."
+        ) from None
+
+
 def channels_of(text: Any) -> tuple[str, ...]:
     """Read what the channels of a packed map hold, as in R=ao,G=roughness,B=metallic; ``""`` for those not named."""
     held: dict[str, str] = {}

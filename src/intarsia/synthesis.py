@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import called, chosen, expect, pair
+from .arguments import chosen, expect, size_of
 from .canvas import Canvas
 from .choosing.auto import AUTO_METHOD, Auto, Choice
 from .draws import check_seed
@@ -256,12 +256,7 @@ def canvas_of(
     if size is None:
         like = start if start is not None else None if guide is None else guide.target
         size = (2 * exemplars[0].height, 2 * exemplars[0].width) if like is None else (like.height, like.width)
-    try:
-        height, width = pair(size)
-    except ValueError:
-        raise ParameterError(
-            f"size={called(size)} is not allowed; give (height, width) in whole px, or one number for a square."
-        ) from None
+    height, width = size_of(size)
     if start is not None:
         check_start(start, exemplars)
     return Canvas(height, width, chosen(Wrap, "wrap", wrap), start, guide, rim)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..analysis.features import features
 from ..analysis.structure import SEAMLESS, border_of
-from ..arguments import called, chosen, pair, whole_within
+from ..arguments import called, chosen, size_of, whole_within
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..choosing.facts import Facts
@@ -25,13 +25,13 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.closing import closing_length
-from ..methods.base import Method, check_abilities, make
+from ..methods.base import Method, make
 from ..params import AUTO, extent, parameters
 from ..run import Run, run_of
 from ..search.sizes import element_patch, supplied
-from ..sourcemap import Blend, identity
-from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, named
-from .completion import donors_of, exacting, least_seams
+from ..sourcemap import identity
+from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
+from .completion import donors_of, least_seams, planned_for_holes
 from .starts import shelf_of, with_hole
 
 LEAST_SIDE = 16  # px of an image
@@ -90,14 +90,8 @@ def tile(
     """
     (first,) = as_exemplars([image])[:1]
     run = run_of(run)
-    if size is not None:
-        try:
-            size = pair(size)
-        except ValueError:
-            raise ParameterError(
-                f"size={called(size)} is not allowed; give (height, width) in whole px, or one number for a square."
-            ) from None
-    scene = scene_to_tile(first, donors_of(sources), chosen(Wrap, "axes", axes), band, size)
+    cut = None if size is None else size_of(size)
+    scene = scene_to_tile(first, donors_of(sources), chosen(Wrap, "axes", axes), band, cut)
     plan = planned_to_tile(scene, named(method))
     run.notes.extend(remarks(scene))
     return tiled(plan, seed, run)
@@ -174,14 +168,7 @@ def _along_borders(size: tuple[int, int], axes: Wrap, wide: int) -> np.ndarray[t
 
 def planned_to_tile(scene: Scene, method: Method | Auto) -> Plan:
     """Plan to fill the band of a scene by exact copies; the side of windows that is not given is left open."""
-    choice = None
-    if isinstance(method, Auto):
-        choice = method.leading(scene.exemplars, scene.canvas)
-        choice = replace(choice, method=exacting(choice.method.slug, dict(choice.given)))
-        method = choice.method
-    check_abilities(method, scene.exemplars, scene.canvas)
-    check_between(method, Blend(0))
-    plan = Plan(scene, method, Blend(0), choice)
+    plan = planned_for_holes(scene, method)
     windows_to_try(plan)[0].resolved(scene.exemplars, scene.canvas)  # what cannot work is refused here
     return plan
 
