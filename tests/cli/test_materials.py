@@ -55,6 +55,37 @@ def told(*args: object, code: int = 0) -> dict[str, Any]:
 GROW = ("grow", "in/", "-o", "out/", "--size", "40x36", "-m", "random-tiling", "--patch", "8")
 
 
+class TestSets:
+    """Packed maps and layers among the materials of a folder: no plane is lost, each file keeps its name."""
+
+    def test_packed_maps_keep_their_files(self) -> None:
+        Path("in/packs").mkdir()
+        for path in ("wall_albedo.png", "wall_orm.png"):
+            files.write(f"in/packs/{path}", ia.Plane(texture(24, 28, 3, seed=len(path))))
+        told("grow", "in/packs/", *GROW[2:])
+        assert tree("out") == ["wall_albedo.png", "wall_orm.png"]
+        grown, own = (files.read_plane(Path(f, "wall_orm.png")) for f in ("out", "in/packs"))
+        assert grown.channels == own.channels == 3
+
+    def test_layers_are_all_written(self) -> None:
+        seen = texture(24, 28, seed=2).astype(np.float32) / 255
+        planes = {"albedo": ia.Plane(seen), "height": ia.Plane(seen[..., :1], ia.Kind.DATA)}
+        Path("in/deep").mkdir()
+        files.write("in/deep/wall.exr", planes)
+        told("grow", "in/deep/", *GROW[2:])
+        assert tree("out") == ["wall_albedo.exr", "wall_height.exr"]
+        told("grow", "in/deep/", "-o", "whole/", *GROW[4:], "--layers")
+        assert tree("whole") == ["wall.exr"]
+        assert set(files.read("whole/wall.exr").planes) == {"albedo", "height"}
+
+    def test_planes_never_share_a_file(self) -> None:
+        from intarsia.cli.outputs import check_apart
+
+        with pytest.raises(ParameterError, match=r"a\.png would be written twice"):
+            check_apart({"albedo": "a.png", "height": "a.png"})
+        check_apart({"albedo": "-", "height": "-"})
+
+
 class TestFound:
     def names(self, how: str = "auto") -> dict[str, list[str]]:
         return {m.name: [Path(os.fspath(f)).name for f in m.files] for m in files.materials("in", how)}

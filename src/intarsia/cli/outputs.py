@@ -102,14 +102,28 @@ def by_file(pictures: Mapping[str, str]) -> dict[str, list[str]]:
     return found
 
 
+def check_apart(pictures: Mapping[str, str]) -> None:
+    """Refuse planes that would be written into one file, one over the other."""
+    for path, names in by_file(pictures).items():
+        if len(names) > 1 and path != "-":
+            raise _twice(path)
+
+
+def _twice(path: str) -> ParameterError:
+    return ParameterError(
+        f"{path} would be written twice; put {{stem}} or {{seed}} into the name, or choose different names."
+    )
+
+
 def kept_files(folder: str, found: Set, exemplar: Exemplar, times: float, depth: str | None) -> dict[str, str]:
     """Name the file of each plane of a set as it is named itself, in another folder and a format that holds it."""
-    single = sum(name != "mask" for name in found) == 1
-    return {
-        name: os.path.join(folder, stem_of(found) if single else Path(path).stem)
-        + usual_ending(path, exemplar.planes[name], times, depth)
-        for name, path in found.items() if name != "mask"
-    }  # fmt: skip
+    kept = {name: plane for name in found if (plane := exemplar.picture(name)) is not None}
+    out = {}
+    for name, plane in kept.items():
+        file, layer = files.layers.split(found[name])
+        own = stem_of(found) if len(kept) == 1 else Path(file).stem + (f"_{name}" if layer is not None else "")
+        out[name] = os.path.join(folder, own + usual_ending(found[name], plane, times, depth))
+    return out
 
 
 def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = False) -> None:
@@ -120,9 +134,7 @@ def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = 
     for path in paths:
         place = os.path.realpath(path)
         if path != "-" and place in seen:
-            raise ParameterError(
-                f"{path} would be written twice; put {{stem}} or {{seed}} into the name, or choose different names."
-            )
+            raise _twice(path)
         seen.add(place)
         check_place(path, force, making)
 

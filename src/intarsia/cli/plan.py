@@ -23,7 +23,17 @@ from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
 from ..tasks.starts import Margins, extension
 from .exemplars import Set, Shelf, stem_of
-from .outputs import by_file, check_place, filled_name, kept_files, layer_files, plane_files, usual_files, usual_name
+from .outputs import (
+    by_file,
+    check_apart,
+    check_place,
+    filled_name,
+    kept_files,
+    layer_files,
+    plane_files,
+    usual_files,
+    usual_name,
+)
 from .request import Targets, Wish
 
 if TYPE_CHECKING:
@@ -165,6 +175,8 @@ def orders_of(
     for seed in seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if wish.begin else sets, exemplars[0], targets, fields, len(seeds) > 1)
+        if not targets.layers:
+            check_apart(pictures)
         asked = (
             targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1],
             targets.page, targets.preview, targets.offset,
@@ -187,8 +199,12 @@ def named(
 ) -> dict[str, str]:
     """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
     if targets.layers:
-        many_seeds = fields["seed"] if many else None
-        out = filled_name(targets.out, fields) if targets.out else usual_name(sets, targets.done, many_seeds) + ".exr"
+        if targets.folder:
+            out = os.path.join(filled_name(targets.folder, fields), stem_of(sets[0]) + ".exr")
+        elif targets.out:
+            out = filled_name(targets.out, fields)
+        else:
+            out = usual_name(sets, targets.done, fields["seed"] if many else None) + ".exr"
         return layer_files(out, exemplar, targets.depth)
     if targets.out:
         return plane_files(filled_name(targets.out, fields), sets[0])
