@@ -44,9 +44,9 @@ STAYS = 3  # at least 1/STAYS of either side must stay
 # keep their lines so; at 3 there are rows of half tiles. Single stones and leaves need 1/GAP: along a slit cuts run
 # straight.
 SLIT, GAP = 8, 3
-# Of what may be replaced beside a slit the outer half stays, so that steps of tone are levelled within the band: at cuts
-# clouds and planks show an edge without, and at a quarter still. Single elements would glow there, and where a
-# lattice closes there is nothing to level.
+# Of what may be replaced beside a slit the outer half stays, so that steps of tone are levelled within the band: clouds
+# and planks show an edge without, and at a quarter still. Single elements would glow at cuts, and where a lattice
+# closes there is nothing to level.
 LEVELLED, MOST_LEVELLED = 0.5, 64  # of either side, and px
 # For either the sides of windows that are tried, relative to the band.
 NARROW, WIDE = (1.0, 0.75, 0.5), (1.25, 1.0, 0.75)
