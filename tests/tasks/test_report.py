@@ -14,10 +14,11 @@ from judging.naive_windows import blobs
 from PIL import Image
 
 import intarsia as ia
+from intarsia.files.lettering import lettered
 from intarsia.tasks.outcome import Outcome
 from intarsia.tasks.report_page import index_of, page_of, ranked, thumbnailed
 from intarsia.tasks.report_pictures import LARGE, looked, pictures_of, stretched
-from intarsia.tasks.report_sheet import SIDE, fitted, index_sheet, sheet_of
+from intarsia.tasks.report_sheet import SIDE, WORD, fitted, index_sheet, sheet_of, shortened
 from intarsia.tasks.scoring import outcome_of
 
 STONES = (blobs(96, 96, 1) // 4).astype(np.uint8)
@@ -159,6 +160,16 @@ def test_an_index_is_sorted_worst_first() -> None:
     assert len(page.pictures) == 3
     assert page.text.count("overused") == 3
     assert index_sheet(small).height > SIDE
+
+
+def test_of_a_long_path_the_end_is_shown() -> None:
+    assert shortened("out/moss.png") == "out/moss.png"
+    long = "a_folder_of_many/" * 9 + "moss_albedo.png"
+    short = shortened(long)
+    assert short.startswith("...")
+    assert long.endswith(short[3:])
+    assert "moss_albedo.png" in short
+    assert SIDE * 0.9 < lettered(short, WORD).shape[1] <= SIDE
 
 
 def test_good_and_broken_are_told_apart_at_a_glance() -> None:
