@@ -164,10 +164,10 @@ def _of_single_elements(facts: Facts) -> bool:
 
 
 def _closes(facts: Facts) -> bool:
-    """Whether a picture has a lattice, which goes on over the borders that meet."""
+    """Whether a picture has a lattice of two vectors, which goes on over the borders that meet."""
     found, canvas = facts.lattice, facts.canvas
     sides = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))
-    return found is not None and all(
+    return found is not None and len(found.vectors) == 2 and all(
         closing_length(found.vectors, side, axis) == side for axis, (side, closed) in enumerate(sides) if closed
     )
 
