@@ -17,7 +17,7 @@ from intarsia import files
 from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.methods.base import METHODS, Ability, method_class
-from intarsia.tasks.tileable import better_size, half_shifted, repeated, scene_to_tile
+from intarsia.tasks.tileable import _fine_grained, better_size, half_shifted, repeated, scene_to_tile
 from intarsia.testing.cases import as_depth, texture
 from intarsia.testing.maps import looked_up
 
@@ -76,7 +76,11 @@ def test_steps_of_tone_are_levelled_within_the_band(dtype: str, band: int | None
 
 
 def test_single_elements_are_not_levelled() -> None:
+    """But for fine grain, whose pixels differ more than squares of it."""
     assert ia.tile("sample:pebbles", run=ONE).blend.finish == ()
+    grain = texture(96, 96, 3, 5) % 16
+    found = [_fine_grained(p.astype(np.int16)) for p in (grain, np.kron(grain, np.ones((8, 8, 1), np.uint8)))]
+    assert found == [True, False]
 
 
 def test_all_planes_follow_one_map() -> None:

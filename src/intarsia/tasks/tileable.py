@@ -13,9 +13,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..analysis.features import features
+from ..analysis.reduction import block_sums
 from ..analysis.structure import SEAMLESS, border_of
+from ..analysis.variance import spreads
 from ..arguments import called, chosen, size_of, whole_within
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
@@ -45,9 +48,11 @@ STAYS = 3  # at least 1/STAYS of either side must stay
 # straight.
 SLIT, GAP = 8, 3
 # Of what may be replaced beside a slit the outer half stays, so that steps of tone are levelled within the band: clouds
-# and planks show an edge without, and at a quarter still. Single elements would glow at cuts, and where a lattice
-# closes there is nothing to level.
+# and planks show an edge without, and at a quarter still. Single elements would glow at cuts, but for those of a grain
+# so fine that squares of it differ less: in jeans and leather patches show without. Where a lattice closes there is
+# nothing to level.
 LEVELLED, MOST_LEVELLED = 0.5, 64  # of either side, and px
+SQUARE, GRAIN = 4, 0.75  # px, of the spread of pixels: grass keeps 0.7 of it, stones and leaves 0.8
 # For either the sides of windows that are tried, relative to the band.
 NARROW, WIDE = (1.0, 0.75, 0.5), (1.25, 1.0, 0.75)
 ENDS = 10  # of 12 directions in which elements end, in a texture of single elements
@@ -126,7 +131,8 @@ def scene_to_tile(
     facts = Facts([_seen(picture)], Canvas(height, width, axes))
     single = _of_single_elements(facts)
     rim = (band - max(band // (GAP if single else SLIT), 2)) // 2
-    level = 0 if single or _closes(facts) else min(round(rim * LEVELLED), MOST_LEVELLED) // unit * unit
+    glows = single and not _fine_grained(facts.picture)
+    level = 0 if glows or _closes(facts) else min(round(rim * LEVELLED), MOST_LEVELLED) // unit * unit
     hole = _along_borders((height, width), axes, band - 2 * rim)
     whole = identity([e.source for e in exemplars], 0)
     part = slice(top, top + height), slice(left, left + width)
@@ -163,6 +169,13 @@ def _of_single_elements(facts: Facts) -> bool:
     return facts.structure.coherence <= DIRECTED
 
 
+def _fine_grained(picture: NDArray[np.int16]) -> bool:
+    """Whether much of what differs from pixel to pixel, as methods compare them (H, W, C), is gone in small squares."""
+    squares = block_sums(picture, SQUARE)
+    kept, all_of_it = (sum(spreads(p.reshape(-1, p.shape[2]))) / p[..., 0].size ** 2 for p in (squares, picture))
+    return kept <= (GRAIN * SQUARE**2) ** 2 * all_of_it
+
+
 def _closes(facts: Facts) -> bool:
     """Whether a picture has a lattice of two vectors, which goes on over the borders that meet."""
     found, canvas = facts.lattice, facts.canvas
@@ -172,7 +185,7 @@ def _closes(facts: Facts) -> bool:
     )
 
 
-def _along_borders(size: tuple[int, int], axes: Wrap, wide: int) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+def _along_borders(size: tuple[int, int], axes: Wrap, wide: int) -> NDArray[np.bool_]:
     """A hole of `wide` px across each line where borders meet."""
     near = [np.zeros(n, bool) for n in size]
     for line, closed in zip(near, (axes.y, axes.x), strict=True):
