@@ -117,7 +117,7 @@ def test_one_page_for_each_seed_or_one_for_all() -> None:
     made = run(*LINES["grow"], "-o", "n{seed}.png", "--seeds", "1..3", "--report", "all.html", "--json")
     assert json.loads(made.stdout)["report"] == "all.html"
     page = Path("all.html").read_text("utf-8")
-    totals = [(ia.score("stones.png", f"n{n}.png").total, page.index(f"<h1>n{n}.png</h1>")) for n in (1, 2, 3)]
+    totals = [(ia.score("stones.png", f"n{n}.png").total, page.index(f"<h2>n{n}.png</h2>")) for n in (1, 2, 3)]
     assert [at for _, at in sorted(totals)] == sorted(at for _, at in totals)
     both = ("grow", "stones.png", "moss.png", *SMALL[2:], "--size", "60")
     run(*both, "-o", "b_{stem}.png", "--report", "b_{stem}.png.html")
@@ -205,3 +205,20 @@ def test_names_may_hold_anything() -> None:
     page = Path("<b>'&\"<script>.html").read_text("utf-8")
     assert "<script" not in page
     assert "<b>'" not in page
+
+
+def test_a_folder_of_materials_ends_with_one_report_the_worst_first() -> None:
+    """Single pictures and sets; each stands there once, under its base plane, with what it reaches."""
+    for name, picture in {"a": STONES, "b": STONES // 2 + 60, "set/moss_albedo": STONES[::-1]}.items():
+        Path("in", name).parent.mkdir(parents=True, exist_ok=True)
+        ia.write(Path("in", name + ".png"), ia.Plane(picture))
+    ia.write("in/set/moss_height.png", ia.Plane(STONES[..., 0]))
+    grow = ("grow", "in/", "-o", "out/", "--size", "80", "--method", "random-tiling", "--patch")
+    for page in ("all.html", "all.png"):
+        made = json.loads(run(*grow, "24", "--report", page, "--json", "--force").stdout)
+        assert made["report"] == page
+    totals = {one["files"][0]["path"]: one["score"]["total"] for one in made["results"]}
+    assert len(totals) == 3
+    told = re.findall(r"<h2>(.*?)</h2>.*?\"total\">(\d+)<", Path("all.html").read_text("utf-8"))
+    assert told == [(path, f"{total:.0f}") for path, total in sorted(totals.items(), key=lambda item: item[1])]
+    assert ia.read("all.png").width > 300

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import re
 from html.parser import HTMLParser
 from io import BytesIO
@@ -13,10 +14,11 @@ from judging.naive_windows import blobs
 from PIL import Image
 
 import intarsia as ia
+from intarsia.files.lettering import lettered
 from intarsia.tasks.outcome import Outcome
 from intarsia.tasks.report_page import index_of, page_of, ranked, thumbnailed
 from intarsia.tasks.report_pictures import LARGE, looked, pictures_of, stretched
-from intarsia.tasks.report_sheet import SIDE, fitted, index_sheet, sheet_of
+from intarsia.tasks.report_sheet import SIDE, WORD, fitted, index_sheet, sheet_of, shortened
 from intarsia.tasks.scoring import outcome_of
 
 STONES = (blobs(96, 96, 1) // 4).astype(np.uint8)
@@ -42,7 +44,7 @@ class Page(HTMLParser):
         if tag not in EMPTY:
             self.open.append(tag)
         facts = dict(attrs)
-        assert not [name for name in facts if name.startswith("on") or name in ("href", "action")]
+        assert not [name for name in facts if name.startswith("on") or name in ("href", "action", "style")]
         if tag == "img":
             kind, _, data = (facts["src"] or "").partition(",")
             assert kind == "data:image/png;base64"
@@ -78,7 +80,7 @@ def test_a_page_holds_all_and_needs_nothing(made: ia.Synthesis) -> None:
     page = Page(text)
     assert {"html", "head", "body", "title", "style", "figure", "details"} <= set(page.tags)
     assert "script" not in page.tags
-    assert not re.search(r"http|<script|url\(|@import|<link", text)
+    assert not re.search(r"https?:|<script|url\(|@import|<link", text)
     assert "prefers-color-scheme: dark" in text
     assert "stones <grown>.png" in page.text
     for name, one in ia.score(STONES, made).parts.items():
@@ -89,6 +91,23 @@ def test_a_page_holds_all_and_needs_nothing(made: ia.Synthesis) -> None:
     assert len(page.pictures) >= 7
     for said in ("image-quilting", "patch", "seed", "sha256", "Repeated 3 x 3", "The pieces", "How often it is shown"):
         assert said in page.text
+
+
+@pytest.mark.parametrize("index", [False, True])
+def test_a_page_allows_nothing_but_its_pictures_and_its_style(made: ia.Synthesis, index: bool) -> None:
+    """So it may be opened, and served, where inline scripts and styles are refused; headings are of one tree."""
+    text = index_of([thumbnailed(Outcome.of(made))] * 2) if index else ia.report(made)
+    style = re.search(r"<style>(.*?)</style>", text, re.DOTALL)
+    assert style is not None
+    digest = base64.b64encode(hashlib.sha256(style[1].encode()).digest()).decode()
+    rules = re.search(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', text)
+    assert rules is not None
+    assert rules[1].startswith(f"default-src 'none'; img-src data:; style-src 'sha256-{digest}';")
+    assert text.index("Content-Security-Policy") < text.index("<style>")
+    page = Page(text)
+    assert page.tags.count("h1") == 1
+    assert page.tags.index("h1") < page.tags.index("h2")
+    assert page.tags.count("rect") == page.tags.count("svg") > 0
 
 
 def test_the_output_on_the_page_is_the_output(made: ia.Synthesis) -> None:
@@ -141,6 +160,16 @@ def test_an_index_is_sorted_worst_first() -> None:
     assert len(page.pictures) == 3
     assert page.text.count("overused") == 3
     assert index_sheet(small).height > SIDE
+
+
+def test_of_a_long_path_the_end_is_shown() -> None:
+    assert shortened("out/moss.png") == "out/moss.png"
+    long = "a_folder_of_many/" * 9 + "moss_albedo.png"
+    short = shortened(long)
+    assert short.startswith("...")
+    assert long.endswith(short[3:])
+    assert "moss_albedo.png" in short
+    assert SIDE * 0.9 < lettered(short, WORD).shape[1] <= SIDE
 
 
 def test_good_and_broken_are_told_apart_at_a_glance() -> None:

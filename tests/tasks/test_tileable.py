@@ -17,7 +17,7 @@ from intarsia import files
 from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.methods.base import METHODS, Ability, method_class
-from intarsia.tasks.tileable import better_size, half_shifted, repeated, scene_to_tile
+from intarsia.tasks.tileable import _fine_grained, better_size, half_shifted, repeated, scene_to_tile
 from intarsia.testing.cases import as_depth, texture
 from intarsia.testing.maps import looked_up
 
@@ -47,8 +47,40 @@ def test_the_inside_stays_bit_for_bit(dtype: str, axes: str) -> None:
     assert made.map.wrap is Wrap(axes)
     assert not made.map.holes.any()
     assert (made.map.yx[kept] == np.argwhere(kept)).all()
-    assert shown.tobytes() == looked_up(made.exemplars, made.map).tobytes()
+    assert made.render(finish=()).pixels.tobytes() == looked_up(made.exemplars, made.map).tobytes()
     assert ia.tile(pixels, axes=axes, band=18, seed=2, run=ia.Run(3)).map.digest == made.map.digest
+
+
+def strands(height: int, width: int) -> NDArray[np.uint8]:
+    """A grain of strands along rows, darker to the right: no single elements, no lattice."""
+    grain = np.repeat(texture(height, -(-width // 8), 3, 3), 8, axis=1)[:, :width]
+    return (grain // 2 + np.linspace(80, 0, width)[None, :, None]).astype(np.uint8)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32", "float16"])
+@pytest.mark.parametrize("band", [None, 9, 40])
+def test_steps_of_tone_are_levelled_within_the_band(dtype: str, band: int | None) -> None:
+    planes = {"albedo": as_depth(strands(96, 100), dtype), "ao": as_depth(texture(48, 50, 1, 6), dtype)}
+    made = ia.tile(planes, axes="x", band=band, seed=2, run=ONE)
+    assert [f.name for f in made.blend.finish] == ["levelling"]
+    assert made.recipe["blend"] == made.blend.as_recipe
+    for name, pixels in planes.items():
+        level, plain = made.render(name).pixels, made.render(name, finish=()).pixels
+        kept = inside(pixels.shape, "x", made.recipe["tile"]["band"] * pixels.shape[0] // 96)
+        assert level[kept].tobytes() == plain[kept].tobytes() == pixels[kept].tobytes()
+        assert (level != plain).any()
+    shown = ia.tile(strands(96, 100), axes="x", seed=2, run=ONE)
+    steps = [np.abs(np.diff(a.mean(axis=(0, 2)), append=0)[:-1]).max() for a in (
+        np.roll(p.pixels.astype(float), 50, 1) for p in (shown.render(), shown.render(finish=())))]  # fmt: skip
+    assert steps[0] < steps[1]
+
+
+def test_single_elements_are_not_levelled() -> None:
+    """But for fine grain, whose pixels differ more than squares of it."""
+    assert ia.tile("sample:pebbles", run=ONE).blend.finish == ()
+    grain = texture(96, 96, 3, 5) % 16
+    found = [_fine_grained(p.astype(np.int16)) for p in (grain, np.kron(grain, np.ones((8, 8, 1), np.uint8)))]
+    assert found == [True, False]
 
 
 def test_all_planes_follow_one_map() -> None:

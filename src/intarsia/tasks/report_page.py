@@ -2,12 +2,14 @@
 
     page = ia.report(ia.synthesize("stones.png", 512))
 
-The page holds no script and loads nothing; it follows the light or dark setting of whoever reads it.
+The page holds no script and loads nothing, and says so to the browser; it follows the light or dark setting of whoever
+reads it.
 """
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import json
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -33,7 +35,8 @@ body { margin: 0 auto; max-width: 1440px; padding: var(--s4) var(--s3) var(--s5)
   color: var(--ink); font: var(--t2)/1.5 system-ui, sans-serif; }
 h1, h2, p, figure, dl, dd { margin: 0; font-weight: 400; }
 h1 { font-size: var(--t3); overflow-wrap: anywhere; }
-h2 { font-size: var(--t3); margin: var(--s5) 0 var(--s3); }
+h2 { font-size: var(--t3); margin: var(--s5) 0 var(--s3); overflow-wrap: anywhere; }
+.card h2 { margin: 0; }
 small, figcaption, .quiet { font-size: var(--t1); color: var(--quiet); }
 header { display: flex; flex-wrap: wrap; gap: var(--s3) var(--s4); align-items: flex-end; margin-bottom: var(--s4); }
 header > div { flex: 1 1 20rem; }
@@ -49,9 +52,8 @@ figcaption b { display: block; font-weight: 600; color: var(--ink); font-size: v
   padding: var(--s3) 0; border-top: 1px solid var(--line); }
 .part b { font-weight: 600; }
 .takes { text-align: right; font-variant-numeric: tabular-nums; }
-.bar { height: var(--s2); background: var(--track); border-radius: var(--s1); overflow: hidden; }
-.bar i { display: block; height: 100%; }
-.bad { background: var(--bad); } .fair { background: var(--fair); } .good { background: var(--good); }
+.bar { display: block; width: 100%; height: var(--s2); background: var(--track); border-radius: var(--s1); }
+.bad { fill: var(--bad); } .fair { fill: var(--fair); } .good { fill: var(--good); }
 .ends { display: flex; justify-content: space-between; }
 dl { display: grid; grid-template-columns: 14rem 1fr; gap: var(--s2) var(--s3); }
 dt { color: var(--quiet); } dd { overflow-wrap: anywhere; }
@@ -62,8 +64,12 @@ summary { cursor: pointer; padding: var(--s2) 0; }
   border-top: 1px solid var(--line); align-items: start; }
 @media (max-width: 44rem) { .card, dl { grid-template-columns: 1fr; } .part { grid-template-columns: 1fr auto; }
   .part .scale { grid-column: 1 / -1; grid-row: 2; } }
-@media print { .bar i, .bar { print-color-adjust: exact; } figure, .part, .card { break-inside: avoid; } }
+@media print { .bar { print-color-adjust: exact; } figure, .part, .card { break-inside: avoid; } }
 """
+
+_DIGEST = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
+RULES = f"default-src 'none'; img-src data:; style-src 'sha256-{_DIGEST}'; base-uri 'none'; form-action 'none'"
+"""What a page tells a browser to allow: the pictures inside, and this style."""
 
 PIXELATED = 256  # px: pictures up to this size are enlarged without smoothing
 
@@ -113,7 +119,7 @@ def index_of(outcomes: Sequence[tuple[Outcome, Pixels]]) -> str:
     title = f"{len(ranked)} outputs, the worst first"
     cards = [
         f'<section class="card">{_image(small, outcome.name)}'
-        f'<div><h1>{_text(outcome.name)}</h1><p class="total">{outcome.score.total:.0f}</p>'
+        f'<div><h2>{_text(outcome.name)}</h2><p class="total">{outcome.score.total:.0f}</p>'
         f"<small>of 100</small>{_missed(outcome.missed)}{_parts(outcome.score)}{_again(outcome)}</div></section>"
         for outcome, small in ranked
     ]
@@ -123,6 +129,7 @@ def index_of(outcomes: Sequence[tuple[Outcome, Pixels]]) -> str:
 def _page(title: str, body: Iterable[str]) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{RULES}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{_text(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
         + "".join(f"{part}\n" for part in body) + "</body>\n</html>\n"
@@ -181,8 +188,8 @@ def _part(name: str, found: Score) -> str:
     return (
         f'<div class="part"><div><b>{_text(name)}</b> {one.measured:.1f} {unit}<br>'
         f'<small>{_text(one.part.says)}</small></div><div class="scale">'
-        f'<div class="bar" role="img" aria-label="worth {one.worth:.2f} of 1">'
-        f'<i class="{quality(one)}" style="width: {100 * one.worth:.1f}%"></i></div>'
+        f'<svg class="bar" role="img" aria-label="worth {one.worth:.2f} of 1" width="100%" height="8">'
+        f'<rect class="{quality(one)}" width="{100 * one.worth:.1f}%" height="8"/></svg>'
         f'<div class="ends"><small>bad {one.bad:.1f} {unit}</small><small>worth {one.worth:.2f}</small>'
         f"<small>good {one.good:.1f} {unit}</small></div></div>"
         f'<div class="takes">{takes}</div></div>'

@@ -49,10 +49,18 @@ def index_sheet(outcomes: Sequence[tuple[Outcome, Pixels]]) -> Plane:
     for number, (outcome, small) in enumerate(found):
         row, column = divmod(number, columns)
         y, x = GAP + row * deep, GAP + column * (SIDE + GAP)
-        _write(paper, y, x, outcome.name, WORD)
+        _write(paper, y, x, shortened(outcome.name), WORD)
         _lay(paper, y + WORD + GAP // 2, x, fitted(small, SIDE // 2))
         _numbers(paper, y + WORD + GAP + SIDE // 2, x, outcome.score, outcome.missed)
     return Plane(paper)
+
+
+def shortened(path: str) -> str:
+    """Leave out the beginning of a path that is wider than its column: the end tells outputs apart."""
+    kept = path[-200:]
+    while len(kept) > 1 and lettered("..." * (kept != path) + kept, WORD).shape[1] > SIDE:
+        kept = kept[1:]
+    return "..." * (kept != path) + kept
 
 
 def fitted(picture: Pixels, side: int) -> Pixels:

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
-from ..arguments import chosen, expect
+from ..arguments import called, chosen, expect
 from ..errors import InputError, ParameterError, QualityError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..judging.mapped import MAPPED, WRAPPED
 from ..judging.parts import PARTS
 from ..judging.score import Score, judge
+from ..run import Run
 from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, Synthesis, as_exemplars, check_start
 from .outcome import Outcome
+
+RECIPE = "recipe"
+"""In place of a map: the one that the recipe in the output's file makes again."""
 
 
 def score(
     exemplar: ExemplarLike | Sequence[ExemplarLike],
     output: ExemplarLike | Synthesis,
     *,
-    map: SourceMap | None = None,
+    map: SourceMap | str | None = None,
     wrap: Wrap | str | None = None,
 ) -> Score:
     """Tell how good an output is, as people would: 0 to 100, and by its parts.
@@ -31,8 +36,9 @@ def score(
         What it was grown from.
     output : as an exemplar, or a Synthesis
         The picture, of any size and depth; its base plane is looked at, and its make-up must be the exemplar's.
-    map : SourceMap, optional
+    map : SourceMap or "recipe", optional
         Where its pixels come from; that of a Synthesis is known. It adds parts, and changes none of the others.
+        ``"recipe"`` makes it again from the recipe in the file that `output` names, which takes as long as growing.
     wrap : {"none", "x", "y", "both"}, optional
         Along which axes the picture should continue in itself. Default: those of the map, else none.
 
@@ -44,7 +50,8 @@ def score(
     Raises
     ------
     InputError
-        where one cannot be read, make-ups differ, or the map is of another size or other exemplars.
+        where one cannot be read, make-ups differ, or the map is of another size or other exemplars; where the file
+        carries no recipe, or it makes other pixels of these exemplars.
 
     Notes
     -----
@@ -57,7 +64,7 @@ def outcome_of(
     exemplar: ExemplarLike | Sequence[ExemplarLike],
     output: ExemplarLike | Synthesis,
     *,
-    map: SourceMap | None = None,
+    map: SourceMap | str | None = None,
     wrap: Wrap | str | None = None,
 ) -> Outcome:
     """Judge an output as :func:`score` does, and keep what a report tells of it."""
@@ -66,6 +73,12 @@ def outcome_of(
         map = output.map if map is None else map
         output = Exemplar.of(output.render(), name="the output")
     (made,) = as_exemplars([output])
+    if isinstance(map, str):
+        if map != RECIPE or not isinstance(output, str | Path):
+            raise ParameterError(f'map={called(map)}: give a SourceMap, or "{RECIPE}" where the output is a file.')
+        from .replaying import recipe_map  # it tiles and repairs, and is slow to import
+
+        map = recipe_map(output, made.base, exemplars, Run())
     if map is not None:
         expect(map, SourceMap, "map", "a SourceMap", InputError)
         check_start(map, exemplars)

@@ -13,9 +13,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..analysis.features import features
+from ..analysis.reduction import block_sums
 from ..analysis.structure import SEAMLESS, border_of
+from ..analysis.variance import spreads
 from ..arguments import called, chosen, size_of, whole_within
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
@@ -25,11 +28,12 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.closing import closing_length
-from ..methods.base import Method, make
+from ..levelling import Levelling
+from ..methods.base import Method, make, traits
 from ..params import AUTO, extent, parameters
 from ..run import Run, run_of
 from ..search.sizes import element_patch, supplied
-from ..sourcemap import identity
+from ..sourcemap import Blend, identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
 from .completion import donors_of, least_seams, planned_for_holes
 from .starts import shelf_of, with_hole
@@ -43,6 +47,12 @@ STAYS = 3  # at least 1/STAYS of either side must stay
 # keep their lines so; at 3 there are rows of half tiles. Single stones and leaves need 1/GAP: along a slit cuts run
 # straight.
 SLIT, GAP = 8, 3
+# Of what may be replaced beside a slit the outer half stays, so that steps of tone are levelled within the band: clouds
+# and planks show an edge without, and at a quarter still. Single elements would glow at cuts, but for those of a grain
+# so fine that squares of it differ less: in jeans and leather patches show without. Where a lattice closes there is
+# nothing to level.
+LEVELLED, MOST_LEVELLED = 0.5, 64  # of either side, and px
+SQUARE, GRAIN = 4, 0.75  # px, of the spread of pixels: grass keeps 0.7 of it, stones and leaves 0.8
 # For either the sides of windows that are tried, relative to the band.
 NARROW, WIDE = (1.0, 0.75, 0.5), (1.25, 1.0, 0.75)
 ENDS = 10  # of 12 directions in which elements end, in a texture of single elements
@@ -118,14 +128,18 @@ def scene_to_tile(
     band = whole_within("band", band, LEAST_BAND)
     if band > most:
         raise ParameterError(f"band={band} is not allowed; give {LEAST_BAND} to {most} px, so that 1/{STAYS} stays.")
-    rim = (band - max(band // (GAP if _of_single_elements(picture) else SLIT), 2)) // 2
+    facts = Facts([_seen(picture)], Canvas(height, width, axes))
+    single = _of_single_elements(facts)
+    rim = (band - max(band // (GAP if single else SLIT), 2)) // 2
+    glows = single and not _fine_grained(facts.picture)
+    level = 0 if glows or _closes(facts) else min(round(rim * LEVELLED), MOST_LEVELLED) // unit * unit
     hole = _along_borders((height, width), axes, band - 2 * rim)
     whole = identity([e.source for e in exemplars], 0)
     part = slice(top, top + height), slice(left, left + width)
     which = None if whole.which is None else whole.which[part]
     start = replace(with_hole(replace(whole, yx=whole.yx[part], which=which), hole), wrap=axes)
     said = {"axes": axes.value, "band": band} | ({} if size is None else {"size": [width, height]})
-    return Scene(exemplars, Canvas(height, width, axes, start, rim=rim), {"tile": said})
+    return Scene(exemplars, Canvas(height, width, axes, start, rim=rim - level), {"tile": said})
 
 
 def _cut(picture: Exemplar, size: tuple[int, int] | None) -> tuple[int, int, int, int]:
@@ -148,15 +162,30 @@ def _unit(picture: Exemplar) -> int:
     return max(1, *(picture.width // max(p.width, 1) for p in picture.planes.values()))
 
 
-def _of_single_elements(picture: Exemplar) -> bool:
-    """Whether it shows elements that end on all sides, in no lattice, in no rows and along no grain."""
-    facts = Facts([_seen(picture)], Canvas(picture.height, picture.width))
+def _of_single_elements(facts: Facts) -> bool:
+    """Whether a picture shows elements that end on all sides, in no lattice, in no rows and along no grain."""
     if facts.lattice is not None or facts.element.found < ENDS or facts.ordered:
         return False
     return facts.structure.coherence <= DIRECTED
 
 
-def _along_borders(size: tuple[int, int], axes: Wrap, wide: int) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+def _fine_grained(picture: NDArray[np.int16]) -> bool:
+    """Whether much of what differs from pixel to pixel, as methods compare them (H, W, C), is gone in small squares."""
+    squares = block_sums(picture, SQUARE)
+    kept, all_of_it = (sum(spreads(p.reshape(-1, p.shape[2]))) / p[..., 0].size ** 2 for p in (squares, picture))
+    return kept <= (GRAIN * SQUARE**2) ** 2 * all_of_it
+
+
+def _closes(facts: Facts) -> bool:
+    """Whether a picture has a lattice of two vectors, which goes on over the borders that meet."""
+    found, canvas = facts.lattice, facts.canvas
+    sides = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))
+    return found is not None and len(found.vectors) == 2 and all(
+        closing_length(found.vectors, side, axis) == side for axis, (side, closed) in enumerate(sides) if closed
+    )
+
+
+def _along_borders(size: tuple[int, int], axes: Wrap, wide: int) -> NDArray[np.bool_]:
     """A hole of `wide` px across each line where borders meet."""
     near = [np.zeros(n, bool) for n in size]
     for line, closed in zip(near, (axes.y, axes.x), strict=True):
@@ -170,12 +199,24 @@ def planned_to_tile(scene: Scene, method: Method | Auto) -> Plan:
     """Plan to fill the band of a scene by exact copies; the side of windows that is not given is left open."""
     plan = planned_for_holes(scene, method)
     windows_to_try(plan)[0].resolved(scene.exemplars, scene.canvas)  # what cannot work is refused here
-    return plan
+    radius = (scene.recipe["tile"]["band"] - _empty(scene)) // 2 - (scene.canvas.rim or 0)
+    if not (radius and traits(plan.method).exact):
+        return plan
+    return replace(plan, blend=Blend(0, finish=(Levelling(radius),)))
+
+
+def _empty(scene: Scene) -> int:
+    """How wide the hole is across a line where borders meet, px."""
+    start = scene.canvas.start
+    assert start is not None
+    middle = start.holes[start.height // 2, :] if scene.canvas.wrap.x else start.holes[:, start.width // 2]
+    return int(middle.sum())
 
 
 def tiled(plan: Plan, seed: int, run: Run | None = None) -> Synthesis:
     """Fill the band; where no side of windows is given several are tried, and the least visible seams are kept."""
-    return least_seams(plan.scene, windows_to_try(plan), seed, run_of(run))
+    made = least_seams(plan.scene, windows_to_try(plan), seed, run_of(run))
+    return replace(made, blend=plan.joined, recipe=made.recipe | {"blend": plan.joined.as_recipe})
 
 
 def windows_to_try(plan: Plan) -> list[Method]:
@@ -184,8 +225,8 @@ def windows_to_try(plan: Plan) -> list[Method]:
     given = {p.name: getattr(method, p.name) for p in parameters(method)}
     if given.get("patch", 0) is not AUTO:
         return [method]
-    band, rim = scene.recipe["tile"]["band"], scene.canvas.rim or 0
-    parts = WIDE if (band - 2 * rim) * (SLIT + GAP) > 2 * band else NARROW
+    band = scene.recipe["tile"]["band"]
+    parts = WIDE if _empty(scene) * (SLIT + GAP) > 2 * band else NARROW
     sides = {supplied(scene.exemplars, max(round(band * part), LEAST_WINDOW), LEAST_WINDOW) for part in parts}
     least = max(extent(given.get("overlap") or 0))
     fitting = [side for side in sorted(sides, reverse=True) if side > least] or [max(sides)]

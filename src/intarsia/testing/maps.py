@@ -13,10 +13,9 @@ from scipy.ndimage import distance_transform_cdt
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, Wrap
 from ..image import Array
-from ..methods.base import method_of
-from ..sourcemap import Blend, SourceMap
-from ..synthesis import Synthesis, synthesize
-from ..tasks.repair import repair
+from ..sourcemap import SourceMap
+from ..synthesis import Synthesis
+from ..tasks.replaying import replayed as made_again
 
 
 def which_of(smap: SourceMap) -> NDArray[np.uint8]:
@@ -83,15 +82,4 @@ def laid_over(below: SourceMap, start: SourceMap) -> SourceMap:
 
 def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
     """Run a recipe (JSON, without a start map) again on its exemplars."""
-    recipe_read = json.loads(recipe)
-    assert [s["sha256"] for s in recipe_read["exemplars"]] == [e.digest for e in exemplars]
-    width, height = recipe_read["size"]
-    made = synthesize(
-        exemplars,
-        (height, width),
-        method_of(recipe_read["method"], recipe_read["parameters"]),
-        seed=recipe_read["seed"],
-        wrap=recipe_read["wrap"],
-        blend=Blend.of(recipe_read["blend"]),
-    )
-    return repair(made, recipe_read["repair"]) if "repair" in recipe_read else made
+    return made_again(json.loads(recipe), exemplars)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
 from ...errors import InputError, ParameterError
-from ..exits import say
+from ..exits import CANCEL, say
 from ..help import HelpfulCommand
 from ..options import EXEMPLARS, FILE, FORCE, PAGE, gathered, input_options, opt
 from ..report import Report
@@ -16,7 +17,10 @@ from ..request import Inputs, check_page
 from ..values import GATE
 
 if TYPE_CHECKING:
+    from ...exemplar import Exemplar
+    from ...image import Plane
     from ...judging.score import Score
+    from ...sourcemap import SourceMap
     from ...tasks.outcome import Outcome
 
 
@@ -32,8 +36,9 @@ class Judging(NamedTuple):
 
 JUDGING = (
     opt(
-        "saved", "--map", type=FILE, metavar="FILE.npz",
-        help="The map that was saved with --save-map. It tells of copies and cuts, too.",
+        "saved", "--map", type=FILE, metavar="FILE.npz|recipe",
+        help="The map that was saved with --save-map. It tells of copies and cuts, too; \"recipe\" makes it again, "
+        "from the recipe that OUTPUT carries.",
     ),
     opt(
         "wrap", "--wrap", type=click.Choice(("none", "x", "y", "both")),
@@ -64,6 +69,7 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     \b
     intarsia score stones.png grown.png
     intarsia score stones.png grown.png --map grown.npz --json
+    intarsia score stones.png grown.png --map recipe
     intarsia score stones.png grown.png --gate total=60 --gate joins=0.5 --report grown.html
 
     What is measured, and how far it agrees with people, stands in docs/score.md.
@@ -73,7 +79,7 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
         raise ParameterError("a map is read from a file; give --map the name of a .npz.")
     from ... import files
     from ...sourcemap import SourceMap
-    from ...tasks.scoring import check_gates, gated, misses, outcome_of
+    from ...tasks.scoring import RECIPE, check_gates, gated, misses, outcome_of
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import FIELDS, check_all, filled_name
 
@@ -84,11 +90,11 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     if page is not None:
         page = filled_name(page, dict.fromkeys(FIELDS, "") | {"stem": stem_of(sets[0])})
         check_all([page], judging.force, set())
-    smap = None
-    if judging.saved is not None:
-        smap = SourceMap.load(judging.saved)
-    exemplars = Shelf([sets], inputs, report).get(0)
-    outcome = outcome_of(exemplars, files.read(output, alpha=inputs.alpha), map=smap, wrap=judging.wrap)
+    smap = None if judging.saved in (None, RECIPE) else SourceMap.load(judging.saved)
+    exemplars, made = Shelf([sets], inputs, report).get(0), files.read(output, alpha=inputs.alpha)
+    if judging.saved == RECIPE:
+        smap = _made_again(output, made.base, exemplars, report)
+    outcome = outcome_of(exemplars, made, map=smap, wrap=judging.wrap)
     found = outcome.score
     if page is not None:
         outcome = outcome.but(name=output, missed=misses(found, judging.gates, output))
@@ -99,6 +105,19 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     elif not report.quiet:
         say(_in_words(output, found))
     gated(found, judging.gates, output)
+
+
+def _made_again(output: str, made: Plane, exemplars: Sequence[Exemplar], report: Report) -> SourceMap | None:
+    """Return the map that the recipe of an output makes again; where it makes none, say why, and go on without."""
+    from ...run import Run
+    from ...tasks.replaying import recipe_map
+
+    try:
+        with report.watching(1) as meter:
+            return recipe_map(output, made, exemplars, Run(step=meter.stage("grow", 0.0, 1.0), cancel=CANCEL))
+    except InputError as e:
+        report.warn(f"{e} Judged by the picture alone.")
+        return None
 
 
 def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) -> None:
