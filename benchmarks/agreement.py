@@ -140,8 +140,11 @@ def _ssim(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     return 1 - float(np.mean(best))
 
 
+WEIGHED = tuple(part for part in PARTS if part.weight)  # parts without a weight are told and not fitted
+
+
 def faults(one: Score) -> NDArray[np.float64]:
-    """What each part with a weight takes away, before its weight."""
+    """What each part takes away, before its weight."""
     return np.array([(one.grain if p.grainy else 1.0) * (1 - one.parts[p.name].worth) ** 0.5 for p in PARTS])
 
 
@@ -221,11 +224,12 @@ def main() -> None:
         say(name, np.array([of(p, p.worse).plain[name] - of(p, p.better).plain[name] for p in pairs]), pairs)
     for k, part in enumerate(PARTS):
         say(part.name, steps[:, k], pairs)
-    margin = left_out(steps, counts, textures)
+    weighed = steps[:, [PARTS.index(part) for part in WEIGHED]]
+    margin = left_out(weighed, counts, textures)
     say("all, weights of the other textures", margin, pairs)
     say("all, as shipped", np.array([of(p, p.better).score.total - of(p, p.worse).score.total for p in pairs]), pairs)
-    weights = fitted(steps, counts)
-    print({p.name: round(float(w), 4) for p, w in zip(PARTS, weights / weights.sum(), strict=True)})
+    weights = fitted(weighed, counts)
+    print({p.name: round(float(w), 4) for p, w in zip(WEIGHED, weights / weights.sum(), strict=True)})
     for p, m in sorted(zip(pairs, margin, strict=True), key=lambda one: one[1]):
         if m <= 0:
             print(f"missed: {p.texture}, {p.better} over {p.worse} ({m:.2f})")

@@ -73,7 +73,7 @@ def test_repeats_count_by_the_grain_alone() -> None:
     wall = np.tile(stones(16, 4), (8, 8, 1))
     found = ia.score(wall, wall)
     assert found.grain == 0
-    assert found.loss("overused") == 0
+    assert found.loss("overused") == found.loss("repeats") == 0
     assert ia.score(STONES, STONES).grain > 0.5
 
 
@@ -94,7 +94,7 @@ def test_total_is_the_formula_of_the_page() -> None:
     lost = sum(p.weight * (0.5 if p.grainy else 1) * 0.75**0.5 for p in PARTS)
     assert found.total == pytest.approx(100 * (1 - lost))
     assert sum(p.weight for p in PARTS) == pytest.approx(1)
-    assert {p.name for p in PARTS if p.grainy} == {"overused"}
+    assert {p.name for p in PARTS if p.grainy} == {"overused", "repeats"}
 
 
 def test_depth_and_form_count_nothing() -> None:

@@ -9,7 +9,7 @@ pieces and where they meet, Ashikhmin 2001 (section 3) and Kwatra et al. 2003 (s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from ..analysis.sums import window_sums
 from ..arrays import Array
 from .reference import Level, Reference
+from .repeats import again
 from .sources import STEP, Sources
+from .spectrum import unlike
 from .windows import nearest, smaller
 
 
@@ -41,12 +43,16 @@ class Part(NamedTuple):
 
 # fmt: off
 PARTS = (
-    Part("joins", "%", "what changes where pieces meet, of what any two windows differ by", 0.23, 0.0, None),
-    Part("steps", "%", "what slow tone changes where pieces meet, of what any two tones differ by", 0.24, 0.0, None),
-    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.27, 1.0, 6.0, grainy=True),
-    Part("striking", "times", "how often the most striking spots are shown, of their share", 0.08, 1.0, 4.0),
-    Part("strange", "%", "windows farther from the exemplar than nine of ten of its own", 0.07, 10.0, 100.0),
-    Part("blurred", "%", "by how much steps between neighbours are smaller", 0.11, 0.0, 50.0),
+    Part("joins", "%", "what changes where pieces meet, of what any two windows differ by", 0.20, 0.0, None),
+    Part("steps", "%", "what slow tone changes where pieces meet, of what any two tones differ by", 0.09, 0.0, None),
+    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.21, 1.0, 6.0, grainy=True),
+    Part("repeats", "%", "windows shown again near by with what is around them", 0.28, 0.0, 100.0, grainy=True),
+    Part("lattice", "%", "by how much less it repeats by the periods of the exemplar", 0.13, 0.0, None, 20.0),
+    Part("blurred", "%", "by how much steps between neighbours are smaller", 0.09, 0.0, 50.0),
+    Part("striking", "times", "how often the most striking spots are shown, of their share", 0.0, 1.0, 4.0),
+    Part("strange", "%", "windows farther from the exemplar than nine of ten of its own", 0.0, 10.0, 100.0),
+    Part("damaged", "%", "whole segments that are like none of the exemplar", 0.0, 10.0, 100.0),
+    Part("spectrum", "%", "by how much the power of waves differs, of each length and direction", 0.0, 5.0, None, 10.0),
     Part("lost", "%", "windows of the exemplar as far from the output", 0.0, 10.0, 100.0),
     Part("unused", "%", "places of the exemplar that are hardly shown", 0.0, 0.0, 100.0),
     Part("tone", "%", "by how much slow tones differ, of the exemplar's range of them", 0.0, 0.0, 50.0),
@@ -59,20 +65,28 @@ def sources_of(reference: Reference, picture: NDArray[np.int16]) -> list[Sources
     return [Sources.of(level, picture) for level in reference.levels if min(picture.shape[:2]) >= level.least_side]
 
 
-def measured(reference: Reference, picture: NDArray[np.int16], sources: Sequence[Sources]) -> dict[str, float]:
-    """Measure all parts of an output picture (H, W, C) with its `sources`, in the features of its exemplars."""
+def measured(
+    reference: Reference, picture: NDArray[np.int16], sources: Sequence[Sources], parts: Sequence[Part] = PARTS
+) -> dict[str, float]:
+    """Measure parts of an output picture (H, W, C) with its `sources`, in the features of its exemplars."""
     every, sources = sources, sources[:2]
-    return {
-        "joins": _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
-        "steps": _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
-        "overused": _mean([_overused(s) for s in sources], 1.0),
-        "striking": _mean([_striking(reference, s, picture.shape[0] * picture.shape[1]) for s in sources]),
-        "strange": _mean([_above(s.distance, s.level) for s in sources]),
-        "lost": _mean([_above(_lost(s.level, picture), s.level) for s in sources]),
-        "unused": _mean([_unused(s) for s in sources]),
-        "blurred": _blurred(reference, picture),
-        "tone": _tone(reference, picture),
+    area, sides = picture.shape[0] * picture.shape[1], [min(p.shape[:2]) for p in reference.pictures]
+    how: dict[str, Callable[[], float]] = {
+        "joins": lambda: _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
+        "steps": lambda: _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
+        "overused": lambda: _mean([_overused(s) for s in sources], 1.0),
+        "striking": lambda: _mean([_striking(reference, s, area) for s in sources]),
+        "strange": lambda: _mean([_above(s.distance, s.level) for s in sources]),
+        "lost": lambda: _mean([_above(_lost(s.level, picture), s.level) for s in sources]),
+        "unused": lambda: _mean([_unused(s) for s in sources]),
+        "blurred": lambda: _blurred(reference, picture),
+        "tone": lambda: _tone(reference, picture),
+        "repeats": lambda: _mean([again(s, sides) for s in sources[:1]]),
+        "lattice": lambda: _lattice(reference, picture),
+        "damaged": lambda: reference.elements.damaged(picture) if reference.elements else 0.0,
+        "spectrum": lambda: unlike(reference.bands, picture),
     }
+    return {part.name: how[part.name]() for part in parts}
 
 
 def _mean(values: list[float], nothing: float = 0.0) -> float:
@@ -148,6 +162,13 @@ def mean_step(pictures: Sequence[Array], usable: Sequence[NDArray[np.bool_] | No
 def _blurred(reference: Reference, picture: Array) -> float:
     usual = mean_step(reference.pictures, reference.usable)
     return max(0.0, 100 * (1 - mean_step((picture,), (None,)) / usual)) if usual else 0.0
+
+
+def _lattice(reference: Reference, picture: Array) -> float:
+    """By how much more the output differs from itself a period on; 0 where the exemplar has none."""
+    if reference.periods is None:
+        return 0.0
+    return max(0.0, reference.periods.lost(picture, reference.pictures[0], reference.usable[0]))
 
 
 def _tone(reference: Reference, picture: Array) -> float:

@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..draws import draw
+from .damage import Elements
+from .periods import Periods, periods_of
+from .spectrum import bands
 from .windows import SIDE, Windows
 
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px
@@ -32,7 +35,8 @@ class Level:
     """Windows of one size: those of the exemplars, and how far these are from one another, in 1/16.
 
     ``asked``: numbers of some of them, evenly spread, and ``own`` the distances to their nearest elsewhere; ``usual``
-    is the median of these, ``strange`` what one of ten exceeds, ``unrelated`` the distance of any two.
+    is the median of these, ``strange`` what one of ten exceeds, ``unrelated`` the distance of any two. ``periods``: of
+    the exemplar.
     """
 
     windows: Windows
@@ -41,6 +45,7 @@ class Level:
     usual: int
     strange: int
     unrelated: int
+    periods: Periods | None = None
 
     @cached_property
     def spots(self) -> Array:
@@ -65,14 +70,14 @@ class Level:
         return SIDE * self.windows.factor
 
     @classmethod
-    def of(cls, windows: Windows) -> Level | None:
+    def of(cls, windows: Windows, periods: Periods | None = None) -> Level | None:
         """Measure how alike the windows are; None where they are too few, or lie too near one another."""
         asked, own = windows.own(ASKED)
         if len(own) < FEW:
             return None
         ranked = np.sort(own)
         usual, strange = int(ranked[len(ranked) // 2]), int(ranked[len(ranked) * RARE[0] // RARE[1]])
-        return cls(windows, asked, own, usual, strange, max(windows.unrelated(), usual))
+        return cls(windows, asked, own, usual, strange, max(windows.unrelated(), usual), periods)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +91,22 @@ class Reference:
     def levels(self) -> tuple[Level, ...]:
         """The windows of 16, 32 and 64 px; fewer sizes, or none, of an exemplar that is too small."""
         cut = (Windows.of(list(self.pictures), list(self.usable), factor) for factor in REDUCTIONS)
-        return tuple(level for w in cut if w is not None and (level := Level.of(w)) is not None)
+        return tuple(level for w in cut if w is not None and (level := Level.of(w, self.periods)) is not None)
+
+    @cached_property
+    def periods(self) -> Periods | None:
+        """By which steps the exemplar repeats; None where it does not, or there are several."""
+        return periods_of(self.pictures, self.usable)
+
+    @cached_property
+    def elements(self) -> Elements | None:
+        """The segments of the exemplars; None where they have too few."""
+        return Elements.of(self.pictures, self.usable)
+
+    @cached_property
+    def bands(self) -> NDArray[np.float64] | None:
+        """The power of the exemplars by length and direction of waves; None where they are small or masked."""
+        return None if any(m is not None for m in self.usable) else bands(self.pictures)
 
     @cached_property
     def grain(self) -> float:

@@ -170,7 +170,9 @@ def _known(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
         tuple(_smaller(p, factor) for p in pictures),
         tuple(None if m is None else block_sums(m, factor) == factor * factor for m in masks),
     )
-    return Known(factor, reference, measured(reference, reference.tiles, sources_of(reference, reference.tiles)))
+    by_tiles = [part for part in PARTS if part.bad is None]
+    tiles = reference.tiles
+    return Known(factor, reference, measured(reference, tiles, sources_of(reference, tiles), by_tiles))
 
 
 def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap, told: dict[str, float]) -> Judged:

@@ -2,7 +2,8 @@
 
 An output that is made of pieces shows each piece beside others. Continue the source of a window by a step: where the
 output goes on in the same piece, this is what it shows. Where it does not, the two differ as the exemplar does, a
-little where a lattice was kept or a gap was met, as much as unrelated windows where a stone was cut.
+little where a gap was met, as much as unrelated windows where a stone was cut. Where the exemplar has periods, pieces
+that lie whole periods apart meet as they do in it: a brick may stand beside any other.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array
 from .reference import Level
@@ -46,7 +48,10 @@ class Sources:
 
     @property
     def changes(self) -> Array:
-        """How much changes from each window to the next, right and below: 0 nothing, 1024 as much as any two differ."""
+        """How much changes from each window to the next, right and below: 0 nothing, 1024 as much as any two differ.
+
+        Nothing where the two lie whole periods of the exemplar apart.
+        """
         return self._changes(ALL, self.level.unrelated, 1)
 
     @property
@@ -59,10 +64,21 @@ class Sources:
         here = windows.apart(self.waves, self.number, features)
         for step in NEXT[:2]:
             ahead, inside = _continued(self.level, self.number, step)
+            inside &= ~self._kept(step)
             there = windows.apart(self.waves, np.maximum(ahead, 0), features)
             change = np.clip((np.where(ahead >= 0, there, unrelated + here) - here) * 1024 // unrelated, 0, 1024 * most)
             out.append(np.where(inside, change, 0))
         return np.stack(out)
+
+    def _kept(self, step: tuple[int, int]) -> NDArray[np.bool_]:
+        """Where a window shows what lies whole periods of the exemplar away from what the one before leads to."""
+        windows, periods = self.level.windows, self.level.periods
+        if periods is None:
+            return np.zeros(self.number.shape, bool)
+        at = windows.at[self.number]
+        far = STEP // windows.factor // windows.stride
+        moved = at - np.roll(at, step, (0, 1)) - np.array(step) * far
+        return periods.kept(moved * (windows.stride * windows.factor), 1 + windows.factor)
 
     @property
     def returns(self) -> list[int]:

@@ -1,0 +1,127 @@
+"""Damaged elements: the exemplar's own are whole, cut and merged and two-coloured ones are told; and spectra."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from judging.naive_parts import looks
+from judging.naive_windows import blobs, smaller
+from numpy.typing import NDArray
+
+from intarsia.judging.damage import Elements, segments
+from intarsia.judging.spectrum import SIDE, bands, unlike
+from intarsia.segments.felzenszwalb import smoothed
+
+
+def discs(side: int = 192, each: int = 32, seed: int = 0) -> NDArray[np.int16]:
+    """Discs of several tones and sizes on dark ground, one in every cell, none at the border."""
+    y, x = np.mgrid[:side, :side]
+    cells = side // each
+    rng = np.random.default_rng(seed)
+    out = np.full((side, side, 3), 60, np.int16) + blobs(side, side, 9) // 64
+    for i, j in np.ndindex(cells, cells):
+        radius, tone = 9 + rng.integers(0, 4), 500 + 100 * rng.integers(0, 4)
+        inside = (y - (i + 0.5) * each) ** 2 + (x - (j + 0.5) * each) ** 2 < radius**2
+        out[inside] = np.array([tone, tone - 100, tone // 2]) + rng.integers(-8, 8)
+    return out.astype(np.int16)
+
+
+EXEMPLAR = discs()
+
+
+@pytest.fixture(scope="module")
+def elements() -> Elements:
+    found = Elements.of([EXEMPLAR], [None])
+    assert found is not None
+    return found
+
+
+def test_features_are_those_of_plain_loops(elements: Elements) -> None:
+    small = smaller(discs(96, 24, 3), 2)
+    labels, features = segments(small, elements.middle, elements.deviation, None)
+    scaled = (small - elements.middle) * (256 * 64) // elements.deviation
+    colours = smoothed(scaled.astype(np.int32), 1)
+    assert len(features) == labels.max() >= 16
+    for number in range(1, len(features) + 1):
+        assert np.abs(features[number - 1] - looks(labels, colours, number)).max() <= 1
+    for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
+        assert (rim == 0).all()
+
+
+def test_how_far_a_segment_is_from_those_known(elements: Elements) -> None:
+    labels, far = elements.judged(discs(128, 32, 5))
+    _, features = segments(smaller(discs(128, 32, 5), 2), elements.middle, elements.deviation, None)
+    plain = [min(int(np.sqrt(((k - f) ** 2).sum())) for k in elements.known) for f in features]
+    assert far.tolist() == plain
+    assert labels.max() == len(far)
+    own = sorted(
+        min(int(np.sqrt(((k - f) ** 2).sum())) for j, k in enumerate(elements.known) if j != i)
+        for i, f in enumerate(elements.known)
+    )
+    assert elements.usual == own[len(own) * 9 // 10]
+
+
+def test_cut_merged_and_two_coloured_discs_are_damaged(elements: Elements) -> None:
+    whole = discs(192, 32, 8)
+    cut, merged, split = whole.copy(), whole.copy(), whole.copy()
+    for i, j in np.ndindex(6, 6):
+        cell = np.s_[32 * i : 32 * i + 32, 32 * j : 32 * j + 32]
+        cut[cell][:15] = 60
+        if j % 2 == 0:
+            merged[32 * i + 8 : 32 * i + 24, 32 * j + 12 : 32 * j + 52] = whole[32 * i + 16, 32 * j + 16]
+        split[cell][:, 16:] = np.minimum(split[cell][:, 16:], 300)
+    found = [elements.damaged(p) for p in (EXEMPLAR, whole, cut, merged, split)]
+    assert found[0] == 0
+    assert found[1] < 30
+    assert min(found[2:]) > 60
+
+
+def test_too_few_segments_say_nothing() -> None:
+    assert Elements.of([np.full((64, 64, 3), 90, np.int16)], [None]) is None
+    assert Elements.of([EXEMPLAR[:40, :40]], [None]) is None
+    assert Elements.of([EXEMPLAR[:1, :1]], [None]) is None
+    assert Elements.of([EXEMPLAR], [np.zeros(EXEMPLAR.shape[:2], bool)]) is None
+
+
+def test_unusable_pixels_are_no_element() -> None:
+    usable = np.ones(EXEMPLAR.shape[:2], bool)
+    usable[:, 96:] = False
+    marred = EXEMPLAR.copy()
+    marred[:, 96:] = blobs(192, 96, 4)
+    half, other = (Elements.of([p], [usable]) for p in (EXEMPLAR, marred))
+    assert half is not None
+    assert other is not None
+    assert (half.known == other.known).all()
+
+
+def test_the_spectrum_is_that_of_sums() -> None:
+    """One block: the power of every wave by its plain sum, in the band of its length and direction."""
+    picture = blobs(2 * SIDE, 2 * SIDE, 3)
+    gray = smaller(picture, 2).sum(axis=2).astype(float)
+    hann = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(SIDE) / (SIDE - 1))
+    block = (gray - gray.mean()) * hann[:, None] * hann
+    turns = np.exp(-2j * np.pi * np.multiply.outer(np.arange(SIDE), np.arange(SIDE)) / SIDE)
+    power = np.abs(turns @ block @ turns) ** 2
+    plain = np.zeros((7, 6))
+    ends = (1.5, 3, 5, 8, 12, 18, 26, 33)
+    for y in range(-SIDE // 2, SIDE // 2):
+        for x in range(SIDE // 2 + 1):
+            ring = sum(e <= np.hypot(y, x) for e in ends) - 1
+            if 0 <= ring < 7:
+                plain[ring, round(np.arctan2(y, x) % np.pi / np.pi * 6) % 6] += power[y, x]
+    found = bands([picture])
+    assert found is not None
+    assert found == pytest.approx(plain.ravel())
+
+
+def test_other_waves_are_unlike() -> None:
+    y, x = np.mgrid[:256, :256]
+    waves, turned, longer = (
+        (500 + 300 * np.sin(2 * np.pi * (a * y + b * x) / n)).astype(np.int16)[..., None] + blobs(256, 256, 2) // 32
+        for a, b, n in ((1, 0, 16), (0, 1, 16), (1, 0, 32))
+    )
+    known = bands([waves])
+    assert unlike(known, waves) == 0
+    assert unlike(known, np.roll(waves, 40, 0)) < 2
+    assert min(unlike(known, turned), unlike(known, longer)) > 50
+    assert unlike(known, waves[:64]) == unlike(bands([waves[:64]]), waves) == 0
