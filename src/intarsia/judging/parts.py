@@ -51,7 +51,7 @@ PARTS = (
     Part("blurred", "%", "by how much steps between neighbours are smaller", 0.09, 0.0, 50.0),
     Part("striking", "times", "how often the most striking spots are shown, of their share", 0.0, 1.0, 4.0),
     Part("strange", "%", "windows farther from the exemplar than nine of ten of its own", 0.0, 10.0, 100.0),
-    Part("damaged", "%", "whole segments that are like none of the exemplar", 0.0, 10.0, 100.0),
+    Part("damaged", "%", "segments that are like none of the exemplar", 0.0, 10.0, 100.0),
     Part("spectrum", "%", "by how much the power of waves differs, of each length and direction", 0.0, 5.0, None, 10.0),
     Part("lost", "%", "windows of the exemplar as far from the output", 0.0, 10.0, 100.0),
     Part("unused", "%", "places of the exemplar that are hardly shown", 0.0, 0.0, 100.0),
