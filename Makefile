@@ -78,11 +78,11 @@ lint: $(VENV)/.installed-dev
 	$(call check,-dev)
 	@$(BIN)/python -c 'import dask, distributed, hypothesis, mypy, pytest, pytest_timeout, ruff, tifffile, xdist, zarr' 2>/dev/null \
 		|| { rm -f $(VENV)/.installed-dev; $(MAKE) --no-print-directory $(VENV)/.installed-dev; }
-	@$(BIN)/python -m ruff check --quiet src tests examples benchmarks docs
+	@$(BIN)/python -m ruff check --quiet src tests examples benchmarks tools docs
 	@$(BIN)/python -m mypy --no-error-summary
 
 format: $(VENV)/.installed-dev
-	@$(BIN)/python -m ruff check --fix src tests examples benchmarks docs
+	@$(BIN)/python -m ruff check --fix src tests examples benchmarks tools docs
 
 fuzz: $(VENV)/.installed-dev
 	$(call check,-dev)
@@ -107,7 +107,7 @@ tables: $(VENV)/.installed-dev
 
 clean:
 	@rm -rf demo bench fuzz dist .mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	@find src tests examples benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
+	@find src tests examples benchmarks tools docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 clean-all: clean
 	@rm -rf $(VENV)
