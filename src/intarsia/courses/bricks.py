@@ -77,6 +77,8 @@ def bricks_of(work: Brickwork) -> Bricks | None:
         if at:
             cut += [(k, begin, at[0], FACE, names[0]), (k, at[-1], end, names[-1], FACE)]
     whole, cut = (_straight(work, [e for e in some if e[2] - e[1] >= 3]) for some in (whole, cut))
+    if not whole and not cut:
+        return None
     lengths = np.array([b - a for _, a, b, _, _ in whole or cut])
     usual = float(np.median(lengths))
     whole = [e for e in whole if e[2] - e[1] >= max(SORTING.broken * usual, 3)]
