@@ -16,7 +16,7 @@ from intarsia.analysis.features import Features, features
 from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Wrap, spread
-from intarsia.kernels.cuts import min_cut, seam_costs
+from intarsia.kernels.cuts import PLAIN, min_cut, seam_costs
 from intarsia.sourcemap import HOLE, SourceMap
 
 OLD, FREE, NEW = 0, 1, 2
@@ -142,7 +142,7 @@ class NaiveQuilting:
         new = next(p for a, b, p in variant.windows(self.patch) if (a, b) == (row, column))
         take = np.ones(self.patch, np.uint8)
         if known.any():
-            right, down = seam_costs(np.where(known[:, :, None], old, new), np.ascontiguousarray(new), False)
+            right, down = seam_costs(np.where(known[:, :, None], old, new), np.ascontiguousarray(new), PLAIN)
             min_cut(self.state(y, x, known), right, down, take)
         for i, j in zip(*np.nonzero(take), strict=True):
             at = (y + i) % self.size[0], (x + j) % self.size[1]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from kernels.naive_cuts import exhaustive_cost, mask_cost, scipy_flow_cost, two_path_mask
 from numpy.typing import NDArray
 
-from intarsia.kernels.cuts import FLAT, GRADIENT_UNIT, min_cut, seam_costs
+from intarsia.kernels.cuts import FLAT, GRADIENT_UNIT, PLAIN, SeamPrice, min_cut, seam_costs
 from intarsia.kernels.jit import kernel
 from intarsia.kernels.maxflow import cut_cost, grid_min_cut
 
@@ -192,7 +192,7 @@ def test_never_dearer_than_the_two_paths_of_quilting() -> None:
     cheaper = 0
     for _ in range(100):
         old, new = rng.integers(-1023, 1024, (2, 42, 42, 3)).astype(np.int16)
-        right, down = seam_costs(old, new, False)
+        right, down = seam_costs(old, new, PLAIN)
         squared = ((old.astype(np.int64) - new) ** 2).sum(axis=2)
         rule = two_path_mask(squared, 7)
         assert (rule[state == 0] == 0).all()
@@ -238,7 +238,7 @@ def test_opposite_values_are_their_real_distance_apart(low: int, high: int, apar
     for channels in (1, 3):
         old = np.full((3, 4, channels), low, np.int16)
         new = np.full((3, 4, channels), high, np.int16)
-        right, down = seam_costs(old, new, False)
+        right, down = seam_costs(old, new, PLAIN)
         one = int(np.sqrt(channels * apart**2))
         assert right.shape == (3, 3)
         assert down.shape == (2, 4)
@@ -247,7 +247,7 @@ def test_opposite_values_are_their_real_distance_apart(low: int, high: int, apar
 
 
 def test_seam_costs_follow_their_formula() -> None:
-    """Both kinds of cost are the documented ones, pixel for pixel."""
+    """All kinds of cost are the documented ones, pixel for pixel."""
     rng = np.random.default_rng(8)
     old, new = rng.integers(-2048, 2048, (2, 6, 7, 4)).astype(np.int64)
 
@@ -255,12 +255,14 @@ def test_seam_costs_follow_their_formula() -> None:
         return np.floor(np.sqrt((difference**2).sum(axis=2))).astype(np.int64)
 
     apart = norm(old - new)
-    for gradient in (False, True):
-        right, down = seam_costs(old.astype(np.int16), new.astype(np.int16), gradient)
+    for price in (PLAIN, SeamPrice(gradient=True), SeamPrice(knee=900)):
+        right, down = seam_costs(old.astype(np.int16), new.astype(np.int16), price)
         for costs, axis in ((right, 1), (down, 0)):
             n = apart.shape[axis]
             want = apart.take(range(n - 1), axis) + apart.take(range(1, n), axis)
-            if gradient:
+            if price.knee:
+                want = np.where(want < 3600, want * want // 900, 4 * want)
+            if price.gradient:
                 change = norm(np.diff(old, axis=axis)) + norm(np.diff(new, axis=axis))
                 want = want * GRADIENT_UNIT // (FLAT + change)
             assert costs.dtype == np.int32

@@ -26,6 +26,7 @@ class NaiveMap:
     size: tuple[int, int]
     wraps: tuple[bool, bool]
     gradient: bool = False
+    knee: int = 0
 
     def grown(self, v: int, y: int, x: int) -> Source | None:
         """The pixel of a variant, if there is one that may be shown."""
@@ -51,6 +52,8 @@ class NaiveMap:
         if over == b:
             return 0
         cost = self.apart(a, back) + self.apart(over, b)
+        if self.knee:
+            return 4 * cost if cost >= 4 * self.knee else cost * cost // self.knee
         return cost * 256 // (16 + self.apart(a, over) + self.apart(back, b)) if self.gradient else cost
 
     def neighbours(self) -> Iterator[tuple[tuple[int, int], tuple[int, int], int, int]]:

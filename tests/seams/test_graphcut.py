@@ -24,6 +24,7 @@ from intarsia.analysis import features
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
+from intarsia.kernels.cuts import PLAIN, SeamPrice
 from intarsia.kernels.windows import Grown
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.settings import PatchSettings
@@ -35,20 +36,21 @@ from intarsia.search import reduce_kernels, sizes
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.testing import texture
 
+PRICES = (PLAIN, SeamPrice(gradient=True), SeamPrice(knee=11), SeamPrice(knee=1))
 WRAPS = ((False, False), (True, False), (False, True), (True, True))
 
 
 class Scene:
     """A small random map of a few pieces, for the kernels and for their twin."""
 
-    def __init__(self, seed: int, size: tuple[int, int] = (9, 10), gradient: bool = False) -> None:
+    def __init__(self, seed: int, size: tuple[int, int] = (9, 10), price: SeamPrice = PLAIN) -> None:
         rng = np.random.default_rng(seed)
         shapes = [(int(h), int(w)) for h, w in rng.integers(4, 9, (2, 2))]
         self.wraps = WRAPS[int(rng.integers(4))]
         pictures = [rng.integers(0, 60, (h, w, 2)).astype(np.int16) for h, w in shapes]
         usable = [rng.random(s) < 0.9 for s in shapes]
         torus = [bool(t) for t in rng.integers(0, 2, 2)]
-        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, gradient)
+        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, *price)
         self.flat = np.concatenate([p.ravel() for p in pictures])
         begins = np.cumsum([0, pictures[0].size])
         self.table = np.array([(b, h, w, w) for b, (h, w) in zip(begins, shapes, strict=True)], np.int64)
@@ -64,7 +66,7 @@ class Scene:
                 source = self.naive.grown(v, y - y0, x - x0)
                 if source is not None and 0 <= y < size[0] and 0 <= x < size[1]:
                     self.variant[y, x], self.yx[y, x] = v, source[1:]
-        self.gradient = gradient
+        self.price = price
 
     def sources(self) -> Sources:
         return {
@@ -75,7 +77,7 @@ class Scene:
     def prices(self) -> np.ndarray:
         out = np.zeros((*self.variant.shape, 2), np.int32)
         box = (0, 0, *self.variant.shape)
-        energy_kernels.seam_prices(self.shown, self.pieces, box, self.gradient, out)
+        energy_kernels.seam_prices(self.shown, self.pieces, box, self.price, out)
         return out
 
 
@@ -83,10 +85,10 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 @settings(max_examples=60, deadline=None)
-@given(seeds, st.booleans())
-def test_the_price_of_seams_is_that_of_the_map(seed: int, gradient: bool) -> None:
+@given(seeds, st.sampled_from(PRICES))
+def test_the_price_of_seams_is_that_of_the_map(seed: int, price: SeamPrice) -> None:
     """The prices of all pairs follow from the map alone, masks, borders and wraps included."""
-    scene = Scene(seed, gradient=gradient)
+    scene = Scene(seed, price=price)
     prices, sources = scene.prices(), scene.sources()
     assert int(prices.sum()) == scene.naive.total(sources)
     for p, q, dy, dx in scene.naive.neighbours():
@@ -95,10 +97,10 @@ def test_the_price_of_seams_is_that_of_the_map(seed: int, gradient: bool) -> Non
 
 
 @settings(max_examples=150, deadline=None)
-@given(seeds, st.booleans())
-def test_a_recut_changes_the_total_by_what_it_says(seed: int, gradient: bool) -> None:
+@given(seeds, st.sampled_from(PRICES))
+def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) -> None:
     """Old seams covered, old seams kept and new seams: their sum is the difference of the two maps' totals."""
-    scene = Scene(seed, gradient=gradient)
+    scene = Scene(seed, price=price)
     rng = np.random.default_rng(seed)
     h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
     y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
@@ -109,7 +111,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, gradient: bool) ->
         return  # what fills holes at the edge of a window has seams with the outside, too
     before = scene.naive.total(scene.sources())
     change = recut_kernels.recut(
-        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, gradient, take
+        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, price, take
     )
     kept = scene.variant.copy(), scene.yx.copy()
     recut_kernels.write_cut(scene.shown, scene.pieces, (y, x, h, w), pick, take)
@@ -117,7 +119,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, gradient: bool) ->
         assert scene.naive.grown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
     assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()
     assert scene.naive.total(scene.sources()) - before == change
-    if not (kept[0] == HOLE).any() and not gradient:
+    if not (kept[0] == HOLE).any() and price == PLAIN:
         assert change <= 0, "where all is known, all may stay"
     assert (kept[1][scene.variant == HOLE] == scene.yx[scene.variant == HOLE]).all()
 
@@ -284,12 +286,12 @@ def test_the_worst_seams_are_found_given_up_and_looked_at_again(wraps: tuple[boo
     assert worst.place() is None
 
 
-def naive_total(exemplar: Exemplar, smap: SourceMap, gradient: bool = False) -> int:
+def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -> int:
     """What all seams of a grown map cost, by the slow twin."""
     picture = features.features([exemplar]).pictures[0]
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
     size = smap.height, smap.width
-    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, (smap.wrap.y, smap.wrap.x), gradient)
+    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, (smap.wrap.y, smap.wrap.x), *price)
     sources = {
         (int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)
     }
@@ -321,19 +323,20 @@ def test_refinement_never_makes_seams_dearer(wrap: str, placement: str) -> None:
     assert naive_total(e, made.map) == totals[-1]
 
 
-def test_the_books_are_kept() -> None:
+@pytest.mark.parametrize("seam", ["difference", "gradient", "sharp"])
+def test_the_books_are_kept(seam: str) -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
     e = Exemplar.of(texture(40, 40, 1, 7))
-    method = ia.Graphcut(patch=12, overlap=4, seam="gradient").resolved([e], Canvas(50, 44))
+    method = ia.Graphcut(patch=12, overlap=4, seam=seam).resolved([e], Canvas(50, 44))
     growth = patches_growth.Growth(method.patch_settings(0), [e], Canvas(50, 44))
     sewing = graphcut.GraphcutGrowth(growth, method.stitch)
     sewing.fill(1, 2, ia.Run(1))
-    assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), True)
+    assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
     before = sewing.total
     saved = sewing.refine(1, 2, ia.Run(1), 30)
     assert saved
     assert min(saved) > 0
-    assert sewing.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), True)
+    assert sewing.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
 
 
 def test_an_exemplar_put_on_itself_has_no_seams() -> None:

@@ -15,6 +15,12 @@ def spreads(vectors: Array) -> list[int]:
     return [len(vectors) * int((c * c).sum()) - int(c.sum()) ** 2 for c in vectors.astype(np.int64, copy=False).T]
 
 
+def variance(picture: Array, usable: Array | None = None) -> int:
+    """Return the sum of the variances of all channels of a picture (H, W, C) over its usable pixels, rounded down."""
+    pixels = picture.reshape(-1, picture.shape[2]) if usable is None else picture[usable]
+    return sum(spreads(pixels)) // max(len(pixels), 1) ** 2
+
+
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:
     """Return the variance along the `count` strongest axes, and the axes (count, C), the same on every machine.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.cuts import min_cut, seam_costs
+from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, NEW, OLD
 from .gap_filling_kernels import UNIT
@@ -261,7 +261,7 @@ def fill_gap(
                     new[y, x, c] = picture[y + ty, x + tx, c]
             elif side >= 0:
                 state[y, x] = NEW if mine and (core[y, x] or not theirs) else OLD
-    right, down = seam_costs(old, new, False)
+    right, down = seam_costs(old, new, PLAIN)
     min_cut(state, right, down, take)
     for y in range(h):
         for x in range(w):

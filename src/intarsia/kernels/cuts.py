@@ -11,6 +11,8 @@ Every other shape (a ring, islands) is left to the maximum flow.
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +24,28 @@ from .union_find import find_root
 GRADIENT_UNIT = 256  # a gradient cost is the plain cost times this, divided by FLAT + gradients: so 16 times
 FLAT = 16  # the plain cost where all is flat; FLAT is in units of feature distance, so that no zero divides
 
+STEEPEST = 4  # knees: from there on a price grows in proportion, so that no cut shuns one step at any length
+
 _POCKET = 3  # the label of a free pixel of the border between forced ones of one kind
+
+
+class SeamPrice(NamedTuple):
+    """How the price of a seam follows from the colours that meet there."""
+
+    gradient: bool = False  # cheaper where there is detail (Kwatra et al. 2003, eq. 3)
+    knee: int = 0  # what costs less is cheaper still, what costs more is dearer; 0: as the distance of colours
+
+
+PLAIN = SeamPrice()
+
+
+@kernel
+def sharpened(cost: int, knee: int) -> int:
+    """Return what a seam of this cost is to count: its square in knees, from STEEPEST knees on in proportion.
+
+    So a step that is seen counts more than many that are not. The triangle inequality does not hold for it.
+    """
+    return cost * min(cost, STEEPEST * knee) // knee
 
 
 @kernel
@@ -37,14 +60,14 @@ def _distance(a: NDArray[np.int16], b: NDArray[np.int16]) -> int:
 
 @kernel
 def seam_costs(
-    old: NDArray[np.int16], new: NDArray[np.int16], gradient: bool
+    old: NDArray[np.int16], new: NDArray[np.int16], price: Any
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return what it costs to part each pixel from its right and from its lower neighbour.
 
     The cost is the distance of old and new at both pixels, summed, in the features' own units (Kwatra et
-    al. 2003, eq. 1). With `gradient` a seam is made cheaper where there is detail to hide it: the sum times
+    al. 2003, eq. 1). With a `gradient` price a seam is made cheaper where there is detail to hide it: the sum times
     GRADIENT_UNIT, divided by FLAT plus how much both images change between the two pixels (their eq. 3),
-    rounded down.
+    rounded down; with a `knee` it is :func:`sharpened`.
     """
     height, width = old.shape[0], old.shape[1]
     apart = np.empty((height, width), np.int32)
@@ -56,14 +79,18 @@ def seam_costs(
     for y in range(height):
         for x in range(width - 1):
             cost = apart[y, x] + apart[y, x + 1]
-            if gradient:
+            if price.knee > 0:
+                cost = sharpened(cost, price.knee)
+            elif price.gradient:
                 change = _distance(old[y, x], old[y, x + 1]) + _distance(new[y, x], new[y, x + 1])
                 cost = cost * GRADIENT_UNIT // (FLAT + change)
             right[y, x] = cost
     for y in range(height - 1):
         for x in range(width):
             cost = apart[y, x] + apart[y + 1, x]
-            if gradient:
+            if price.knee > 0:
+                cost = sharpened(cost, price.knee)
+            elif price.gradient:
                 change = _distance(old[y, x], old[y + 1, x]) + _distance(new[y, x], new[y + 1, x])
                 cost = cost * GRADIENT_UNIT // (FLAT + change)
             down[y, x] = cost

@@ -184,7 +184,7 @@ def write_patch(grown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int
 @kernel
 def paste(
     grown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, feats: Any, known: Any,
-    gradient: bool,
+    price: Any,
 ) -> None:  # fmt: skip
     """Cut the patch of variant `v` at (u, s) into the window at (y0, x0) along the cheapest seam.
 
@@ -207,7 +207,7 @@ def paste(
                 if not known[i, j]:  # nothing to differ from
                     for c in range(channels):
                         feats[i, j, c] = new[i, j, c]
-        right, down = seam_costs(feats, new, gradient)
+        right, down = seam_costs(feats, new, price)
         min_cut(state, right, down, take)
     write_patch(grown, posed, y0, x0, v, u, s, take)
 

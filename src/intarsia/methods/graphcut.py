@@ -134,7 +134,7 @@ class Graphcut(parameters.CutSquares):
     def stitch(self) -> graphcut.GraphcutSettings:
         """How patches are placed and joined; known once overreach is."""
         return graphcut.GraphcutSettings(
-            self.placement, self.randomness, self.tries, self.usage, self.seam == "gradient", self.overreach or 0
+            self.placement, self.randomness, self.tries, self.usage, self.seam, self.overreach or 0
         )
 
     def patch_settings(self, usage: float) -> settings.PatchSettings:

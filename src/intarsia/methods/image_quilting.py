@@ -100,7 +100,7 @@ class ImageQuilting(parameters.CutSquares):
         method = self.resolved(exemplars, canvas)
         stages = labelled.Stages(method.patch_settings, exemplars, canvas, self.blend)
         for growth in stages:
-            growth.fill(seed, STAGE, run, choose=self.tolerance, join=growth.cutting(self.seam == "gradient"))
+            growth.fill(seed, STAGE, run, choose=self.tolerance, join=growth.cutting(self.seam))
         return stages.map
 
     @property

@@ -204,6 +204,6 @@ class PatchSampling(MethodBase):
         """Lay a patch into the window that begins at `at`, as `join` says."""
         bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
         if self.join == "cut" or (bounds and self.boundary_join == "cut"):
-            growth.growing.cut_in(at, pick, found, growth.layout, False)
+            growth.cutting()(at, pick, found)
         else:
             growth.growing.lay_over(at, pick, found.known, growth.layout, growth.settings.overlap)

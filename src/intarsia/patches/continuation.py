@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..geometry import Wrap
-from ..kernels.cuts import min_cut, seam_costs
+from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
 from ..lazy import lazy
 from ..sourcemap import SourceMap
@@ -102,7 +102,7 @@ class Continuation:
             new = picture[yx[box][:, :, 0], yx[box][:, :, 1]]
             old = picture[self.start.yx[box][:, :, 0], self.start.yx[box][:, :, 1]]
             out = np.empty(new.shape[:2], np.uint8)
-            min_cut(np.ascontiguousarray(state[box]), *seam_costs(old, new, False), out)
+            min_cut(np.ascontiguousarray(state[box]), *seam_costs(old, new, PLAIN), out)
             taken[box] = out.astype(bool)
         return taken
 

@@ -15,6 +15,7 @@ from ..draws import below
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..kernels import windows
+from ..kernels.cuts import SeamPrice
 from ..search.candidates import Candidates
 from ..search.posed import PosedExemplars
 from ..search.windows import WindowGrid
@@ -61,12 +62,12 @@ class GrowingMap:
         return layout.of_windows(window_sums(layout.widened(holes, 0), layout.patch)) > 0
 
     def cut_in(
-        self, at: Window, pick: tuple[int, int, int], found: Candidates, layout: WindowGrid, gradient: bool
+        self, at: Window, pick: tuple[int, int, int], found: Candidates, layout: WindowGrid, price: SeamPrice
     ) -> None:
         """Cut the patch `pick` (variant, row, column) into the window at `at` along the cheapest seam."""
         windows.paste(
             windows.Grown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick,
-            found.feats, found.known, gradient,
+            found.feats, found.known, price,
         )  # fmt: skip
 
     def lay_over(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.cuts import FLAT, GRADIENT_UNIT
+from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
 
@@ -54,14 +54,17 @@ def spot(table: Any, usable: Any, torus: Any, channels: int, v: int, y: int, x: 
 
 
 @kernel
-def meeting(flat: Any, channels: int, a: Any, b: Any, gradient: bool) -> int:
+def meeting(flat: Any, channels: int, a: Any, b: Any, price: Any) -> int:
     """Return what it costs that piece `a` ends at one pixel and piece `b` begins at the next.
 
-    Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With `gradient`
-    the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down.
+    Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With a
+    `gradient` the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down;
+    with a `knee` it is :func:`sharpened`.
     """
     cost = feature_distance(flat, channels, a[0], b[0]) + feature_distance(flat, channels, a[1], b[1])
-    if gradient and cost > 0:
+    if price.knee > 0:
+        return sharpened(cost, price.knee)
+    if price.gradient and cost > 0:
         change = feature_distance(flat, channels, a[0], a[1]) + feature_distance(flat, channels, b[0], b[1])
         cost = cost * GRADIENT_UNIT // (FLAT + change)
     return cost
@@ -88,7 +91,7 @@ def beside(
 
 
 @kernel
-def seam_prices(grown: Any, pieces: Any, box: Any, gradient: bool, prices: Any) -> None:
+def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> None:
     """Write into `prices` (H, W, 2) what the map costs between each pixel of a box and its right and lower neighbour.
 
     `box`: first row, first column, rows and columns; it may reach over borders. 0 where a piece goes on, in holes
@@ -119,4 +122,4 @@ def seam_prices(grown: Any, pieces: Any, box: Any, gradient: bool, prices: Any) 
                 if on == there:
                     continue
                 back = beside(variant, yx, table, usable, torus, channels, ny, nx, -k, k - 1)
-                prices[y, x, k] = meeting(flat, channels, (here, on), (back, there), gradient)
+                prices[y, x, k] = meeting(flat, channels, (here, on), (back, there), price)

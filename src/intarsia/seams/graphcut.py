@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
-from ..analysis.variance import spreads
 from ..draws import draw
 from ..kernels.windows import Grown
 from ..patches.growing_map import random_patch
@@ -55,8 +54,9 @@ class GraphcutSettings:
         Placements drawn for a window, of which the cheapest cut is kept.
     usage : float
         Price of a repeat, in usual distances.
-    gradient : bool
-        Seams are cheaper where there is detail.
+    seam : str
+        ``difference``: a seam costs what the colours that meet there differ; ``gradient``: less where there is detail;
+        ``sharp``: what is seen costs more than in proportion, what is not seen less.
     margin : int
         How far around its window a patch may replace what is there, px.
     """
@@ -65,7 +65,7 @@ class GraphcutSettings:
     randomness: float = 0.01
     tries: int = 2
     usage: float = 0.05
-    gradient: bool = False
+    seam: str = "difference"
     margin: int = 16
 
 
@@ -95,8 +95,7 @@ class GraphcutGrowth:
         self.grown = Grown(self.variant, self.yx, self.wraps)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         self._step = max(4, math.isqrt(self.variant.size) // SAMPLES)
-        self._variance = max(_variance(p, e.usable) for p, e in zip(
-            growth.features.pictures, growth.exemplars, strict=True))  # fmt: skip
+        self._variance, self.price = growth.variance, growth.seam_price(stitch.seam)
         self._entire: EntireSearch | None = None
         self._sub: PatchSearch | None = None
         if stitch.placement == "entire":
@@ -246,7 +245,7 @@ class GraphcutGrowth:
             self.locked[index] = kept | self.bar(window, patch)
         change = recut_kernels.recut(
             self.grown, self.locked, self.pieces, window, (inner[0], inner[1], inner[2], inner[3]), patch,
-            self.stitch.gradient, take,
+            self.price, take,
         )  # fmt: skip
         if index is not None:
             self.locked[index] = kept
@@ -269,7 +268,7 @@ class GraphcutGrowth:
 
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
-        energy_kernels.seam_prices(self.grown, self.pieces, box, self.stitch.gradient, self.prices)
+        energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
 
 
 def likelihood(x: Array) -> Array:
@@ -280,9 +279,3 @@ def likelihood(x: Array) -> Array:
         out = np.where(rest & 1 > 0, out * factor >> 30, out)
         rest, factor = rest >> 1, factor * factor >> 30
     return np.where(x >= GONE, 0, out)
-
-
-def _variance(picture: Array, usable: Array | None) -> int:
-    """Sum of the channels' variances over the usable pixels."""
-    pixels = picture.reshape(-1, picture.shape[2]) if usable is None else picture[usable]
-    return sum(spreads(pixels)) // max(len(pixels), 1) ** 2

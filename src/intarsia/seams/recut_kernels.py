@@ -6,7 +6,8 @@ The paper gives every old seam a node between its two pixels; here the same ener
 
 * both pixels stay: the old price a; only the left one becomes new: c; only the right one: b; both: nothing;
 * a part a1 = min(a, b) of the price is paid by the left pixel for staying, the rest by the right one, and what
-  remains of b and c are two arcs. Where b + c < a, which no distance allows, a counts as b + c, as in the paper.
+  remains of b and c are two arcs. Where b + c < a, which no distance allows, but other prices do, a counts as b + c
+  in the choice of the cut, as in the paper; what the cut then costs is added up as it is.
 
 Pieces are read as they go on in their exemplar, so what a seam costs follows from the map alone. Where a piece does
 not go on, its last pixel stands for what would be there.
@@ -18,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from ..kernels.cuts import sharpened
 from ..kernels.jit import kernel
 from ..kernels.maxflow import push_flow
 from ..kernels.windows import HOLE, canvas_place
@@ -58,7 +60,7 @@ def fix(grown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, stat
 
 
 @kernel
-def pair_terms(pieces: Any, source: Any, gradient: bool, old: Any, new: Any, state: Any, terms: Any) -> None:
+def pair_terms(pieces: Any, source: Any, price: Any, old: Any, new: Any, state: Any, terms: Any) -> None:
     """Write into `terms` (h, w, 2, 3) the prices (a, b, c) of each pixel and its right and lower neighbour.
 
     a: both stay, b: the second becomes new, c: the first does. 0 beside pixels that are left out. `source` (h, w, 3):
@@ -79,18 +81,19 @@ def pair_terms(pieces: Any, source: Any, gradient: bool, old: Any, new: Any, sta
                 if m < h and n < w and state[i, j] != ABSENT and state[m, n] != ABSENT:
                     one, two = source[i, j], source[m, n]
                     goes_on = one[0] == two[0] and one[1] + k == two[1] and one[2] + 1 - k == two[2]
-                    if goes_on and gap[i, j] >= 0 and gap[m, n] >= 0 and not gradient:
-                        b = c = gap[i, j] + gap[m, n]
+                    if goes_on and gap[i, j] >= 0 and gap[m, n] >= 0 and not price.gradient:
+                        b = gap[i, j] + gap[m, n]
+                        b = c = sharpened(b, price.knee) if price.knee > 0 else b
                     else:
                         a, b, c = _three(
-                            pieces, one, two, k, old[i, j], old[m, n], new[i, j], new[m, n], gradient
+                            pieces, one, two, k, old[i, j], old[m, n], new[i, j], new[m, n], price
                         )  # fmt: skip
                 terms[i, j, k, 0], terms[i, j, k, 1], terms[i, j, k, 2] = a, b, c
 
 
 @kernel
 def _three(
-    pieces: Any, one: Any, two: Any, k: int, here: int, there: int, fresh: int, next_: int, gradient: bool
+    pieces: Any, one: Any, two: Any, k: int, here: int, there: int, fresh: int, next_: int, price: Any
 ) -> tuple[int, int, int]:
     """The prices of one pair wherever a seam, a hole or the end of the patch is near."""
     flat, table, usable, torus, channels = pieces
@@ -103,7 +106,7 @@ def _three(
         back = found if found >= 0 else back
     a, b, c = 0, 0, 0
     if here >= 0 and there >= 0 and on != there:
-        a = meeting(flat, channels, (here, on), (back, there), gradient)
+        a = meeting(flat, channels, (here, on), (back, there), price)
     if fresh < 0 and next_ < 0:
         return a, 0, 0  # neither can change: b and c are never paid
     if fresh < 0:
@@ -111,9 +114,9 @@ def _three(
     if next_ < 0:
         next_ = fresh
     if here >= 0:
-        b = meeting(flat, channels, (here, on), (fresh, next_), gradient)
+        b = meeting(flat, channels, (here, on), (fresh, next_), price)
     if there >= 0:
-        c = meeting(flat, channels, (fresh, next_), (back, there), gradient)
+        c = meeting(flat, channels, (fresh, next_), (back, there), price)
     return a, b, c
 
 
@@ -180,7 +183,7 @@ def cut_change(terms: Any, out: Any) -> int:
 
 @kernel
 def recut(
-    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, gradient: bool, out: Any
+    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, price: Any, out: Any
 ) -> int:
     """Cut a patch into a window of the map, old seams remembered: which pixels to take, and what it costs.
 
@@ -203,7 +206,7 @@ def recut(
     state = np.empty((h, w), np.uint8)
     fix(grown, locked, box, target, old, new, state)
     terms = np.empty((h, w, 2, 3), np.int32)
-    pair_terms(pieces, source, gradient, old, new, state, terms)
+    pair_terms(pieces, source, price, old, new, state, terms)
     least_cut(state, terms, out)
     return cut_change(terms, out)
 
