@@ -87,6 +87,7 @@ class Graphcut(parameters.CutSquares):
     )  # fmt: skip
     seam: str = parameters.cut_cost()
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+    structure: float = parameters.structure_weight()
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
 
@@ -141,7 +142,8 @@ class Graphcut(parameters.CutSquares):
         """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         return settings.PatchSettings(
-            patch=self.footprint, overlap=overlap, weights=self.channel_weights, isometries=self.isometries,
+            patch=self.footprint, overlap=overlap, weights=self.channel_weights, structure=self.structure,
+            isometries=self.isometries,
             repeats=settings.Repeats(usage=usage), rim=max(overlap),
             boundaries=settings.Boundaries.of(self.footprint, None, self.isometries, None),
         )  # fmt: skip

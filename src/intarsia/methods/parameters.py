@@ -20,6 +20,9 @@ channel_weights = partial(
     param, AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
     low=0, high=1e6,
 )  # fmt: skip
+structure_weight = partial(
+    param, 1.0, "float", "how much outlines and slow colour count beside colour; 0: colour alone", low=0, high=4
+)
 poses = partial(
     param, "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
 )

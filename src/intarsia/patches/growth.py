@@ -76,7 +76,7 @@ class Growth:
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
         self.layout = settings.layout(canvas)
         around = (settings.context, max(min(settings.patch) // SURROUNDINGS, 1)) if settings.context else (0.0, 0)
-        self.features = features(exemplars, settings.weights, around)
+        self.features = features(exemplars, settings.weights, around, settings.structure)
         begun = () if canvas.start is None else canvas.start.poses
         poses = settings.poses(canvas.guide)
         self.variants = posed_exemplars(exemplars, self.features, poses, self.layout.patch, begun)
