@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.elements import ElementSize
-from ..analysis.features import Features, features
+from ..analysis.features import Features, features, outlines
 from ..analysis.light import Slope, slope_of
 from ..analysis.reduction import block_sums, blocks
 from ..analysis.regions import Regions, regions_of
@@ -25,6 +25,7 @@ from ..analysis.symmetry import allowed_isometries
 from ..canvas import Canvas
 from ..courses.rectified import improved
 from ..courses.rectify import Straight
+from ..courses.wall import brick_share
 from ..exemplar import Exemplar
 from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
@@ -48,6 +49,8 @@ class Signs(NamedTuple):
     loose: float = 1.0  # px (rms) by which points are missed; halved: the same, doubled: scales and pavers are cut
     rows: int = 3  # that agree are a hint of order; 2: clouds and a manhole have it, 6: six textures lose it
     hint: float = 0.045  # so much better than what lies between them; halved: the same, doubled: six textures lose it
+    bricks: float = 0.5  # of courses must be whole bricks: of seven textures of courses 0.62 and more, of text 0.28
+    boards: float = 0.7  # coherence of boards: 0.91 and 0.95 of two
     along: float = 0.1  # of the pitch: a vector that leads so little aside runs along rows; 0 to 0.4: the same
 
 
@@ -141,11 +144,14 @@ class Facts:
 
     @cached_property
     def lattice(self) -> Lattice | None:
-        """The lattice, where there is one to grow by: not a loose one, and of two vectors rather than of rows."""
+        """The lattice, where there is one to grow by: not a loose one, and of two vectors rather than of rows.
+
+        Rows are none to grow by where they are no courses of bricks or boards: lines of text are cut by them.
+        """
         found = self.lattices.accepted
         if found is None or found.kind == "1-D":
             both = [one for one in self.lattices.ranked if found is not None and _holds_rows(one, found)]
-            return both[0] if both else found
+            return both[0] if both else found if found is not None and self._laid(found) else None
         return None if _loose(found) else found
 
     @property
@@ -227,6 +233,16 @@ class Facts:
     def structure(self) -> Structure:
         """How edgy and how directed it is."""
         return structure_of(self._seen.pictures[0], self.small.usable)
+
+    @cached_property
+    def outlines(self) -> float:
+        """How much of all that changes runs along outlines; 0 where nothing does."""
+        return outlines(self._seen, [self.small])[0].share
+
+    def _laid(self, rows: Lattice) -> bool:
+        """Whether rows are courses: of bricks that fill half of them, or of boards that run along."""
+        share = brick_share(tuple((x / UNIT, y / UNIT) for y, x in rows.vectors), self.exemplar)
+        return share >= SIGNS.bricks if share else self.structure.coherence >= SIGNS.boards
 
     @cached_property
     def symmetry(self) -> tuple[int, ...]:

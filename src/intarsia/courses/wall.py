@@ -21,6 +21,7 @@ from ..analysis.features import features
 from ..analysis.usable import nearest
 from ..arrays import Array
 from ..canvas import Canvas
+from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels import paths
 from ..lattice.vectors import UNIT, Pairs, cell_of
@@ -51,6 +52,31 @@ class Reach(NamedTuple):
 REACH = Reach()
 
 
+def courses_of(
+    lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
+) -> tuple[Brickwork, Array, Array, bool]:
+    """Find the courses of an exemplar, and what they lie in: features and which are usable, axes swapped if upright."""
+    picture = features([exemplar], weights).pictures[0]
+    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
+    vector = cell_of(lattice, picture.shape[:2])[0]
+    upright = abs(vector[1]) > abs(vector[0])
+    if upright:
+        picture, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, usable))
+        vector = (vector[1], vector[0])
+    return brickwork_of(picture, usable, vector), picture, usable, upright
+
+
+def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
+    """Return how much of the courses is whole bricks; 0 where there are no courses, or no bricks in them."""
+    try:
+        work = courses_of(lattice, None, exemplar)[0]
+        bricks = bricks_of(work)
+    except MethodError:
+        return 0.0
+    length = sum(end - begin for begin, end in (work.spans[k] for k in work.courses))
+    return 0.0 if bricks is None else float(bricks.sizes.sum()) / max(length, 1)
+
+
 @dataclass(frozen=True, eq=False)
 class Wall:
     """An endless wall of courses."""
@@ -67,14 +93,7 @@ class Wall:
         cls, lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar, canvas: Canvas, seed: int
     ) -> Wall:
         """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
-        picture = features([exemplar], weights).pictures[0]
-        usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
-        vector = cell_of(lattice, picture.shape[:2])[0]
-        upright = abs(vector[1]) > abs(vector[0])
-        if upright:
-            picture, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, usable))
-            vector = (vector[1], vector[0])
-        work = brickwork_of(picture, usable, vector)
+        work, picture, usable, upright = courses_of(lattice, weights, exemplar)
         rows = CourseRows.of(work.line, canvas, upright)
         bricks = bricks_of(work)
         layout = Boards(picture, work, rows, seed) if bricks is None else Chains(work, bricks, rows, seed)
