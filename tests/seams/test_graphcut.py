@@ -111,7 +111,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
         return  # what fills holes at the edge of a window has seams with the outside, too
     before = scene.naive.total(scene.sources())
     change = recut_kernels.recut(
-        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, price, take
+        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, price, 1, take
     )
     kept = scene.variant.copy(), scene.yx.copy()
     recut_kernels.write_cut(scene.shown, scene.pieces, (y, x, h, w), pick, take)
@@ -122,6 +122,40 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     if not (kept[0] == HOLE).any() and price == PLAIN:
         assert change <= 0, "where all is known, all may stay"
     assert (kept[1][scene.variant == HOLE] == scene.yx[scene.variant == HOLE]).all()
+
+
+@settings(max_examples=100, deadline=None)
+@given(seeds, st.sampled_from(PRICES), st.integers(2, 4))
+def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, step: int) -> None:
+    """Every px of a small scene magnified to `step` x `step`: a cut on every so many-th px is that of the small one."""
+    scene = Scene(seed, price=price)
+    rng = np.random.default_rng(seed)
+    h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
+    y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
+    pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
+    small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
+    box, target = (y, x, h, w), (1, 0, h - 1, w)
+    change = recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, pick, price, 1, small)
+
+    def larger(a: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
+
+    flat, table, usable, torus, channels = scene.pieces
+    rows = [(int(b) // channels, int(m), int(n)) for b, m, n, _ in table]
+    parts = [larger(flat.reshape(-1, channels)[b : b + m * n].reshape(m, n, channels)) for b, m, n in rows]
+    shown = [larger(usable[b : b + m * n].reshape(m, n)).ravel() for b, m, n in rows]
+    begins = np.cumsum([0, parts[0].size])
+    places = np.array([(b, *p.shape[:2], p.shape[1]) for b, p in zip(begins, parts, strict=True)], np.int64)
+    pieces = energy_kernels.Pieces(
+        np.concatenate([p.ravel() for p in parts]), places, np.concatenate(shown), torus, channels
+    )
+    grown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
+    got = recut_kernels.recut(
+        grown, larger(scene.locked), pieces, tuple(n * step for n in box), tuple(n * step for n in target),
+        (pick[0], pick[1] * step, pick[2] * step), price, step, rough,
+    )  # fmt: skip
+    assert got == change
+    assert np.array_equal(rough, small)
 
 
 def random_terms(rng: np.random.Generator, state: np.ndarray, most: int) -> np.ndarray:
@@ -308,7 +342,7 @@ def test_refinement_never_makes_seams_dearer(wrap: str, placement: str) -> None:
         assert callable(draft)
         drafts.append((done, total, draft()))
 
-    method = ia.Graphcut(patch=14, overlap=5, placement=placement, refinements=25)
+    method = ia.Graphcut(patch=14, overlap=5, placement=placement, refinements=25, seam="difference")
     made = ia.synthesize(e, (52, 60), method, seed=4, wrap=wrap, run=ia.Run(1, step))
     windows = drafts[-1][1] - 25
     refined = [d for done, _, d in drafts if done >= windows]

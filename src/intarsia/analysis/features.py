@@ -31,7 +31,7 @@ OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to t
 MAX_LABELS = 16
 FARTHEST = 256 * RANGE  # black lies at most so far from the exemplar's own range: sums of its squares stay whole
 MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
-OUTLINES, SLOW = 0.7, 0.5  # how much outlines and slow colour count beside colour: their spread over its own
+OUTLINES, SLOW = 0.5, 0.3  # how much outlines and slow colour count beside colour: their spread over its own
 SLOW_REACH = 20  # slow colour is averaged over three squares of twice this part of the shorter side
 
 T = TypeVar("T")
@@ -45,13 +45,15 @@ class Features:
     """The exemplars as int16 pictures (H, W, C), comparable with one another.
 
     ``normals`` names the first of three channels of each normal map, whose vectors turn with the piece;
-    ``black`` is what a pixel of value 0 would be, channel by channel; the base plane has the first ``base``.
+    ``black`` is what a pixel of value 0 would be, channel by channel; the base plane has the first ``base``, and the
+    last ``structure`` help to find what fits, but are not seen.
     """
 
     pictures: tuple[Int16, ...]
     normals: tuple[int, ...] = ()
     black: tuple[int, ...] = ()
     base: int = 0
+    structure: int = 0
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def memo(self, key: Any, make: Callable[[], T]) -> T:
@@ -146,7 +148,7 @@ def _with_structure(feats: Features, plain: Features, exemplars: Sequence[Exempl
         pictures.append(np.concatenate([picture, np.clip(added, -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2))
     normals = tuple(k + channels + 1 for k in plain.normals if k < plain.base)
     black = (*feats.black, *[0] * (plain.base + 1))
-    return Features(tuple(pictures), (*feats.normals, *normals), black, feats.base)
+    return Features(tuple(pictures), (*feats.normals, *normals), black, feats.base, plain.base + 1)
 
 
 def _with_context(plain: Features, exemplars: Sequence[Exemplar], weight: float, radius: int) -> Features:

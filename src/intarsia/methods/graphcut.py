@@ -4,13 +4,14 @@ Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synt
 Transactions on Graphics (SIGGRAPH) 2003.
 
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
-around its window than `overreach`; several placements are drawn, the one with the cheapest cut kept (`tries`, 1 as
-published); what is shown already costs a little more; the energy of old seams lies on the pixel grid itself, without
+around its window than `overreach`; several placements are drawn, and compared by cuts on every fourth px (`tries`, 1 as
+published); strong steps cost more than in proportion (`seam`); placements are found by outlines and slow colour, too
+(`structure`); what is shown already costs a little more; the energy of old seams lies on the pixel grid itself, without
 nodes of their own; refinement matches what lies around the bad place, not the bad place itself. Under a guide patches
 are chosen as in image quilting, and nothing is refined.
 
-Cost: for each window and each refinement one FFT search and `tries` maximum flows over the window, about
-2 N_out / pitch^2 of them.
+Cost: for each window and each refinement one FFT search, `tries` maximum flows over a sixteenth of the window, and one
+over all of it; about 2 N_out / pitch^2 of them.
 """
 
 from __future__ import annotations
@@ -76,7 +77,9 @@ class Graphcut(parameters.CutSquares):
         0.01, "float", "how far from the best a placement may be, as a share of the exemplar's variance",
         low=1e-6, high=100,
     )  # fmt: skip
-    tries: int = param(2, "int", "placements that are cut in for each window; the cheapest cut is kept", low=1, high=16)
+    tries: int = param(
+        12, "int", "placements that are compared for each window, by cuts on every fourth px", low=1, high=16
+    )
     overreach: int | None = param(
         AUTO, "int", "how far around its window a patch may replace what is there; automatic: a sixth of the patch",
         low=0, high=1 << 16, unit="px",
@@ -85,7 +88,7 @@ class Graphcut(parameters.CutSquares):
         AUTO, "int", "how often the worst seam is covered anew; automatic: as often as there are windows",
         low=0, high=1 << 24,
     )  # fmt: skip
-    seam: str = parameters.cut_cost()
+    seam: str = parameters.cut_cost("sharp")
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     structure: float = parameters.structure_weight()
     isometries: str | tuple[int, ...] = parameters.poses()

@@ -70,7 +70,7 @@ class ImageQuilting(parameters.CutSquares):
     search: str = parameters.search_ways()
     pyramid_filter: str = parameters.pyramid_filter()
     pyramid_kept: int = parameters.pyramid_kept()
-    seam: str = parameters.cut_cost()
+    seam: str = parameters.cut_cost("difference")
     boundary_patch: int | None = parameters.boundary_patch()
     boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
     boundary_slack: int | None = parameters.boundary_slack()

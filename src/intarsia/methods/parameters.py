@@ -44,8 +44,8 @@ pyramid_kept = partial(
     low=1, high=64,
 )  # fmt: skip
 cut_cost = partial(
-    param, "difference", "choice", "cost of a cut: colour difference, that divided by the gradient, or sharp: its "
-    "square up to what is clearly seen, so that many faint steps are cheaper than a strong one",
+    param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
+    "up to what is clearly seen, so that many faint steps are cheaper than a strong one",
     choices=("difference", "gradient", "sharp"),
 )  # fmt: skip
 boundary_patch = partial(

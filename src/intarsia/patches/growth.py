@@ -150,13 +150,13 @@ class Growth:
 
     def seam_price(self, seam: str) -> SeamPrice:
         """What seams cost by one of the names that the parameter `seam` of methods knows."""
-        knee = max(math.isqrt(self.variance) * KNEE[0] // KNEE[1], 1) if seam == "sharp" else 0
+        knee = max(math.isqrt(self.variance(seen=True)) * KNEE[0] // KNEE[1], 1) if seam == "sharp" else 0
         return SeamPrice(seam == "gradient", knee)
 
-    @property
-    def variance(self) -> int:
-        """Sum of the channels' variances over the usable pixels, of the exemplar that varies most."""
-        return max(variance(p, e.usable) for p, e in zip(self.features.pictures, self.exemplars, strict=True))
+    def variance(self, seen: bool = False) -> int:
+        """Sum of the channels' variances over the usable pixels, of the exemplar that varies most; those seen only."""
+        n = self.variants.channels - (self.features.structure if seen else 0)
+        return max(variance(p[..., :n], e.usable) for p, e in zip(self.features.pictures, self.exemplars, strict=True))
 
     def map(self, blend: Blend) -> SourceMap:
         """The map, once all is filled."""

@@ -140,8 +140,11 @@ class EntireSearch:
         return rows[rows[:, 0] >= 0]
 
 
-def pieces_of(variants: PosedExemplars, exemplars: Sequence[Exemplar]) -> Pieces:
-    """Return the variants as kernels of seams take them: with every pixel, whether it may be shown."""
+def pieces_of(variants: PosedExemplars, exemplars: Sequence[Exemplar], unseen: int = 0) -> Pieces:
+    """Return the variants as kernels of seams take them: with every pixel, whether it may be shown.
+
+    The last `unseen` channels are left out: what is not seen makes no seam.
+    """
     parts = []
     for v in range(len(variants)):
         rows, columns = variants.picture(v).shape[:2]
@@ -152,4 +155,9 @@ def pieces_of(variants: PosedExemplars, exemplars: Sequence[Exemplar]) -> Pieces
         posed = pose_array(usable, int(variants.pose[v]))
         pad = ((0, rows - posed.shape[0]), (0, columns - posed.shape[1]))
         parts.append(np.pad(posed, pad, mode="wrap").astype(np.uint8).ravel())
-    return Pieces(*variants.posed, np.concatenate(parts), variants.toroidal, variants.channels)
+    (flat, table), seen = variants.posed, variants.channels - unseen
+    if unseen:
+        flat = np.ascontiguousarray(flat.reshape(-1, variants.channels)[:, :seen]).ravel()
+        table = table.copy()
+        table[:, 0] = table[:, 0] // variants.channels * seen
+    return Pieces(flat, table, np.concatenate(parts), variants.toroidal, seen)

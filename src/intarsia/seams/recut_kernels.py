@@ -29,7 +29,7 @@ OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
 
 
 @kernel
-def fix(grown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, state: Any) -> None:
+def fix(grown: Any, locked: Any, box: Any, target: Any, step: int, old: Any, new: Any, state: Any) -> None:
     """Say of every pixel of a window whether it stays, becomes new, may be either, or is left out.
 
     Holes of the `target` (first row and column in the window, rows, columns) become new, others are left out. A
@@ -40,11 +40,11 @@ def fix(grown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, stat
     height, width = variant.shape
     h, w = old.shape
     for i in range(h):
-        y = canvas_place(box[0] + i, height, wrap[0])
+        y = canvas_place(box[0] + i * step, height, wrap[0])
         for j in range(w):
-            x = canvas_place(box[1] + j, width, wrap[1])
+            x = canvas_place(box[1] + j * step, width, wrap[1])
             if old[i, j] < 0:
-                inside = 0 <= i - target[0] < target[2] and 0 <= j - target[1] < target[3]
+                inside = 0 <= i * step - target[0] < target[2] and 0 <= j * step - target[1] < target[3]
                 state[i, j] = NEW if inside and new[i, j] >= 0 else ABSENT
                 continue
             state[i, j] = OLD if locked[y, x] or new[i, j] < 0 else FREE
@@ -54,13 +54,16 @@ def fix(grown: Any, locked: Any, box: Any, target: Any, old: Any, new: Any, stat
                     if old[a, b] >= 0 and new[a, b] < 0:
                         state[i, j] = OLD
                     continue
-                ny, nx = canvas_place(box[0] + a, height, wrap[0]), canvas_place(box[1] + b, width, wrap[1])
+                ny = canvas_place(box[0] + a * step, height, wrap[0])
+                nx = canvas_place(box[1] + b * step, width, wrap[1])
                 if ny >= 0 and nx >= 0 and variant[ny, nx] != HOLE:
                     state[i, j] = OLD
 
 
 @kernel
-def pair_terms(pieces: Any, source: Any, price: Any, old: Any, new: Any, state: Any, terms: Any) -> None:
+def pair_terms(
+    pieces: Any, source: Any, price: Any, step: int, old: Any, new: Any, state: Any, terms: Any
+) -> None:  # fmt: skip
     """Write into `terms` (h, w, 2, 3) the prices (a, b, c) of each pixel and its right and lower neighbour.
 
     a: both stay, b: the second becomes new, c: the first does. 0 beside pixels that are left out. `source` (h, w, 3):
@@ -80,29 +83,30 @@ def pair_terms(pieces: Any, source: Any, price: Any, old: Any, new: Any, state: 
                 a, b, c = 0, 0, 0
                 if m < h and n < w and state[i, j] != ABSENT and state[m, n] != ABSENT:
                     one, two = source[i, j], source[m, n]
-                    goes_on = one[0] == two[0] and one[1] + k == two[1] and one[2] + 1 - k == two[2]
+                    down, right = k * step, step - k * step
+                    goes_on = one[0] == two[0] and one[1] + down == two[1] and one[2] + right == two[2]
                     if goes_on and gap[i, j] >= 0 and gap[m, n] >= 0 and not price.gradient:
                         b = gap[i, j] + gap[m, n]
                         b = c = sharpened(b, price.knee) if price.knee > 0 else b
                     else:
                         a, b, c = _three(
-                            pieces, one, two, k, old[i, j], old[m, n], new[i, j], new[m, n], price
+                            pieces, one, two, (down, right), old[i, j], old[m, n], new[i, j], new[m, n], price
                         )  # fmt: skip
                 terms[i, j, k, 0], terms[i, j, k, 1], terms[i, j, k, 2] = a, b, c
 
 
 @kernel
 def _three(
-    pieces: Any, one: Any, two: Any, k: int, here: int, there: int, fresh: int, next_: int, price: Any
+    pieces: Any, one: Any, two: Any, way: Any, here: int, there: int, fresh: int, next_: int, price: Any
 ) -> tuple[int, int, int]:
     """The prices of one pair wherever a seam, a hole or the end of the patch is near."""
     flat, table, usable, torus, channels = pieces
     on, back = here, there  # where a piece does not go on its last pixel stands for what would be there
     if here >= 0:
-        found = spot(table, usable, torus, channels, one[0], one[1] + k, one[2] + 1 - k)
+        found = spot(table, usable, torus, channels, one[0], one[1] + way[0], one[2] + way[1])
         on = found if found >= 0 else on
     if there >= 0:
-        found = spot(table, usable, torus, channels, two[0], two[1] - k, two[2] - 1 + k)
+        found = spot(table, usable, torus, channels, two[0], two[1] - way[0], two[2] - way[1])
         back = found if found >= 0 else back
     a, b, c = 0, 0, 0
     if here >= 0 and there >= 0 and on != there:
@@ -183,7 +187,7 @@ def cut_change(terms: Any, out: Any) -> int:
 
 @kernel
 def recut(
-    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, price: Any, out: Any
+    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, price: Any, step: int, out: Any
 ) -> int:
     """Cut a patch into a window of the map, old seams remembered: which pixels to take, and what it costs.
 
@@ -197,16 +201,16 @@ def recut(
     old, new = np.empty((h, w), np.int64), np.empty((h, w), np.int64)
     source = np.empty((h, w, 3), np.int32)
     for i in range(h):
-        y = canvas_place(box[0] + i, height, wrap[0])
+        y = canvas_place(box[0] + i * step, height, wrap[0])
         for j in range(w):
-            x = canvas_place(box[1] + j, width, wrap[1])
+            x = canvas_place(box[1] + j * step, width, wrap[1])
             source[i, j, 0], source[i, j, 1], source[i, j, 2] = variant[y, x], yx[y, x, 0], yx[y, x, 1]
             old[i, j] = source_at(variant, yx, table, channels, y, x)
-            new[i, j] = spot(table, usable, torus, channels, pick[0], pick[1] + i, pick[2] + j)
+            new[i, j] = spot(table, usable, torus, channels, pick[0], pick[1] + i * step, pick[2] + j * step)
     state = np.empty((h, w), np.uint8)
-    fix(grown, locked, box, target, old, new, state)
+    fix(grown, locked, box, target, step, old, new, state)
     terms = np.empty((h, w, 2, 3), np.int32)
-    pair_terms(pieces, source, price, old, new, state, terms)
+    pair_terms(pieces, source, price, step, old, new, state, terms)
     least_cut(state, terms, out)
     return cut_change(terms, out)
 
