@@ -47,6 +47,31 @@ def picture(name: str) -> np.ndarray:
     return np.asarray(getattr(torture, name)())
 
 
+def cells(size: int = 128, seed: int = 5) -> np.ndarray:
+    """Plates of about 30 px with dark joints between them, and a little grain."""
+    rng = np.random.default_rng(seed)
+    y, x = np.indices((size, size))
+    points = rng.integers(0, size, (16, 2))
+    far = np.sort([np.hypot(y - a, x - b) for a, b in points], axis=0)
+    return np.where(far[1] - far[0] < 5, 40, 180 + rng.integers(0, 30, (size, size))).astype(np.uint8)
+
+
+def lines_of_text(height: int = 192, width: int = 200, seed: int = 6) -> np.ndarray:
+    """Words of random letters, black on white, in lines 16 px apart."""
+    rng = np.random.default_rng(seed)
+    page = np.full((height, width), 250, np.uint8)
+    for y in range(3, height - 12, 16):
+        x = int(rng.integers(0, 9))
+        while x < width - 8:
+            for _ in range(int(rng.integers(2, 8))):
+                if x < width - 8:
+                    page[y + 3 * (rng.random() < 0.6) : y + 10, x : x + int(rng.integers(1, 3))] = 20
+                    page[y + int(rng.integers(3, 9)), x : x + 5] = 20
+                    x += int(rng.integers(5, 8))
+            x += 6
+    return page
+
+
 CLASSES = {
     "brick_colours": "periods",
     "weave": "equal-periods",
@@ -83,6 +108,19 @@ class TestRules:
         found = choice_of(speckle(96, 96))
         assert (found.rule, found.method.slug) == ("mixed", "parallel-controllable")
         assert found.facts.lattice is None
+
+    def test_what_has_outlines_is_not_mixed(self) -> None:
+        found, grain = choice_of(cells()), choice_of(speckle(128, 128))
+        assert found.facts.outlines > 0.88 > grain.facts.outlines
+        assert (found.rule, grain.rule) == ("elements", "mixed")
+        assert found.facts.elements < 12  # so few would be mixed
+
+    def test_lines_of_text_are_no_courses(self) -> None:
+        found = choice_of(lines_of_text())
+        assert found.facts.lattices.accepted.kind == "1-D"
+        assert found.facts.lattice is None
+        assert found.facts.ordered
+        assert found.method.slug == "graphcut"
 
     def test_a_large_exemplar_is_not_analysed_for_corrections(self) -> None:
         assert choice_of(speckle(96, 2730)).rule == "mixed"

@@ -402,16 +402,37 @@ def test_a_bad_seam_is_covered() -> None:
     assert sewing.total <= before // 10
 
 
-def test_a_try_more_is_never_dearer_in_the_first_window() -> None:
-    """Of the placements drawn the one with the cheapest cut is kept."""
+def test_the_placement_that_promises_the_cheapest_seams_is_cut_in() -> None:
+    """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, randomness=1.0))
-    sewing.paste(sewing.tried((0, 0, 16, 16), 1, filling=True)[0])
-    cuts = sewing.tried((0, 10, 16, 16), 2, filling=True)
-    assert len({cut.pick for cut in cuts}) == len(cuts) == 6
+    first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
+    assert first is not None
+    sewing.paste(first)
+    box = (0, 10, 16, 16)
+    picks = sewing._drawn(box, 2, filling=True)
+    assert len(set(picks)) == len(picks) == 6
+    rough = [sewing.cut(box, pick, 16, step=2).change for pick in picks]
+    assert len(set(rough)) > 1
+    best = sewing.cut(box, picks[rough.index(min(rough))], 16)
+    found = sewing.cheapest(box, 2, filling=True)
+    assert found is not None
+    assert (found.pick, found.change) == (best.pick, best.change)
     fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=2, randomness=1.0))
-    assert [c.pick for c in fewer.tried((0, 10, 16, 16), 2, filling=True)] == [c.pick for c in cuts[:2]]
+    assert fewer._drawn(box, 2, filling=True) == picks[:2]
+
+
+def test_what_is_not_seen_makes_no_seam() -> None:
+    """Channels of structure find what fits; seams are priced by what is shown, as without them."""
+    e = Exemplar.of(texture(40, 48, 3, 9))
+    growths = [patches_growth.Growth(PatchSettings((16, 16), (6, 6), structure=s), [e], Canvas(30, 30)) for s in (0, 1)]
+    plain, more = (graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(seam="sharp")) for growth in growths)
+    assert growths[1].variants.channels == 7
+    assert more.pieces.channels == plain.pieces.channels == 3
+    assert np.array_equal(more.pieces.flat, plain.pieces.flat)
+    assert np.array_equal(more.pieces.table, plain.pieces.table)
+    assert more.price == plain.price
 
 
 def test_a_guide_is_honoured() -> None:
