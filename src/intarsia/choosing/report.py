@@ -5,17 +5,19 @@ from __future__ import annotations
 from ..image import Kind
 from ..lattice.vectors import UNIT
 from .facts import Facts, Measured
+from .rules import BOUNDS
 
 SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
+NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exemplars
 
 
 def measurements(f: Facts) -> dict[str, Measured]:
     """Return every fact with its confidence and what it means, in the order in which they are printed."""
     out = {"lattice": _lattice(f), "variation": _variation(f), "elements": _elements(f), "segments": _segments(f)}
-    out |= {"structure": _structure(f), "regions": _regions(f), "symmetry": _symmetry(f), "border": _border(f)}
-    out |= {"light": _light(f), "size": _size(f), "kind": _kind(f)}
+    out |= {"structure": _structure(f), "outlines": _outlines(f), "regions": _regions(f), "symmetry": _symmetry(f)}
+    out |= {"border": _border(f), "light": _light(f), "size": _size(f), "kind": _kind(f)}
     if f.reduction > 1:
-        said = f"structure, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
+        said = f"structure, outlines, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
         out["reduced"] = Measured(f.reduction, 1.0, f"{said}, segments those of the middle")
     return out
 
@@ -55,6 +57,14 @@ def _structure(f: Facts) -> Measured:
     directed = f"edges run at {s.angle:.0f} degrees ({s.coherence:.2f})" if s.coherence > 0.25 else "no direction"
     value = {"kurtosis": round(s.kurtosis, 2), "coherence": round(s.coherence, 3), "angle": s.angle}
     return Measured(value, s.coherence, f"{directed}, kurtosis {s.kurtosis:.1f}")
+
+
+def _outlines(f: Facts) -> Measured:
+    far = abs(f.outlines - BOUNDS.outlines)
+    kept = "joints or lines that must be kept" if f.outlines >= BOUNDS.outlines else "no outline that must be kept"
+    tie = f", but {BOUNDS.outlines} parts the two: nearly a tie" if far < NEAR else ""
+    said = f"along outlines filters answer by {f.outlines:.2f} of the mean more: {kept}{tie}"
+    return Measured(round(f.outlines, 3), min(1.0, far / (4 * NEAR)), said)
 
 
 def _regions(f: Facts) -> Measured:
