@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any, TypeVar
 
@@ -85,6 +85,17 @@ class Run:
         if self.step is not None:
             self.step(done, total, draft)
         self.check()
+
+    def part(self, number: int, parts: int) -> Run:
+        """Return the run of a part of the work, of so many that are as long: its progress is counted into the whole."""
+        step = self.step
+        if step is None:
+            return self
+
+        def counted(done: int, total: int, draft: Callable[[], Any] | None) -> None:
+            step(number * total + done, parts * total, draft)
+
+        return replace(self, step=counted)
 
     def check(self) -> None:
         """Stop here if the caller asked for it: between parts of a unit, which are no progress to speak of."""

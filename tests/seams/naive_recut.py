@@ -116,14 +116,14 @@ def energy(mask: NDArray[np.uint8], state: NDArray[np.uint8], terms: NDArray[np.
     return total
 
 
-def exhaustive_energy(state: NDArray[np.uint8], terms: NDArray[np.int32]) -> int:
-    """The least energy of all choices."""
+def exhaustive_energy(state: NDArray[np.uint8], terms: NDArray[np.int32], saved: NDArray[np.int32]) -> int:
+    """The least energy of all choices, where pixels that stay cost so much besides."""
     free = np.argwhere(state == 1)
     best = None
     for bits in product((0, 1), repeat=len(free)):
         mask = (state == 2).astype(np.uint8)
         mask[tuple(free.T)] = bits
-        cost = energy(mask, state, terms)
+        cost = energy(mask, state, terms) + int(saved[mask == 0].sum())
         best = cost if best is None else min(best, cost)
     assert best is not None
     return best

@@ -31,6 +31,7 @@ from intarsia.patches.settings import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
 from intarsia.seams.entire_patch import EntireSearch, pieces_of
 from intarsia.seams.graphcut import likelihood
+from intarsia.seams.recut_kernels import Draft
 from intarsia.seams.worst import CELL, WorstSeams
 from intarsia.search import reduce_kernels, sizes
 from intarsia.sourcemap import HOLE, SourceMap, identity
@@ -109,9 +110,9 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     edge[1:-1, 1:-1] = False
     if (scene.variant[y : y + h, x : x + w][edge] == HOLE).any():
         return  # what fills holes at the edge of a window has seams with the outside, too
-    before = scene.naive.total(scene.sources())
+    before, saved = scene.naive.total(scene.sources()), np.zeros((h, w), np.int32)
     change = recut_kernels.recut(
-        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, price, 1, take
+        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, price, Draft(1, saved, take)
     )
     kept = scene.variant.copy(), scene.yx.copy()
     recut_kernels.write_cut(scene.shown, scene.pieces, (y, x, h, w), pick, take)
@@ -133,9 +134,10 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
     y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
     pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
-    small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
+    small, rough, none = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8), np.zeros((h, w), np.int32)
     box, target = (y, x, h, w), (1, 0, h - 1, w)
-    change = recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, pick, price, 1, small)
+    small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
+    none = np.zeros((h, w), np.int32)
 
     def larger(a: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
@@ -152,7 +154,7 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     grown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
     got = recut_kernels.recut(
         grown, larger(scene.locked), pieces, tuple(n * step for n in box), tuple(n * step for n in target),
-        (pick[0], pick[1] * step, pick[2] * step), price, step, rough,
+        (pick[0], pick[1] * step, pick[2] * step), price, Draft(step, none, rough),
     )  # fmt: skip
     assert got == change
     assert np.array_equal(rough, small)
@@ -185,8 +187,11 @@ def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width
         state[y, x] = 0
     terms = random_terms(rng, state, most)
     out = np.full((height, width), 7, np.uint8)
-    recut_kernels.least_cut(state, terms, out)
-    assert energy(out, state, terms) == exhaustive_energy(state, terms)
+    saved = rng.integers(-most, most + 1, state.shape).astype(np.int32) * (seed % 2)
+    recut_kernels.least_cut(state, terms, saved, out)
+    more = np.where(state == 1, np.maximum(saved, 0), 0)
+    if (state == 0).any():  # else all becomes new
+        assert energy(out, state, terms) + more[out == 0].sum() == exhaustive_energy(state, terms, more)
     assert (out[state == 2] == 1).all()
     assert (out[(state == 0) | (state == 3)] == 0).all()
     none = np.zeros_like(out)
@@ -203,7 +208,7 @@ def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height
     state[0, 0] = 0
     terms = random_terms(rng, state, int(rng.choice([1, 20, 5000])))
     out = np.empty((height, width), np.uint8)
-    recut_kernels.least_cut(state, terms, out)
+    recut_kernels.least_cut(state, terms, np.zeros_like(state, np.int32), out)
     assert energy(out, state, terms) == scipy_energy(state, terms)
 
 

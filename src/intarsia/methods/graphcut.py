@@ -93,6 +93,7 @@ class Graphcut(parameters.CutSquares):
     structure: float = parameters.structure_weight()
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
+    spread: float = parameters.spread_price()
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
         """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
@@ -117,12 +118,15 @@ class Graphcut(parameters.CutSquares):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Fill the canvas window by window, then cover the worst seams."""
         method = self.resolved(exemplars, canvas)
-        if canvas.guide is not None:
-            return method.guided(exemplars, canvas, seed, run)
-        growth = patches_growth.Growth(method.patch_settings(0), exemplars, canvas)
-        sewn = graphcut.GraphcutGrowth(growth, method.stitch)
-        sewn.fill(seed, STAGE, run, method.refinements or 0)
-        sewn.refine(seed, STAGE, run, method.refinements or 0)
+        make = method.sewn if canvas.guide is None else method.guided
+        return parameters.spread_over(method, exemplars, canvas, run, lambda run: make(exemplars, canvas, seed, run))
+
+    def sewn(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Grow without a guide."""
+        growth = patches_growth.Growth(self.patch_settings(0), exemplars, canvas)
+        sewn = graphcut.GraphcutGrowth(growth, self.stitch)
+        sewn.fill(seed, STAGE, run, self.refinements or 0)
+        sewn.refine(seed, STAGE, run, self.refinements or 0)
         return growth.map(self.blend)
 
     def guided(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:

@@ -66,6 +66,7 @@ class ImageQuilting(parameters.CutSquares):
     )
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
+    spread: float = parameters.spread_price()
     min_repeat_distance: int = parameters.repeat_distance()
     search: str = parameters.search_ways()
     pyramid_filter: str = parameters.pyramid_filter()
@@ -98,7 +99,13 @@ class ImageQuilting(parameters.CutSquares):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
         method = self.resolved(exemplars, canvas)
-        stages = labelled.Stages(method.patch_settings, exemplars, canvas, self.blend)
+        return parameters.spread_over(
+            method, exemplars, canvas, run, lambda run: method.quilted(exemplars, canvas, seed, run)
+        )
+
+    def quilted(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Fill all windows; known once all parameters are."""
+        stages = labelled.Stages(self.patch_settings, exemplars, canvas, self.blend)
         for growth in stages:
             growth.fill(seed, STAGE, run, choose=self.tolerance, join=growth.cutting(self.seam))
         return stages.map

@@ -111,6 +111,7 @@ class NearRegular(MethodBase):
         choices=("auto", "on", "off"),
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+    spread: float = parameters.spread_price()
 
     @property
     def blend(self) -> sourcemap.Blend:
@@ -119,6 +120,7 @@ class NearRegular(MethodBase):
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Lay the courses straight and find the lattice; MethodError where there is none."""
+        parameters.check_spread(self.spread, canvas.endless)
         plain = self.variant == "plain"
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
@@ -135,19 +137,29 @@ class NearRegular(MethodBase):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.resolved(exemplars, canvas)
-        start = continuation.Continuation.of(canvas, method.border or 0)
+        if method.spread and method.straighten == "on":
+            run.notes.append("courses that were laid straight keep their repeats: spread knows only straight lattices.")
+            return method.laid(exemplars, canvas, seed, run)
+        return parameters.spread_over(
+            method, exemplars, canvas, run, lambda run: method.laid(exemplars, canvas, seed, run)
+        )
+
+    def laid(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+        """Lay the blocks or courses of a canvas; known once all parameters are."""
+        start = continuation.Continuation.of(canvas, self.border or 0)
         if start is not None and start.full:
-            return replace(start.start, which=None, wrap=canvas.wrap, blend=method.blend)
-        rectified, layer = method._layer(exemplars[0], canvas, start, seed, run)
+            return replace(start.start, which=None, wrap=canvas.wrap, blend=self.blend)
+        rectified, layer = self._layer(exemplars[0], canvas, start, seed, run)
         origin = (0, 0) if start is None else start.anchor
         yx, pose = layer.window(*origin, canvas.height, canvas.width, run)
         yx, source = rectified.to_exemplar(yx), exemplars[0].source
         if start is not None:
-            yx, pose = start.joined(yx, pose, features.features(exemplars, method.channel_weights).pictures[0])
-        return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
+            yx, pose = start.joined(yx, pose, features.features(exemplars, self.channel_weights).pictures[0])
+        return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, self.blend)
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
+        parameters.check_spread(self.spread, True)
 
         def prepared() -> tuple[sourcemap.Blend, tuple[rectification.Rectified, Layer]]:
             plane = canvas.Canvas(1, 1)

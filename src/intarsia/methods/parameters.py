@@ -5,11 +5,23 @@ A parameter of that name means the same everywhere. Imports nothing heavy: listi
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from ..errors import ParameterError
+from ..lazy import lazy
 from ..params import AUTO, extent, param
-from .base import MethodBase
+from .base import Method, MethodBase, keeps_lattice, traits
+
+if TYPE_CHECKING:
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar
+    from ..run import Run
+    from ..seams import spreading
+    from ..sourcemap import SourceMap
+else:
+    spreading = lazy("intarsia.seams.spreading")
 
 patch_side = partial(
     param, AUTO, "extent",
@@ -43,6 +55,11 @@ pyramid_kept = partial(
     param, 8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search",
     low=1, high=64,
 )  # fmt: skip
+spread_price = partial(
+    param, 0.0, "float", "price of what strikes and returns: the finished picture is gone over, and it is covered "
+    "where that is worth its seams; 8 is much, 0: nothing is",
+    low=0, high=100,
+)  # fmt: skip
 cut_cost = partial(
     param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
     "up to what is clearly seen, so that many faint steps are cheaper than a strong one",
@@ -59,6 +76,25 @@ boundary_slack = partial(
     param, AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
     low=0, high=1 << 16, unit="px",
 )  # fmt: skip
+
+
+def spread_over(
+    method: Method, exemplars: Sequence[Exemplar], canvas: Canvas, run: Run, make: Callable[[Run], SourceMap]
+) -> SourceMap:
+    """Make the map of a method, and go over it once more where its `spread` says so."""
+    price: float = method.spread  # type: ignore[attr-defined]
+    if not price:
+        return make(run)
+    smap, its = make(run.part(0, 2)), traits(method)
+    lattice = method.lattice if keeps_lattice(method) else None  # type: ignore[attr-defined]
+    spread = spreading.Spread(price, its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance)
+    return spreading.spread_out(spread, exemplars, canvas, smap, run.part(1, 2))
+
+
+def check_spread(spread: float, endless: bool) -> None:
+    """Refuse to go over what has no end."""
+    if spread and endless:
+        raise ParameterError("spread goes over a finished picture, and endless ones are never; leave it out.")
 
 
 class CutSquares(MethodBase):

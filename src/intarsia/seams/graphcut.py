@@ -229,11 +229,12 @@ class GraphcutGrowth:
 
     # ---- cutting
 
-    def cut(self, box: Box, pick: Pick, margin: int, step: int = 1) -> Cut:
+    def cut(self, box: Box, pick: Pick, margin: int, step: int = 1, saved: Bar | None = None) -> Cut:
         """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
 
         Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known. With
-        a `step` above 1 the cut is made and priced on every so many-th px only, to be compared with others.
+        a `step` above 1 the cut is made and priced on every so many-th px only, to be compared with others. `saved`
+        says of the window with its surroundings what staying costs each pixel besides its seams, int32.
         """
         wide, inner, at = list(box), [0, 0, *box[2:]], list(pick)
         for axis in (0, 1):
@@ -253,9 +254,10 @@ class GraphcutGrowth:
             index = self.index(window)
             kept = self.locked[index]
             self.locked[index] = kept | self.bar(window, patch)
+        more = np.zeros(take.shape, np.int32) if saved is None else saved(window, patch)[::step, ::step]
         change = recut_kernels.recut(
             self.grown, self.locked, self.pieces, window, (inner[0], inner[1], inner[2], inner[3]), patch,
-            self.price, step, take,
+            self.price, recut_kernels.Draft(step, more, take),
         )  # fmt: skip
         if index is not None:
             self.locked[index] = kept

@@ -15,9 +15,10 @@ not go on, its last pixel stands for what would be there.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernels.cuts import sharpened
 from ..kernels.jit import kernel
@@ -26,6 +27,14 @@ from ..kernels.windows import HOLE, canvas_place
 from .energy_kernels import feature_distance, meeting, source_at, spot
 
 OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
+
+
+class Draft(NamedTuple):
+    """What a cut is drawn on, and what it says: of every `step`-th px of a window, as many rows and columns."""
+
+    step: int
+    saved: NDArray[np.int32]  # what staying costs each besides its seams
+    take: NDArray[np.uint8]  # the answer: 1 where the patch is taken
 
 
 @kernel
@@ -125,9 +134,10 @@ def _three(
 
 
 @kernel
-def least_cut(state: Any, terms: Any, out: Any) -> None:
+def least_cut(state: Any, terms: Any, saved: Any, out: Any) -> None:
     """Choose between old and new for every pixel so that the terms of :func:`pair_terms` add up to the least.
 
+    `saved` (h, w): what each pixel costs besides if it stays, where that is more than nothing.
     Of several such choices `out` (1 = new) is the one with the fewest old pixels. Where nothing must stay, all
     becomes new.
     """
@@ -145,6 +155,8 @@ def least_cut(state: Any, terms: Any, out: Any) -> None:
             p = (i + 1) * stride + j + 1
             if state[i, j] != ABSENT:
                 kind[p] = state[i, j]
+            if state[i, j] == FREE and saved[i, j] > 0:
+                excess[p] += saved[i, j]
             for k in range(2):
                 m, n = i + k, j + 1 - k
                 if m >= h or n >= w or (state[i, j] != FREE and state[m, n] != FREE):
@@ -187,14 +199,16 @@ def cut_change(terms: Any, out: Any) -> int:
 
 @kernel
 def recut(
-    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, price: Any, step: int, out: Any
+    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, pick: Any, price: Any, draft: Any
 ) -> int:
     """Cut a patch into a window of the map, old seams remembered: which pixels to take, and what it costs.
 
     `box`: the window's first row and column (inside the canvas, or over a border that wraps), rows and columns;
     `pick`: variant, row and column of the pixel shown at its first pixel, which may lie outside the variant. Returns
-    by how much the seams become dearer; negative where the patch covers seams that cost more than its own.
+    by how much the seams become dearer; negative where the patch covers seams that cost more than its own. What is
+    saved by leaving, of the `draft`, draws the cut, and is not in what is returned.
     """
+    step, saved, out = draft
     h, w = out.shape
     (variant, yx, wrap), (_, table, usable, torus, channels) = grown, pieces
     height, width = variant.shape
@@ -211,7 +225,7 @@ def recut(
     fix(grown, locked, box, target, step, old, new, state)
     terms = np.empty((h, w, 2, 3), np.int32)
     pair_terms(pieces, source, price, step, old, new, state, terms)
-    least_cut(state, terms, out)
+    least_cut(state, terms, saved, out)
     return cut_change(terms, out)
 
 

@@ -14,28 +14,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..exemplar import Exemplar
-from ..patches.growth import Growth
 from ..patches.settings import PatchSettings
 from ..run import Run
 from ..search.candidates import Candidates
-from ..search.fourier import PatchSearch
 from ..sourcemap import SourceMap
-from .constraints import Constraints
-from .graphcut import Box, Cut, GraphcutGrowth, GraphcutSettings
+from .covering import Covering
+from .graphcut import Box, Cut
 from .worst import Cell, WorstSeams
 
-Array = NDArray[Any]
-
 TRIES = 3  # candidates that are cut in for a window until one makes the seams cheaper
-REACH = 6  # a patch reaches 1 / REACH of its side around its window
-APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 
 
 @dataclass(frozen=True)
@@ -90,30 +82,18 @@ def repaired(
     return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
 
 
-class Repairing:
+class Repairing(Covering):
     """A finished map under repair."""
 
     def __init__(self, repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap) -> None:
-        overlap = (repair.patch[0] // 4, repair.patch[1] // 4)  # around the middle that is to be covered
-        settings = PatchSettings(repair.patch, overlap, weights=repair.weights, isometries=repair.isometries, rim=1)
-        whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
-        self.growth = Growth(settings, exemplars, whole)
-        self.growth.growing.locked[:] = kept(canvas.start, smap)
-        self.bars = Constraints(self.growth, canvas.guide, repair.distance)
-        self.margin = min(repair.patch) // REACH
-        stitch = GraphcutSettings(margin=self.margin)
-        self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
+        settings = PatchSettings(repair.patch, (0, 0), weights=repair.weights, isometries=repair.isometries)
+        super().__init__(settings, exemplars, canvas, smap, repair.distance)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
-
-    @property
-    def around(self) -> int:
-        """How far apart the windows of a pass are, px."""
-        return 2 * self.margin + APART
 
     def cover(self, wave: dict[Cell, tuple[int, int]], run: Run) -> int:
         """Cover windows that lie apart; returns how many patches were laid."""
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
-        found = self._found(boxes, run)
+        found = self.found(boxes, self.sewing.search_prices(), run)
         with run.pool() as each:
             cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
         laid: list[Cut] = []
@@ -126,17 +106,6 @@ class Repairing:
         self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
-    def _found(self, boxes: list[Box], run: Run) -> list[Candidates]:
-        """The candidates that fit around the middles of windows, which do not touch one another."""
-        sewn, search = self.sewing, self.growth.finder
-        assert isinstance(search, PatchSearch)
-        prices, at = sewn.search_prices(), np.array([box[:2] for box in boxes], np.int64)
-        size = min(search.batch(), -(-len(boxes) // run.workers))
-        chunks = [at[begin : begin + size] for begin in range(0, len(boxes), size)]
-        with sewn.opened(boxes), run.pool() as each:
-            found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
-        return [candidates for part in found for candidates in part]
-
     def _best(self, box: Box, found: Candidates) -> Cut | None:
         """The first of the best candidates that makes the seams cheaper."""
         price = self.sewing.priced(box, found)
@@ -146,14 +115,3 @@ class Repairing:
             if cut.change < 0:
                 return cut
         return None
-
-
-def kept(start: SourceMap | None, smap: SourceMap) -> NDArray[np.bool_]:
-    """Say which pixels of a map are what it started with, and must stay."""
-    if start is None:
-        return np.zeros((smap.height, smap.width), bool)
-    same = ~start.holes & (start.yx == smap.yx).all(axis=2)
-    for mine, other in ((start.which, smap.which), (start.pose, smap.pose)):
-        same &= np.equal(0 if mine is None else mine, 0 if other is None else other)
-    return np.asarray(same)
-

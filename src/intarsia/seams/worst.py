@@ -19,7 +19,7 @@ class WorstSeams:
 
     Parameters
     ----------
-    prices : int array, shape (H, W, 2)
+    prices : int array, shape (H, W, n)
         What the map costs between every pixel and its right and lower neighbour; kept, and read again.
     patch : (rows, columns)
         Of the windows, not larger than the canvas.
@@ -32,9 +32,8 @@ class WorstSeams:
         self.shape = -(-prices.shape[0] // CELL), -(-prices.shape[1] // CELL)
         self._cells = np.zeros(self.shape, np.int64)
         self._tired = np.zeros(self.shape, bool)
-        self._add_up(np.arange(self.shape[0]))
         self._at = (0, 0)
-        self._score()
+        self.read()
 
     def place(self) -> tuple[int, int] | None:
         """First row and column of the worst window; None where every place with seams was given up."""
@@ -46,9 +45,13 @@ class WorstSeams:
         row, column = (self._first(axis, cell) for axis, cell in enumerate(self._at))
         return row, column
 
-    def apart(self, around: int) -> dict[Cell, tuple[int, int]]:
-        """The worst windows of which no two come closer than `around` px: cell and first pixel of each, worst first."""
-        scores, found = np.where(self._tired, 0, self._scores), dict[Cell, tuple[int, int]]()
+    def apart(self, around: int, share: int = 0) -> dict[Cell, tuple[int, int]]:
+        """The worst windows of which no two come closer than `around` px: cell and first pixel of each, worst first.
+
+        Those that cost less than `share` % of the mean are left out.
+        """
+        least = int(self._scores.sum()) * share // (100 * self._scores.size)
+        scores, found = np.where(self._tired | (self._scores < least), 0, self._scores), dict[Cell, tuple[int, int]]()
         firsts = [np.array([self._first(axis, cell) for cell in range(n)]) for axis, n in enumerate(self.shape)]
         while scores.any():
             y, x = divmod(int(scores.argmax()), self.shape[1])
@@ -75,6 +78,11 @@ class WorstSeams:
             self._tired[np.ix_(rows, columns)] = False
             changed[rows] = True
         self._add_up(np.flatnonzero(changed))
+        self._score()
+
+    def read(self) -> None:
+        """Read all prices again: they may have changed anywhere. What was given up stays so."""
+        self._add_up(np.arange(self.shape[0]))
         self._score()
 
     def _add_up(self, rows: Array) -> None:

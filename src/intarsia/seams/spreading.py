@@ -1,0 +1,277 @@
+"""What strikes and returns in a finished map, whatever method made it, is covered by what was shown less.
+
+The map costs what its seams cost, and for each pixel what its repeats look like: the number of copies of it, as a share
+of what would be if all of the exemplar were used alike, times how much it strikes (`analysis/popout.py`). A copy with
+the same around it counts more, and one close by most. The dearest windows are taken in waves; a patch that fits around
+such a window and is shown less is cut in by maximum flow, in which every pixel that stays pays what its repeats cost:
+so the cut takes what returns, and leaves the rest. It stays where the repeats saved are more than what seams cost more.
+
+The windows of a wave are cut at the same time, by the map as it was; then each is judged again in turn, by the map as
+it has become. So threads change nothing, and no new patch is laid twice because two windows liked it.
+
+Source: seams and cut of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003; that pixels which
+are used too often are dear is the thought of Kaspar, Neubert, Lischinski, Pauly and Kopf, "Self Tuning Texture
+Optimization", Eurographics 2015. What a repeat costs is this project's own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.sums import window_sums
+from ..analysis.variance import spreads
+from ..canvas import Canvas
+from ..corrections import stack
+from ..exemplar import Exemplar
+from ..kernels.cuts import SeamPrice
+from ..patches.growth import Pick
+from ..patches.settings import PatchSettings
+from ..run import Run
+from ..search import sizes
+from ..search.candidates import Candidates, Prices
+from ..sourcemap import SourceMap
+from . import copies_kernels
+from .copies_kernels import FINE, STEP, Terms
+from .covering import Covering
+from .graphcut import Box, Cut
+from .lattice_steps import in_step
+from .origins import around, no_copies, origins_of
+from .worst import Cell, WorstSeams
+
+Array = NDArray[Any]
+
+
+class Scale(NamedTuple):
+    """What is weighed how: chosen by eye, and by how often what graders named is shown, on 32 textures."""
+
+    windows: tuple[tuple[int, int], ...] = ((3, 2), (3, 2), (4, 5), (4, 5))  # side of each wave's, in elements
+    least: int = 32  # px, of a window: smaller ones hold no element
+    listed: int = 12  # candidates of a window; with 16, and two tried, a little less returns for twice the time
+    unit: int = 16  # tenths of the spread of colours that a whole copy costs at price 1
+    spare: int = 64  # of 256: so much of its share costs a pixel nothing; at 0 what is rare vanishes
+    near: int = 192  # of 256: how much dearer a copy beside itself is; at 0 copies move together
+    reach: int = 60  # % of the exemplar's shorter side: from there on nearness does not count
+    around: int = 75  # % of an element: where the surroundings of two copies are compared
+    tile: int = 80  # % of the exemplar's shorter side: copies are looked at in 3 x 3 such tiles
+    knee: tuple[int, int] = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
+    taper: int = 35  # % of a window: at its edge nothing is saved; without it cuts run straight along the edge
+    gain: int = 2  # % of what a patch covers must be saved
+    dear: int = 50  # % of the mean: windows that cost less are left
+
+
+SCALE = Scale()
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How repeats of a map are spread.
+
+    Attributes
+    ----------
+    price : float
+        Of repeats, against that of seams.
+    weights : tuple of float, optional
+        As `channel_weights` of methods.
+    isometries
+        Poses of new patches.
+    lattice : vectors (dx, dy), px
+        Patches are shifted by whole steps of these; none: by anything.
+    distance : int
+        No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+    """
+
+    price: float
+    weights: tuple[float, ...] | None = None
+    isometries: str | tuple[int, ...] = "none"
+    lattice: tuple[tuple[float, float], ...] = ()
+    distance: int = 0
+
+
+def spread_out(spread: Spread, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run) -> SourceMap:
+    """Return a finished map in which what strikes returns less; the same map where nothing can be gained.
+
+    Clouds stay, whose steps of tone a patch more would add to, and pictures that hold less than one and a half times
+    what the exemplars do. What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows
+    the guide less well.
+    """
+    pixels = sum(e.height * e.width for e in exemplars)
+    few = 2 * smap.height * smap.width < 3 * pixels
+    sides = [] if few or any(stack.is_cloudy(e) for e in exemplars) else wave_sides(exemplars, smap)
+    work: Spreading | None = None
+    for number, side in enumerate(sides):
+        if work is None or work.growth.layout.patch[0] != side:
+            smap = smap if work is None else work.growth.map(smap.blend)
+            work = Spreading(spread, exemplars, canvas, smap, side)
+        run.tick(number, len(sides), work.growth.draft)
+        work.wave(run)
+    if work is None:
+        return smap
+    run.tick(len(sides), len(sides), work.growth.draft)
+    return work.growth.map(smap.blend)
+
+
+def wave_sides(exemplars: Sequence[Exemplar], smap: SourceMap) -> list[int]:
+    """The windows' sides of all waves, px; none where exemplars or map are too small."""
+    shorter = min(smap.height, smap.width, *(min(e.height, e.width) for e in exemplars))
+    size, found = _element(exemplars), []
+    for above, below in SCALE.windows:
+        side = min(max(size * above // below // 8 * 8, SCALE.least), shorter // 2 // 8 * 8)
+        if side >= SCALE.least and sizes.supplied(exemplars, side, side) == side:
+            found.append(side)
+    return found
+
+
+def _element(exemplars: Sequence[Exemplar]) -> int:
+    shorter = min(min(e.height, e.width) for e in exemplars)
+    return min(max(max(round(sizes.elements(e).size) for e in exemplars), 16), max(shorter // 3, 16))
+
+
+class Spreading(Covering):
+    """A finished map whose repeats are spread, by windows of one size."""
+
+    def __init__(
+        self, spread: Spread, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
+    ) -> None:
+        settings = PatchSettings(
+            (side, side), (0, 0), weights=spread.weights, isometries=spread.isometries, listed=SCALE.listed
+        )
+        super().__init__(settings, exemplars, canvas, smap, spread.distance)
+        self._sharpen()
+        self.lattice, self.exemplars = spread.lattice, exemplars
+        sewn, element = self.sewing, _element(exemplars)
+        shorter = min(min(e.height, e.width) for e in exemplars)
+        self.origins = origins_of(self.growth.variants, self.growth.features, exemplars)
+        tile = max(shorter * SCALE.tile // 100, 2 * side)
+        self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
+        pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in exemplars)
+        self.share = max(256 * sewn.variant.size // pixels, 256)  # of 256: copies of each pixel if all were used alike
+        base = self.growth.features.base
+        colours = self.growth.features.pictures[0][:, :, :base].reshape(-1, base)
+        wide = sum(math.isqrt(s // len(colours) ** 2) for s in spreads(colours))
+        unit = round(spread.price * 256) * SCALE.unit * wide * FINE * 256 // (10 * element * self.share)
+        self.terms = Terms(
+            unit, SCALE.spare * self.share // 256, SCALE.near * self.share // 256, max(shorter * SCALE.reach // 100, 1),
+            around(max(element * SCALE.around // 100, STEP)),
+        )  # fmt: skip
+        self._list((0, 0, *sewn.variant.shape))
+        self.field = np.zeros((*sewn.variant.shape, 1), np.int32)
+        self._measure((0, 0, *sewn.variant.shape))
+        self.worst = WorstSeams(self.field, self.growth.layout.patch, sewn.wraps)
+
+    def _sharpen(self) -> None:
+        """Count a seam by its square up to four times what the seams of this map cost on average."""
+        sewn, spread = self.sewing, math.isqrt(self.growth.variance(seen=True))
+        usual = sewn.total // max(int(np.count_nonzero(sewn.prices)), 1)
+        least, most = (max(spread * part // 100, 1) for part in SCALE.knee)
+        sewn.price = SeamPrice(knee=min(max(usual, least), most))
+        sewn.note((0, 0, *sewn.variant.shape))
+
+    def wave(self, run: Run) -> int:
+        """Cover the dearest windows that lie apart; returns how many patches were laid."""
+        wave = self.worst.apart(self.around, SCALE.dear)
+        boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
+        if not boxes:
+            return 0
+        found = self._candidates(boxes, run)
+        with run.pool() as each:
+            cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
+        laid = self._laid(zip(wave, cuts, strict=True))
+        self._measure((0, 0, *self.sewing.variant.shape))
+        self.worst.read()
+        return laid
+
+    def _laid(self, cuts: Iterable[tuple[Cell, Cut | None]]) -> int:
+        """Lay what was cut, as far as it is still a gain after what was laid before it."""
+        laid = 0
+        for cell, cut in cuts:
+            if cut is None or not cut.take.any():
+                self.worst.give_up(cell)
+            elif self._gains(cut) and not self.bars.returns(cut.box, cut.pick, cut.take):
+                self.sewing.paste(cut)
+                self._list(cut.box)
+                laid += 1
+        return laid
+
+    def _best(self, box: Box, found: Candidates) -> Cut | None:
+        """The best candidate by repeats and fit, cut in; None where that is no gain."""
+        if not len(found.rows):
+            return None
+        (y, x, h, w), area = box, max(int(found.known.sum()), 1)
+        height, width = self.field.shape[:2]
+        inner = ((y + h // 4) % height, (x + w // 4) % width, h - 2 * (h // 4), w - 2 * (w // 4))
+        costs = []
+        for far, variant, u, s in found.rows.tolist():
+            price = int(self._priced(inner, (variant, u + h // 4, s + w // 4), 2 * STEP).sum())
+            costs.append(price + math.isqrt(far // area) * (h + w) * FINE)
+        _, variant, u, s = found.rows[int(np.argmin(costs))].tolist()
+        cut = self.sewing.cut(box, (variant, u, s), self.margin, saved=self._saved)
+        return cut if self._gains(cut) else None
+
+    def _gains(self, cut: Cut) -> bool:
+        """Whether repeats saved are more than what seams cost more; seams saved are no reason to change anything."""
+        old, new = self._priced(cut.box), self._priced(cut.box, cut.pick)
+        take = cut.take > 0
+        paid = int(old[take].sum(dtype=np.int64))
+        saved = paid - int(new[take].sum(dtype=np.int64))
+        return 100 * (saved - FINE * max(cut.change, 0)) > SCALE.gain * paid
+
+    def _saved(self, box: Box, pick: Pick) -> Array:
+        """What staying as it is costs each pixel of a box more than the patch would; less towards the edges."""
+        gain = self._priced(box) - self._priced(box, pick)
+        rows, columns = (np.minimum(np.arange(n), np.arange(n)[::-1]) for n in box[2:])
+        width = max(self.growth.layout.patch[0] * SCALE.taper // 100, 1)
+        part = np.minimum(np.minimum(rows[:, None], columns), width)
+        return np.asarray(np.maximum(gain, 0).astype(np.int64) * part // (width * FINE), np.int32)
+
+    def _priced(self, box: Box, pick: Pick = (-1, 0, 0), step: int = STEP) -> Array:
+        """What repeats cost each pixel of a box as it is, or with a patch, in 1/FINE: (rows, columns) int32."""
+        out = np.empty(box[2:], np.int32)
+        sewn = self.sewing
+        copies_kernels.repeat_prices(
+            sewn.grown, sewn.pieces, self.origins, self.copies, self.terms, box, tuple(map(int, pick)), step, out
+        )
+        return out
+
+    def _measure(self, box: Box) -> None:
+        self.field[:, :, 0] = self._priced(box)
+
+    def _list(self, box: Box) -> None:
+        copies_kernels.list_box(self.sewing.grown, self.sewing.pieces, self.origins, self.copies, box)
+
+    # ---- candidates
+
+    def _candidates(self, boxes: list[Box], run: Run) -> list[Candidates]:
+        if not self.lattice:
+            return self.found(boxes, self._told(), run)
+        sewn, shown = self.sewing, []
+        for y, x, h, w in boxes:  # the patch that goes on what is in the middle
+            at = (y + h // 2) % sewn.variant.shape[0], (x + w // 2) % sewn.variant.shape[1]
+            u, s = (sewn.yx[at] - (h // 2, w // 2)).tolist()
+            shown.append((int(sewn.variant[at]), u, s))
+        with sewn.opened(boxes), run.pool() as each:
+            return each(
+                lambda pair: in_step(self.growth, self.lattice, pair[0][:2], pair[1], SCALE.listed),
+                zip(boxes, shown, strict=True),
+            )
+
+    def _told(self) -> Prices:
+        """How striking and how used the middle of every patch is, for the short-list."""
+        search, variants = self.growth.finder, self.growth.variants
+        f, (h, w) = search.factor, search.cells
+        used = self.copies.shows[self.origins.cell].astype(np.int64) * self.origins.weight * 256 // self.share
+        a, b = h * f // 4, w * f // 4
+        size, counts = (h * f - 2 * a, w * f - 2 * b), []
+        for v, valid in enumerate(search.valid):
+            (rows, columns), begin = valid.shape, int(variants.table[v, 0]) // variants.channels
+            high, wide = variants.picture(v).shape[:2]
+            shown = used[self.origins.pixel[begin : begin + high * wide]].reshape(high, wide)
+            short = [(0, max((n + c - 1) * f - m, 0)) for n, c, m in zip(valid.shape, (h, w), shown.shape, strict=True)]
+            sums = window_sums(np.pad(shown, short, "edge")[a:, b:], size)[::f, ::f][:rows, :columns]
+            counts.append(np.minimum(2 * sums // (size[0] * size[1]), 1 << 20).astype(np.int32))
+        return Prices(counts, 1 << 15)
