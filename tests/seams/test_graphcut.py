@@ -134,10 +134,10 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
     y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
     pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
-    small, rough, none = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8), np.zeros((h, w), np.int32)
-    box, target = (y, x, h, w), (1, 0, h - 1, w)
     small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
-    none = np.zeros((h, w), np.int32)
+    box, target, none = (y, x, h, w), (1, 0, h - 1, w), np.zeros((h, w), np.int32)
+    draft = Draft(1, none, small)
+    change = recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, pick, price, draft)
 
     def larger(a: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
