@@ -23,7 +23,8 @@ from intarsia.methods.base import METHODS, keeps_lattice, make
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.settings import PatchSettings
 from intarsia.seams.constraints import Constraints
-from intarsia.seams.repair import Repair, Repairing, kept, repaired
+from intarsia.seams.covering import kept
+from intarsia.seams.repair import Repair, Repairing, repaired
 from intarsia.seams.worst import WorstSeams
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.synthesis import Synthesis
