@@ -12,6 +12,7 @@ import intarsia as ia
 from intarsia.courses.rectified import rectified_for
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS
+from intarsia.seams import spreading
 from intarsia.testing import MethodContract
 from intarsia.testing.cases import Case
 
@@ -20,6 +21,12 @@ from intarsia.testing.cases import Case
 def requests(thorough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Chosen requests; in the long run those that hypothesis draws."""
     monkeypatch.setattr(MethodContract, "few", not thorough)
+
+
+@pytest.fixture
+def small_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Repeats are spread over windows of 8 px."""
+    monkeypatch.setattr(spreading, "SCALE", spreading.SCALE._replace(least=8, windows=((1, 8),) * 2))
 
 
 def fan(e: Exemplar) -> Exemplar:
@@ -41,6 +48,20 @@ class TestImageQuiltingOfAllKinds(MethodContract):
     method = ia.ImageQuilting(
         patch=10, overlap=3, isometries="both", search="exact", seam="gradient", usage=0.3, tolerance=0.3
     )
+    examples = 8
+
+
+@pytest.mark.usefixtures("small_windows")
+class TestSpreadImageQuilting(MethodContract):
+    """Repeats are spread over windows that small exemplars have room for."""
+
+    method = ia.ImageQuilting(patch=10, overlap=3, isometries="both", min_repeat_distance=4, spread=8)
+    examples = 8
+
+
+@pytest.mark.usefixtures("small_windows")
+class TestSpreadGraphcut(MethodContract):
+    method = ia.Graphcut(patch=10, overlap=3, seam="sharp", refinements=4, spread=20)
     examples = 8
 
 

@@ -15,6 +15,7 @@ from .errors import CancelledError, ParameterError
 
 T = TypeVar("T")
 Step = Callable[[int, int, Callable[[], Any] | None], object]
+PART = 1000  # steps of a part of the work: however many its own are, those of the whole go on evenly
 
 
 def cores() -> int:
@@ -87,13 +88,13 @@ class Run:
         self.check()
 
     def part(self, number: int, parts: int) -> Run:
-        """Return the run of a part of the work, of so many that are as long: its progress is counted into the whole."""
+        """Return the run of a part of the work, of so many that take as long: it counts to PART, in the whole."""
         step = self.step
         if step is None:
             return self
 
         def counted(done: int, total: int, draft: Callable[[], Any] | None) -> None:
-            step(number * total + done, parts * total, draft)
+            step(number * PART + PART * done // max(total, 1), parts * PART, draft)
 
         return replace(self, step=counted)
 

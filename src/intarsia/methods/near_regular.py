@@ -138,7 +138,7 @@ class NearRegular(MethodBase):
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.resolved(exemplars, canvas)
         if method.spread and method.straighten == "on":
-            run.notes.append("courses that were laid straight keep their repeats: spread knows only straight lattices.")
+            run.notes.append("repeats were left as they are: the courses were laid straight, and are not so any more.")
             return method.laid(exemplars, canvas, seed, run)
         return parameters.spread_over(
             method, exemplars, canvas, run, lambda run: method.laid(exemplars, canvas, seed, run)

@@ -100,18 +100,24 @@ def spread_out(spread: Spread, exemplars: Sequence[Exemplar], canvas: Canvas, sm
     what the exemplars do. What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows
     the guide less well.
     """
-    pixels = sum(e.height * e.width for e in exemplars)
-    few = 2 * smap.height * smap.width < 3 * pixels
-    sides = [] if few or any(stack.is_cloudy(e) for e in exemplars) else wave_sides(exemplars, smap)
-    work: Spreading | None = None
+    shown = sizes.sampled(exemplars)
+    sides, work = wave_sides(shown, smap), None
+    reason = "" if sides else "the exemplar, or the picture, is too small"
+    if 2 * smap.height * smap.width < 3 * sum(e.height * e.width for e in shown):
+        reason = "the picture holds less than one and a half times what the exemplar does"
+    elif any(stack.is_cloudy(e) for e in shown):
+        reason = "clouds show the steps of tone that more patches would add"
+    if reason:
+        run.notes.append(f"repeats were left as they are: {reason}.")
+        run.tick(1, 1)
+        return smap
     for number, side in enumerate(sides):
         if work is None or work.growth.layout.patch[0] != side:
             smap = smap if work is None else work.growth.map(smap.blend)
             work = Spreading(spread, exemplars, canvas, smap, side)
         run.tick(number, len(sides), work.growth.draft)
         work.wave(run)
-    if work is None:
-        return smap
+    assert work is not None
     run.tick(len(sides), len(sides), work.growth.draft)
     return work.growth.map(smap.blend)
 
@@ -144,12 +150,13 @@ class Spreading(Covering):
         super().__init__(settings, exemplars, canvas, smap, spread.distance)
         self._sharpen()
         self.lattice, self.exemplars = spread.lattice, exemplars
-        sewn, element = self.sewing, _element(exemplars)
-        shorter = min(min(e.height, e.width) for e in exemplars)
+        sampled = sizes.sampled(exemplars)
+        sewn, element = self.sewing, _element(sampled)
+        shorter = min(min(e.height, e.width) for e in sampled)
         self.origins = origins_of(self.growth.variants, self.growth.features, exemplars)
         tile = max(shorter * SCALE.tile // 100, 2 * side)
         self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
-        pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in exemplars)
+        pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in sampled)
         self.share = max(256 * sewn.variant.size // pixels, 256)  # of 256: copies of each pixel if all were used alike
         base = self.growth.features.base
         colours = self.growth.features.pictures[0][:, :, :base].reshape(-1, base)

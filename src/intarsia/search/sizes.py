@@ -41,8 +41,8 @@ def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> 
 
 def element_patch(exemplars: Sequence[Exemplar]) -> int:
     """Return a patch side in px for the largest elements, whatever masks leave."""
-    sampled = _sampled(exemplars)
-    return fitting(max(elements(e).size for e in sampled), min(min(e.height, e.width) for e in sampled))
+    used = sampled(exemplars)
+    return fitting(max(elements(e).size for e in used), min(min(e.height, e.width) for e in used))
 
 
 def large_patch(exemplars: Sequence[Exemplar]) -> int:
@@ -51,7 +51,7 @@ def large_patch(exemplars: Sequence[Exemplar]) -> int:
     Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats.
     """
     plain = default_patch(exemplars)
-    side = min(min(e.height, e.width) for e in _sampled(exemplars))
+    side = min(min(e.height, e.width) for e in sampled(exemplars))
     return supplied(exemplars, max(plain, min(3 * plain // 2, 2 * side // 5)))
 
 
@@ -115,7 +115,7 @@ def check_patch(
         described += f" with its seams of {words((down, across))} px"
     if whole[0] != whole[1] and any(ISOMETRIES[p].swaps for p in isometry_ids(isometries)):
         raise ParameterError(f"{described} is not square; rotations need a square patch.")
-    for e in _sampled(exemplars):
+    for e in sampled(exemplars):
         if (whole[0] > e.height or whole[1] > e.width) and not e.toroidal:
             most = max(min(e.width - 2 * across, e.height - 2 * down), 0)
             choose = f"choose at most {most}" if most else "choose narrower seams"
@@ -126,6 +126,6 @@ def check_patch(
         raise without_patch((rows, columns))
 
 
-def _sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
+def sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
     """The exemplars that are not only there to lie under a start map."""
     return [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
