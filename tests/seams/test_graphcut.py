@@ -411,16 +411,16 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in() -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, randomness=1.0))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, randomness=1.0, margin=2))
     first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
     assert first is not None
     sewing.paste(first)
     box = (0, 10, 16, 16)
     picks = sewing._drawn(box, 2, filling=True)
     assert len(set(picks)) == len(picks) == 6
-    rough = [sewing.cut(box, pick, 16, step=2).change for pick in picks]
+    rough = [sewing.cut(box, pick, 2, step=2).change for pick in picks]
     assert len(set(rough)) > 1
-    best = sewing.cut(box, picks[rough.index(min(rough))], 16)
+    best = sewing.cut(box, picks[rough.index(min(rough))], 2)
     found = sewing.cheapest(box, 2, filling=True)
     assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)

@@ -19,7 +19,7 @@ from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
 from ..rendering.colour import code_values
-from .outlines import Outlines, outline_distance, outlines_of
+from .oriented import Outlines, outline_distance, outlines_of
 from .ranges import counted, ends
 from .reduction import block_sums
 from .sums import moving_sums

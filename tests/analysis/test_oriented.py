@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from intarsia.analysis.features import OUTLINES, RANGE, _variance, features
-from intarsia.analysis.outlines import REACH, SLANTED, STRAIGHT, _nearest, outline_distance, outlines_of
+from intarsia.analysis.oriented import REACH, SLANTED, STRAIGHT, _nearest, outline_distance, outlines_of
 from intarsia.exemplar import Exemplar
 
 
