@@ -17,6 +17,7 @@ from .facts import Facts
 
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
 VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
+ENLARGED = 1.5  # times the area of the exemplar; less shows hardly anything twice
 MIXED = 1 << 18  # px of an exemplar that is analysed for corrections in a few seconds
 
 
@@ -32,6 +33,7 @@ class Bounds(NamedTuple):
     seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
     outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
     usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
+    spread: float = 8.0  # the price of repeats; of 26 pictures 18 were preferred with it, by lattices all of 11
     across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
     periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
     side: int = 32  # px, less is told of; halved and doubled: the same
@@ -63,6 +65,13 @@ def _nothing(f: Facts) -> dict[str, Any]:
 def _lattice(f: Facts) -> dict[str, Any]:
     assert f.lattice is not None
     return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in f.lattice.vectors)}
+
+
+def _spread(f: Facts) -> dict[str, Any]:
+    """The price of repeats, where a picture ends, is not vast, and holds enough for repeats to be seen."""
+    canvas = f.canvas
+    whole = not canvas.endless and canvas.start is None and canvas.height * canvas.width <= VAST
+    return {"spread": BOUNDS.spread} if whole and f.enlargement >= ENLARGED else {}
 
 
 def _straight_lattice(f: Facts) -> dict[str, Any]:
@@ -178,7 +187,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "periods", "near-regular", "a lattice of two vectors",
-        _two, _lattice, lambda f: (_differ(f), "Each of them is used."),
+        _two, lambda f: _lattice(f) | _spread(f), lambda f: (_differ(f), "Each of them is used."),
     ),
     ChoiceRule(
         "rows", "near-regular", "a lattice of one vector",
@@ -196,7 +205,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "mixed", "parallel-controllable", "as one of the next two, and an exemplar of at most 512 x 512 px",
-        _mixed, _nothing,
+        _mixed, _spread,
         lambda f: (
             "It repeats by no lattice.",
             "Corrected from coarse to fine, it is mixed in pieces of every size, so little of it is seen to return.",
