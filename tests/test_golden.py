@@ -182,12 +182,25 @@ def flattened(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize(ia.flattened(Exemplar.of(lit)), (100, 90), "auto", seed=19, run=run)
 
 
+def spread(run: ia.Run) -> ia.Synthesis:
+    one, two = Exemplar.of(texture(96, 90, 3, 3)), Exemplar.of(texture(80, 96, 3, 5), toroidal=True)
+    method = ia.ImageQuilting(patch=20, overlap=6, isometries="180", seam="sharp", spread=8)
+    return ia.synthesize([one, two], (180, 190), method, seed=4, wrap="x", run=run)
+
+
+def spread_in_step(run: ia.Run) -> ia.Synthesis:
+    pixels = np.tile(texture(12, 15, 3, 2) // 2, (9, 8, 1)) + texture(108, 120, 3, 6) // 8
+    method = ia.NearRegular(lattice=((15.0, 0.0), (0.0, 12.0)), straighten="off", spread=8)
+    return ia.synthesize(pixels, (200, 190), method, seed=5, run=run)
+
+
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
     f.__name__: f
     for f in (
         plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent,
         by_segments, regular, courses, healed, sewn, shifted, corrected, chosen, tried,
-        boards, plain_blocks, turned, advected, straightened, flattened,
+        boards, plain_blocks, turned, advected, straightened, flattened, spread,
+        spread_in_step,
     )
 }
 
@@ -288,6 +301,14 @@ GOLDEN = {
         "a42f7d3327f2f46ab8bc5660e7f60414998b11bc69b70083925d3c46c74b750a",
         "f8e47484cdf635f1d1e682ab4e1a3af67afe4a106d189505756f1044902c3e85",
     ),
+    "spread": (
+        "1594200c2bb9581dcbc61f8ce8a5f9e31e5d63de117fd441f9f99e7cacff864e",
+        "2d7aa00562fe1c74c52695c5a4b859e7263bec4077b9dd1171092281beb644ce",
+    ),
+    "spread_in_step": (
+        "f0a9c496d587176966161f32f2a437c21fc62a4ca7868bfd2b47365a9d7b6c47",
+        "f4d3a4daf978b8b30fcd57899a56804a5e6af8b42c14a17d726bd03e0801e949",
+    ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
 
@@ -324,8 +345,8 @@ def newer_features() -> str:
     return " ".join(f for f in umath.__cpu_dispatch__ if umath.__cpu_features__.get(f))
 
 
-SOME = ("plain", "regular", "straightened", "healed", "sewn", "corrected", "chosen", "advected")
-"""Recipes of patches, blocks, courses, lattices, cuts, corrections and choosing; the long run takes all."""
+SOME = ("plain", "regular", "straightened", "healed", "sewn", "corrected", "chosen", "advected", "spread")
+"""Recipes of patches, blocks, courses, lattices, cuts, corrections, choosing and repeats; the long run takes all."""
 
 
 def taken(thorough: bool) -> dict[str, tuple[str, str]]:
