@@ -28,7 +28,7 @@ from intarsia.synthesis import Synthesis
 from intarsia.testing import looked_up, texture
 
 ONE = ia.Run(1)
-GRAPHCUT = ia.Graphcut(patch=24, overlap=10, refinements=4, tries=1)
+GRAPHCUT = ia.Graphcut(patch=24, overlap=10, refinements=4, tries=1, seam="difference", structure=0)
 
 
 def spotted(height: int = 96, width: int = 90, seed: int = 3) -> np.ndarray:
