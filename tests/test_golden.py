@@ -246,12 +246,12 @@ GOLDEN = {
         "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
     ),
     "chosen": (
-        "2e5c6df47a5610f5c4596e1e6de0d6bd98a0753cabbbf50977bf2e5633bc12aa",
-        "d9ebffc26e827586ffb7252cb9675c549be8300f7876a1c85ab537c520f85e2f",
+        "6f9d14a605015d12efa98ca1cacf3e841d0dd0595585a5acdc5ec2f8cfd3da27",
+        "7dfd56bdc76c7e7634d1cfbf7572fdb7892d1782ec5a6d85136b616fb6350e9a",
     ),
     "tried": (
-        "368cb24f0109401df0d2ad8dc8be7520b5fab1b378658eb28a3b8142d31fcd91",
-        "b9c7270d18a56fd908c30f8742dc012569c5a776a7a26f9d9659633d5a8cd4e3",
+        "89c37ea9af9065fe32de0954888a8b68651b8320b6a24b836a022385cfe1bac2",
+        "924c91e551a7dd6497c27c6083f639d8eb1cbc6b665733caf3f34768b85655e1",
     ),
     "regular": (
         "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
@@ -302,12 +302,12 @@ GOLDEN = {
         "f8e47484cdf635f1d1e682ab4e1a3af67afe4a106d189505756f1044902c3e85",
     ),
     "spread": (
-        "1594200c2bb9581dcbc61f8ce8a5f9e31e5d63de117fd441f9f99e7cacff864e",
-        "2d7aa00562fe1c74c52695c5a4b859e7263bec4077b9dd1171092281beb644ce",
+        "408dbc06dfc9543c6992378ded868d6135e9dde2a6177b8e746af813e16678fa",
+        "31b1bf339ee3974375f7b13edb1307e0cd6a019f7b1b6e3a7ebd1b4f2614c2c8",
     ),
     "spread_in_step": (
-        "f0a9c496d587176966161f32f2a437c21fc62a4ca7868bfd2b47365a9d7b6c47",
-        "f4d3a4daf978b8b30fcd57899a56804a5e6af8b42c14a17d726bd03e0801e949",
+        "c57c327234c4118ac7200471d71a59f0bc2c594e28dcc0597ae5f2d88d7dd584",
+        "84cf0c33668b59a96b223928cc4accb540caaeb86df92e27aa7a792eb2735a1d",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

@@ -78,7 +78,7 @@ class Spread:
     price : float
         Of repeats, against that of seams.
     weights : tuple of float, optional
-        As `channel_weights` of methods.
+        As `channel_weights` of methods; None: all alike, as a step of hue inside an element is seen, however light.
     isometries
         Poses of new patches.
     lattice : vectors (dx, dy), px
@@ -145,8 +145,9 @@ class Spreading(Covering):
     def __init__(
         self, spread: Spread, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
+        alike = (1.0,) * (exemplars[0].base.channels - exemplars[0].base.alpha)
         settings = PatchSettings(
-            (side, side), (0, 0), weights=spread.weights, isometries=spread.isometries, listed=SCALE.listed
+            (side, side), (0, 0), weights=spread.weights or alike, isometries=spread.isometries, listed=SCALE.listed
         )
         super().__init__(settings, exemplars, canvas, smap, spread.distance)
         self._sharpen()
@@ -225,7 +226,12 @@ class Spreading(Covering):
         return best
 
     def _gain(self, cut: Cut) -> int:
-        """What repeats saved are worth beyond what seams cost more; seams saved are no reason to change anything."""
+        """What repeats saved are worth beyond what seams cost more; seams saved are no reason to change anything.
+
+        On a lattice seams may not become dearer at all: they lie in joints, and others would part elements.
+        """
+        if self.lattice and cut.change > 0:
+            return 0
         old, new, take = self._priced(cut.box), self._priced(cut.box, cut.pick), cut.take > 0
         paid = int(old[take].sum(dtype=np.int64))
         saved = paid - int(new[take].sum(dtype=np.int64))
