@@ -76,6 +76,26 @@ def test_cut_merged_and_two_coloured_discs_are_damaged(elements: Elements) -> No
     assert min(found[2:]) > 60
 
 
+def test_outlines_run_around_what_is_damaged_and_nothing_else(elements: Elements) -> None:
+    """Pixel by pixel: those of a damaged segment with a neighbour outside of it, on half the px."""
+    picture = discs(192, 32, seed=5)
+    picture[64:96, 64:128] = picture[70, 70]  # a bar in place of two discs
+    labels, far = elements.judged(picture)
+    bad = {k + 1 for k in np.flatnonzero(far > elements.usual).tolist()}
+    assert bad
+    assert len(bad) < len(far)
+    height, width = labels.shape
+    want = np.zeros(labels.shape, bool)
+    for y in range(height):
+        for x in range(width):
+            beside = [(y + a, x + b) for a, b in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+            inside = [labels[p] for p in beside if 0 <= p[0] < height and 0 <= p[1] < width]
+            want[y, x] = labels[y, x] in bad and any(n != labels[y, x] for n in inside)
+    found = elements.outlined(picture)
+    assert found.shape == picture.shape[:2]
+    assert np.array_equal(found, want.repeat(2, axis=0).repeat(2, axis=1))
+
+
 def test_too_few_segments_say_nothing() -> None:
     assert Elements.of([np.full((64, 64, 3), 90, np.int16)], [None]) is None
     assert Elements.of([EXEMPLAR[:40, :40]], [None]) is None

@@ -70,6 +70,16 @@ class Elements:
         found = self.judged(picture)[1]
         return 100 * int((found > self.usual).sum()) / len(found) if len(found) else 0.0
 
+    def outlined(self, picture: Array) -> NDArray[np.bool_]:
+        """Where the outlines of segments that are like none of the exemplars' run: (H, W) of an output (H, W, C)."""
+        labels, far = self.judged(picture)
+        damaged = np.concatenate([[False], far > self.usual])[labels]
+        edges = damaged & _edges(np.where(damaged, labels, 0))
+        out = np.zeros(picture.shape[:2], bool)
+        whole = edges.repeat(REDUCED, axis=0).repeat(REDUCED, axis=1)
+        out[: whole.shape[0], : whole.shape[1]] = whole
+        return out
+
     def judged(self, picture: Array) -> tuple[Int32, Int64]:
         """Return the segments of an output on half its px, whole ones from 1, 0 elsewhere; and how far each is."""
         small = smaller(picture, REDUCED)

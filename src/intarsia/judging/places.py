@@ -66,6 +66,18 @@ def joins_at(judged: Judged, size: Size) -> Array:
     return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
 
 
+def damaged_at(judged: Judged, size: Size) -> Array:
+    """Where the outlines of damaged segments of an output of `size` run: bool, of px as it was looked at, reduced."""
+    out = np.zeros([-(-n // judged.factor) for n in size], bool)
+    if (elements := judged.elements) is None:
+        return out
+    for look in judged.looks:
+        top, left = (at // judged.factor for at in look.begin)
+        part = out[top : top + look.picture.shape[0], left : left + look.picture.shape[1]]
+        part |= elements.outlined(look.picture)[: part.shape[0], : part.shape[1]]
+    return out
+
+
 def too_often(judged: Judged, exemplars: Sequence[Size], output: Size, most: int = MOST) -> tuple[Often, ...]:
     """Look for the places of the exemplars that are shown far more often than others, the most used first."""
     first = [look.sources[0] for look in judged.looks if look.sources]

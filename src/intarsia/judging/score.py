@@ -28,6 +28,7 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..search.sizes import elements
 from ..sourcemap import SourceMap
+from .damage import Elements
 from .mapped import MAPPED, WRAPPED, mapped, meeting
 from .parts import PARTS, Part, measured, sources_of
 from .reference import Reference
@@ -91,6 +92,7 @@ class Look:
 
     begin: tuple[int, int]
     sources: tuple[Sources, ...]
+    picture: NDArray[np.int16]
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +102,7 @@ class Judged:
     score: Score
     looks: tuple[Look, ...]
     factor: int
+    elements: Elements | None = None
 
     @property
     def alone(self) -> Judged:
@@ -180,7 +183,7 @@ def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap, told: dict[str,
     meets = meeting(output, wrap)
     held = _within(_smaller(output, factor), reference.pictures)
     corners = _corners(held, wrap)
-    looks = [Look((y * factor, x * factor), tuple(sources_of(reference, part))) for (y, x), part in corners]
+    looks = [Look((y * factor, x * factor), tuple(sources_of(reference, part)), part) for (y, x), part in corners]
     told_by = [measured(reference, part, look.sources) for (_, part), look in zip(corners, looks, strict=True)]
     parts = {}
     for part in PARTS:
@@ -190,7 +193,7 @@ def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap, told: dict[str,
     for part, value in [*((p, told.get(p.name)) for p in MAPPED), (WRAPPED, meets)]:
         if value is not None and part.bad is not None:
             parts[part.name] = Worth(part, value, part.good, part.bad)
-    return Judged(Score(parts, reference.grain), tuple(looks), factor)
+    return Judged(Score(parts, reference.grain), tuple(looks), factor, reference.elements)
 
 
 def _smaller(picture: NDArray[np.int16], factor: int) -> NDArray[np.int16]:
