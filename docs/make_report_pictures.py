@@ -26,7 +26,7 @@ def main() -> None:
     halves = [sheet.resize((sheet.width // 2, sheet.height // 2), Image.Resampling.BOX) for sheet in sheets]
     path = FOLDER / "report.jpg"
     both = np.concatenate([np.asarray(one) for one in halves])
-    Image.fromarray(both).save(path, quality=84, optimize=True)
+    Image.fromarray(both).save(path, quality=80, optimize=True)
     print(f"{path.name}: {path.stat().st_size // 1000} kB")
 
 

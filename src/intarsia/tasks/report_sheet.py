@@ -15,7 +15,7 @@ from .report_page import quality, ranked
 from .report_pictures import Pixels, pictures_of, stretched
 
 SIDE, GAP = 512, 24  # px of a panel, and between panels
-COLUMNS = 4  # panels side by side; the numbers are a fifth
+COLUMNS = 5  # panels side by side; the numbers are a sixth
 WORD, NUMBER = 18, 96  # px: height of letters
 ROW = 44  # px from one part to the next
 PAPER, INK, QUIET, TRACK = (250, 250, 248), (29, 29, 27), (102, 102, 95), (226, 226, 220)
