@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from intarsia.analysis.features import OUTLINES, RANGE, _variance, features
+from intarsia.analysis.features import OUTLINES, features
 from intarsia.analysis.oriented import REACH, SLANTED, STRAIGHT, _nearest, outline_distance, outlines_of
+from intarsia.analysis.stretched import RANGE, variance_of
 from intarsia.exemplar import Exemplar
 
 
@@ -100,7 +101,7 @@ def test_structure_appends_outlines_and_slow_colour_by_their_weights():
     plain, more = features([exemplar]), features([exemplar], structure=1.0)
     assert more.pictures[0].shape[2] == 7
     assert np.array_equal(more.pictures[0][..., :3], plain.pictures[0])
-    colour, line = (_variance([p[..., part].astype(np.int32)], [exemplar])
+    colour, line = (variance_of([p[..., part].astype(np.int32)], [exemplar])
                     for p, part in ((plain.pictures[0], slice(3)), (more.pictures[0], slice(3, 4))))  # fmt: skip
     assert line == pytest.approx(OUTLINES**2 * colour, rel=0.02)
     slow = more.pictures[0][..., 4:].astype(int)

@@ -14,24 +14,18 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, ParameterError
+from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
-from ..image import Kind, Plane
-from ..rendering.colour import code_values
+from ..image import Kind
 from .oriented import Outlines, outline_distance, outlines_of
-from .ranges import counted, ends
-from .reduction import block_sums
+from .ranges import counted
+from .stretched import RANGE, at_base_size, labels_of, stretched, times, values_of, variance_of, weighted
 from .sums import moving_sums
-from .variance import spreads
 
-RANGE = 1023
-LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
 OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane
-MAX_LABELS = 16
-FARTHEST = 256 * RANGE  # black lies at most so far from the exemplar's own range: sums of its squares stay whole
 MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
-OUTLINES, SLOW = 0.5, 0.3  # how much outlines and slow colour count beside colour: their spread over its own
+OUTLINES, SLOW = 0.5, 0.3  # how much outlines count, their spread over that of colour; slow colour is multiplied
 SLOW_REACH = 20  # slow colour is averaged over three squares of twice this part of the shorter side
 
 T = TypeVar("T")
@@ -105,7 +99,7 @@ def features(
     `context` (weight, radius px) appends the same channels averaged over their surroundings: what an exemplar
     pixel has around it is then known even where the output around it is not. Weight 1 gives them the variance
     of the others. `structure` appends how far each pixel lies from outlines, and the colours of the base plane averaged
-    over a tenth of the exemplar: 1 gives them half and seven tenths of the spread of colour.
+    over a tenth of the exemplar: 1 gives outlines half of the spread of colour, and multiplies slow colours by 0.3.
 
     Raises
     ------
@@ -138,13 +132,13 @@ def _with_structure(feats: Features, plain: Features, exemplars: Sequence[Exempl
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
     far = [outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
-    own = _variance([b.astype(np.int32) for b in base], exemplars)
-    share = min(weight * OUTLINES * math.sqrt(own / max(_variance(far, exemplars), 1.0)), RANGE / 8)
+    own = variance_of([b.astype(np.int32) for b in base], exemplars)
+    share = min(weight * OUTLINES * math.sqrt(own / max(variance_of(far, exemplars), 1.0)), RANGE / 8)
     channels = feats.pictures[0].shape[2]
     pictures = []
     for picture, distance, colour, e in zip(feats.pictures, far, base, exemplars, strict=True):
-        slow = _times(_blurred(colour, e, max(1, min(picture.shape[:2]) // SLOW_REACH)), weight * SLOW)
-        added = np.concatenate([_times(distance, share), slow], axis=2)
+        slow = times(_blurred(colour, e, max(1, min(picture.shape[:2]) // SLOW_REACH)), weight * SLOW)
+        added = np.concatenate([times(distance, share), slow], axis=2)
         pictures.append(np.concatenate([picture, np.clip(added, -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2))
     normals = tuple(k + channels + 1 for k in plain.normals if k < plain.base)
     black = (*feats.black, *[0] * (plain.base + 1))
@@ -156,9 +150,9 @@ def _with_context(plain: Features, exemplars: Sequence[Exemplar], weight: float,
         return plain
     blurred = [_blurred(p, e, radius) for p, e in zip(plain.pictures, exemplars, strict=True)]
     own = contrast(plain, exemplars)
-    share = min(math.sqrt(weight * own / max(_variance(blurred, exemplars), 1.0)), MOST_CONTEXT)
+    share = min(math.sqrt(weight * own / max(variance_of(blurred, exemplars), 1.0)), MOST_CONTEXT)
     pictures = [
-        np.concatenate([p, np.clip(_times(b, share), -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
+        np.concatenate([p, np.clip(times(b, share), -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
         for p, b in zip(plain.pictures, blurred, strict=True)
     ]
     channels = plain.pictures[0].shape[2]
@@ -192,22 +186,22 @@ def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) 
     most = max(1.0, *weights_of.values())  # so that no plane exceeds the range
     black: list[int] = []
     for number, name in enumerate(layout):
-        labels = _labels([e.planes[name] for e in exemplars])
+        labels = labels_of([e.planes[name] for e in exemplars])
         codes, nothing = counted([e.planes[name] for e in exemplars], [e.usable for e in exemplars])
         values = [
-            _at_base_size(_values(c, e.planes[name], labels), e) for c, e in zip(codes, exemplars, strict=True)
+            at_base_size(values_of(c, e.planes[name], labels), e) for c, e in zip(codes, exemplars, strict=True)
         ]
-        scaled, zero, signed = _stretched(values, exemplars, exemplars[0].planes[name], nothing)
+        scaled, zero, signed = stretched(values, exemplars, exemplars[0].planes[name], nothing)
         if number == 0:
-            *scaled, last = _weighted([*scaled, zero], exemplars[0].base, weights)
-            base_variance = _variance(scaled, exemplars)
+            *scaled, last = weighted([*scaled, zero], exemplars[0].base, weights)
+            base_variance = variance_of(scaled, exemplars)
             if (own := weights_of[name] / most) != 1:
-                *scaled, last = (_times(s, own) for s in (*scaled, last))
+                *scaled, last = (times(s, own) for s in (*scaled, last))
             black, base = last.ravel().tolist(), last.size
         else:
             black += [0] * scaled[0].shape[2]
-            share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(_variance(scaled, exemplars), 1.0)))
-            scaled = [_times(s, share * weights_of[name] / most) for s in scaled]
+            share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(variance_of(scaled, exemplars), 1.0)))
+            scaled = [times(s, share * weights_of[name] / most) for s in scaled]
         if signed:
             normals.append(channels)
         channels += scaled[0].shape[2]
@@ -227,94 +221,6 @@ def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int, float]]:
     return {n: (planes[n].kind, planes[n].channels, exemplar.weight(n)) for n in exemplar.compared}
 
 
-def _labels(planes: list[Plane]) -> Int32 | None:
-    """The labels that occur, if they are few enough for a channel each."""
-    if planes[0].kind is not Kind.LABEL or planes[0].channels > 1:
-        return None
-    names = np.unique(np.concatenate([np.unique(code_values(p)) for p in planes]))
-    return names if len(names) <= MAX_LABELS else None
-
-
-def _values(codes: Int32, plane: Plane, labels: Int32 | None = None) -> Int32:
-    """Code values of a plane, colour under transparency taken away, few labels as one channel each."""
-    if labels is not None:
-        return np.asarray(codes == labels, dtype=np.int32) * 65535
-    if plane.alpha:
-        alpha = codes[:, :, -1:].astype(np.int64)
-        premultiplied = codes[:, :, :-1] * alpha // 65535
-        return np.concatenate([premultiplied, alpha], axis=2).astype(np.int32)
-    return codes
-
-
-def _at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
-    s = values.shape[0] // exemplar.height
-    if s > 1:
-        return np.asarray(block_sums(values, s) // (s * s), np.int32)
-    s = exemplar.height // values.shape[0]
-    return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
-
-
-def _stretched(
-    values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane, zero: int
-) -> tuple[list[Int32], Int32, bool]:
-    """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
-
-    Returns the pictures, what a pixel of value 0, counted as `zero`, becomes (1, 1, C), and True for a normal map.
-    """
-    black = np.zeros((1, 1, values[0].shape[2]), np.int32)
-    usable = [v if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)]
-    usable = [v for v in usable if v.size]
-    low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
-    if plane.kind is Kind.NORMAL:
-        middle = 0 if low < 0 else 65535  # twice the value of a zero component
-        span = 131070 if low < 0 else 65535
-        twice = [2 * v.astype(np.int64) - middle for v in values]
-        if plane.meta.get("normals") == "dx":  # as if green pointed up, which `posed` reckons with
-            for v in twice:
-                v[..., 1] *= -1
-        signed = [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice]
-        return signed, black, True
-    if plane.kind is not Kind.LABEL:
-        low, high = ends(usable)
-    span = max(high - low, 1)
-    shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
-    if plane.kind is not Kind.LABEL:
-        black += min(max(((zero - low) * 2 * RANGE + span) // (2 * span), -FARTHEST), FARTHEST)
-    return [np.asarray((v * (2 * RANGE) + span) // (2 * span), np.int32) for v in shifted], black, False
-
-
-def _weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | None) -> list[Int32]:
-    if plane.kind is Kind.LABEL:
-        return values
-    factors = [math.sqrt(share) for share in channel_shares(plane, weights, values[0].shape[2])]
-    return [np.stack([_times(v[:, :, c], f) for c, f in enumerate(factors)], axis=2) for v in values]
-
-
-def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) -> list[float]:
-    """Return how much each of `count` channels of a base plane counts, 1 for those that count most."""
-    colours = plane.channels - plane.alpha
-    if weights is None:
-        weights = LUMINANCE if colours == 3 and plane.kind is Kind.COLOUR else (1.0,) * colours
-    if len(weights) not in (colours, count):
-        raise ParameterError(f"channel_weights: {len(weights)} numbers for {count} channels; give {colours} of them.")
-    weights = (*weights, max(weights))[:count]
-    return [w / max(weights) for w in weights]
-
-
 def contrast(feats: Features, exemplars: Sequence[Exemplar]) -> float:
     """Return how much the exemplars differ from their mean: the sum of the variances of all channels."""
-    return _variance([p.astype(np.int32) for p in feats.pictures], exemplars)
-
-
-def _times(values: Int32, factor: float) -> Int32:
-    scale = round(factor * 65536)
-    return np.asarray((values.astype(np.int64) * scale + 32768) >> 16, dtype=np.int32)
-
-
-def _variance(values: list[Int32], exemplars: Sequence[Exemplar]) -> float:
-    """Sum of the channels' variances; integer sums, so the same on every machine."""
-    used = [
-        v.reshape(-1, v.shape[2]) if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)
-    ]
-    flat = np.concatenate(used)
-    return float(sum(spreads(flat))) / len(flat) ** 2
+    return variance_of([p.astype(np.int32) for p in feats.pictures], exemplars)

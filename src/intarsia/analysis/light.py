@@ -19,7 +19,7 @@ from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
 from ..rendering.colour import from_linear, to_linear
-from .features import LUMINANCE
+from .stretched import LUMINANCE
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
 TERMS = 5  # of a polynomial of order 2, but for its mean

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
-from ..analysis.features import RANGE
+from ..analysis.stretched import RANGE
 from ..analysis.variance import spreads
 from ..errors import InputError
 from ..exemplar import Exemplar

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.features import RANGE, channel_shares
+from ..analysis.stretched import RANGE, channel_shares
 from ..exemplar import Exemplar
 from ..image import Kind
 from . import pyramid_kernels
