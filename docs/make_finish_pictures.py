@@ -25,10 +25,10 @@ def lit(name: str) -> np.ndarray:
 
 def levelled(name: str, method: ia.RandomTiling | ia.ImageQuilting) -> np.ndarray:
     """The exemplar, and what grows from it, as it is and levelled."""
-    exemplar = lit(name)[:320, :320]
-    made = ia.synthesize(exemplar, (320, 400), method, seed=5)
-    pictures = [exemplar, made.render().pixels, made.render(finish=(ia.Levelling(32),)).pixels]
-    gap = np.full((320, GAP, *exemplar.shape[2:]), 255, np.uint8)
+    exemplar = lit(name)[:256, :256]
+    made = ia.synthesize(exemplar, (256, 400), method, seed=5)
+    pictures = [exemplar, made.render().pixels, made.render(finish=(ia.Levelling(96),)).pixels]
+    gap = np.full((256, GAP, *exemplar.shape[2:]), 255, np.uint8)
     row = [p for picture in pictures for p in (np.asarray(picture), gap)][:-1]
     return np.concatenate(row, axis=1)
 
@@ -37,7 +37,7 @@ def main() -> None:
     """Write the picture."""
     FOLDER.mkdir(exist_ok=True)
     path = FOLDER / "levelled.jpg"
-    Image.fromarray(levelled("gravel", ia.RandomTiling(patch=100))).save(path, quality=86, optimize=True)
+    Image.fromarray(levelled("planks", ia.ImageQuilting())).save(path, quality=86, optimize=True)
     print(f"{path.name}: {path.stat().st_size // 1000} kB")
 
 

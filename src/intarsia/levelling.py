@@ -24,7 +24,7 @@ class Levelling:
     name: ClassVar[str] = "levelling"
 
     radius: int = param(
-        32, "int", "how far to either side of a seam light is evened out", low=1, high=FEATHER, unit="px"
+        96, "int", "how far to either side of a seam light is evened out", low=1, high=FEATHER, unit="px"
     )
     strength: float = param(1.0, "float", "which share of a step is taken away", low=0, high=1)
 

@@ -161,7 +161,8 @@ class Plan:
     @property
     def joined(self) -> Blend:
         """How the pieces will be joined."""
-        return self.blend or as_meant(self.method.blend, self.scene.exemplars[0])
+        meant = self.method.blend if self.choice is None else self.choice.blend
+        return self.blend or as_meant(meant, self.scene.exemplars[0])
 
     @property
     def patches(self) -> int | None:
@@ -173,7 +174,6 @@ class Plan:
         along = zip(size, its.footprint, its.pitch, wraps, strict=True)
         rows, columns = (len(spread(side, px, px - step, closed)[0]) for side, px, step, closed in along)
         return rows * columns
-
 
     def memory(self, depth: str | None = None) -> int:
         """Bytes that this process will take at its peak, within 25 %; `depth`: what is written, if it is another."""

@@ -501,6 +501,22 @@ class TestCommands:
         assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
 
 
+def test_steps_of_tone_are_evened_out_where_the_method_is_chosen() -> None:
+    """But not where it is named, nor where what is there must stay, nor where it is asked otherwise."""
+    exemplar, level = Exemplar.of(cells(64)), (ia.Levelling(96),)
+    made = ia.synthesize(exemplar, 80, seed=1)
+    assert made.blend.finish == level
+    assert made.recipe["blend"]["finish"] == [level[0].as_recipe]
+    assert ia.synthesize(exemplar, 80, made.method, seed=1).blend.finish == ()
+    assert ia.synthesize(exemplar, 80, blend=ia.Blend(), seed=1).blend.finish == ()
+    held = np.where(np.arange(64)[:, None] < 40, 0, HOLE) * np.ones((1, 64), int)
+    start = replace(identity([exemplar.source], 0), which=held.astype(np.uint8))
+    assert ia.synthesize(exemplar, start=start, seed=1).blend.finish == ()
+    assert ia.Auto().choose([exemplar], ia.Canvas(64, 64, endless=True)).blend.finish == ()
+    large = Exemplar.of({"albedo": cells(16), "fine": cells(16 * 32)})
+    assert ia.synthesize(large, 20, seed=1).blend.finish == (ia.Levelling(32),)
+
+
 def test_the_page_lists_every_rule() -> None:
     text = (Path(__file__).parents[2] / "docs" / "auto.md").read_text(encoding="utf-8")
     for rule in RULES:

@@ -13,11 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import chosen, expect, whole_within
+from ..arguments import FEATHER, chosen, expect, whole_within
 from ..errors import IntarsiaError, ParameterError
 from ..lazy import lazy
-from ..methods.base import METHODS, Ability, Method, make, measures_distances, method_class, needed
+from ..levelling import Levelling
+from ..methods.base import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
 from ..params import parameters
+from ..sourcemap import Blend
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
@@ -29,6 +31,7 @@ else:
     rules = lazy("intarsia.choosing.rules")
 
 AUTO_METHOD = "auto"
+EVEN = 96  # px to either side of a seam that light is evened out by; 64: steps of slow tone are seen a little more
 MOST_TRIALS = 64  # a limit of time: each is a whole picture
 
 
@@ -72,6 +75,18 @@ class Choice:
         kept = {p.name: getattr(self.method, p.name) for p in parameters(self.method)}
         usual = {p.name: p.default for p in parameters(self.method)}
         return {k: v for k, v in kept.items() if v not in (usual[k], "off") and k in DECIDED}
+
+    @property
+    def blend(self) -> Blend:
+        """How pieces are joined: as the method means it, and steps of light at seams evened out.
+
+        Not where a picture is begun or painted, nor endless, nor where pieces are no exact copies.
+        """
+        own, canvas, exemplar = self.method.blend, self.facts.canvas, self.facts.exemplars[0]
+        if canvas.endless or canvas.start is not None or canvas.guide is not None or not traits(self.method).exact:
+            return own
+        widest = FEATHER * exemplar.height // max(plane.height for plane in exemplar.planes.values())
+        return replace(own, finish=(Levelling(min(EVEN, widest)),)) if widest else own
 
     @property
     def recipe(self) -> dict[str, Any]:

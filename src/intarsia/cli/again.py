@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..methods.base import Method
@@ -39,7 +40,9 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
     said += ["--size", "x".join(map(str, order.size))] * (verb == "grow")
     lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
     wrap = None if tiled or wish.wrap == "none" else wish.wrap
-    said += ["--seed", str(seed), *joining_options(wish), *given(wrap=wrap)]
+    meant = order.blend.finish if begin is None else ()  # evened out, as it was chosen
+    joined = wish if wish.finish is not None or not meant else replace(wish, finish=meant)
+    said += ["--seed", str(seed), *joining_options(joined), *given(wrap=wrap)]
     said += given(depth=targets.depth, repair=None if lattice else wish.repair or None)
     said += ["--layers"] * targets.layers + ["--force"] * targets.force
     always = ("tolerance",) if healed or tiled else ()  # heal has a usual one of its own

@@ -1,14 +1,16 @@
 """Finish a drawn picture: even out steps of light and colour across seams.
 
-    out'(p) = out(p) + s (mean of out around p - mean of the exemplar around S(p), as it lies there)
+Where two pieces meet, each of them goes on in its exemplar beyond the seam, so both can be compared around every
+place of it. Where they show the same but for light or colour, as two halves of tiles do, they differ by the same all
+around, and that is the step to be evened out. Where they show something else, a stone and the joint beside it, they
+differ here so and there otherwise; as far as they do, the step is meant, and stays.
 
-Both means are over a box of radius r. Further than r from every seam they are over the same pixels, and nothing
-changes; at a seam the slow changes of both sides meet in the middle, while detail finer than the box stays. What stays
-is then levelled with r / 4, and so on, down to 2 px: with one radius, pieces that fit at the seam but not around it
-would get a step that they did not have. So every band of the picture is blended over a width that suits it, as Burt
-and Adelson (1983) blend, with boxes in place of their Gaussians and a support that ends. All is done to the stored
-numbers, sRGB codes too: a step of light is a factor more than a sum, and in linear light what is added to a bright
-stone turns the gap beside it black. Sums are of whole numbers, so that a window is that window of the whole.
+What is added to the picture has just these steps, the other way round, and is as smooth as can be elsewhere: it solves
+a Poisson equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but
+with measured steps in place of single pixels, and with a potential that ends at the radius (`potential.py`), so that a
+window is that window of the whole, and far from seams every byte stays. Where to trust a step is this project's own.
+All is done to the stored numbers, sRGB codes too: a step of light is a factor more than a sum, and in linear light
+what is added to a bright stone turns the gap beside it black. Sums are of whole numbers.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.fft
 from numpy.typing import NDArray
 
 from ..errors import ParameterError
@@ -26,16 +29,17 @@ from ..image import Array
 from ..levelling import Finish, Levelling
 from ..run import Run
 from .cell_kernels import Map
-from .finish_kernels import Sums, add_means, add_up, move_codes, step_sizes, take_off
+from .finish_kernels import Sums, Surroundings, add_means, add_up, move_codes, seam_steps
 from .ground import cut_out_map
+from .potential import FINE, potential
 
 MAX_RADIUS = 1024
-"""The widest radius in px of a plane: sums over (2 x 1024 + 1)**2 differences of numbers of 36 bits fit into 64."""
+"""The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
 
-_BITS, _OPACITY = 36, 8  # of a value, of a weight; opacity takes its bits from the values
-_RATIO, _FINEST = 4, 2  # of one radius to the next; the least that follows another
-_ROWS, _COLUMNS, _TOGETHER = 256, 1024, 4  # of a cell, at least; channels at a time
-_NONE, _PLAIN = np.zeros((0, 0), np.int64), np.zeros(0, np.int32)
+SMALL = 3  # px to either side: what is compared is averaged so far, so that grain does not count
+_BITS, _OPACITY = 16, 8  # of a value, of a weight
+_SIDE = 1024  # px of a cell, at least
+_NONE = np.zeros((0, 0), np.int64)
 
 
 @dataclass(frozen=True)
@@ -52,164 +56,121 @@ class Bench:
 
     def finished(self, draw: Callable[[Box], Array], box: Box, finishes: tuple[Finish, ...], run: Run) -> Array:
         """Draw a box of the map, in px of the map, and finish it; `draw` draws any box that lies on the canvas."""
-        reach = sum(f.radius for f in finishes)
         for how in finishes:
             if how.radius * self.scale > MAX_RADIUS:
                 raise ParameterError(
                     f"radius={how.radius} is too wide on a {self.scale}x larger plane; "
                     f"at most {MAX_RADIUS // self.scale} px."
                 )
-        here = _with_margin(box, reach, self.full[0].shape, self.wrap)
-        codes = self._drawn(draw, here)
+        codes = draw(box)
         for how in finishes:
-            reach -= how.radius
-            inner = _with_margin(box, reach, self.full[0].shape, self.wrap)
-            codes = self._levelled(codes, _enlarged_box(here, self.scale), _enlarged_box(inner, self.scale), how, run)
-            here = inner
+            codes = self._levelled(codes, box, how, run)
         return codes
 
-    def _drawn(self, draw: Callable[[Box], Array], box: Box) -> Array:
-        """Draw a box; what lies in it more than once, around a torus, is drawn once."""
-        height, width = self.full[0].shape[:2]
-        rows = (0, height) if box.height > height else (box.y0, box.y1)
-        columns = (0, width) if box.width > width else (box.x0, box.x1)
-        codes = draw(Box(rows[0], columns[0], rows[1], columns[1]))
-        if box.height > height:
-            codes = codes[np.arange(box.y0 * self.scale, box.y1 * self.scale) % len(codes)]
-        if box.width > width:
-            codes = codes[:, np.arange(box.x0 * self.scale, box.x1 * self.scale) % codes.shape[1]]
-        return codes
-
-    def _levelled(self, codes: Array, box: Box, inner: Box, how: Levelling, run: Run) -> Array:
-        """Level a picture.
-
-        `codes` (h, w, C) are what is drawn of `box`, in px of the plane, which reaches the radius beyond `inner`
-        or to the border of the canvas. Returns the codes of `inner`.
-        """
-        radius = how.radius * self.scale
-        dy, dx = inner.y0 - box.y0, inner.x0 - box.x0
-        out = codes[dy : dy + inner.height, dx : dx + inner.width].copy()
-        rows, columns = max(_ROWS, radius), max(_COLUMNS, radius)
+    def _levelled(self, codes: Array, box: Box, how: Levelling, run: Run) -> Array:
+        """Level what is drawn of a box: codes (h, w, C)."""
+        out, radius, s = codes.copy(), how.radius * self.scale, self.scale
+        side, (y0, x0) = max(_SIDE, radius), (box.y0 * s, box.x0 * s)
         cells = [
-            Box(y, x, min(y + rows, inner.height), min(x + columns, inner.width))
-            for y in range(0, inner.height, rows)
-            for x in range(0, inner.width, columns)
+            Box(y, x, min(y + side, len(out)), min(x + side, out.shape[1]))
+            for y in range(0, len(out), side)
+            for x in range(0, out.shape[1], side)
         ]
-        weights = self._weights()
-        colours = codes.shape[2] - self.alpha
+        colours = _Colours.of(self)
+        size = [scipy.fft.next_fast_len(min(n, side) + 2 * radius, real=True) for n in out.shape[:2]]
+        spread = scipy.fft.rfft2(potential(radius), size)
         with run.pool() as each:
-            for first in range(0, colours, _TOGETHER):
-                channels = _Channels.of(self, slice(first, min(first + _TOGETHER, colours)), weights, radius)
 
-                def level(cell: Box, channels: _Channels = channels) -> None:
-                    there = slice(cell.y0, cell.y1), slice(cell.x0, cell.x1), channels.span
-                    here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
-                    place = Box(cell.y0 + dy, cell.x0 + dx, cell.y1 + dy, cell.x1 + dx)  # in `box`
-                    wide, steps = _with_margin(place, radius, codes.shape), np.zeros(here.shape)
-                    part = cut_out_map(self.full, wide.moved(box.y0, box.x0), self.scale, self.wrap, self.table)
-                    values, weight = channels.numbers(_cut(codes, wide, Box(0, 0, 0, 0)))
-                    for band in channels.bands:
-                        near = _with_margin(place, band.radius, codes.shape)
-                        seen = _cut(values, near, wide)
-                        if band is not channels.bands[0]:
-                            take_off(seen, _cut_map(part, near, wide), self.table, band.smooth)
-                        own = _sums_of(seen, _cut(weight, near, wide) if weight.size else weight)
-                        corner = (place.y0 - near.y0, place.x0 - near.x0)
-                        step_sizes(_cut_map(part, place, wide), own, band.theirs, corner, band.radius, steps)
-                    channels.move(here, steps, how.strength)
-                    out[there] = here
+            def level(cell: Box) -> None:
+                wide = self._with_margin(cell.moved(y0, x0), radius)
+                part = cut_out_map(self.full, wide, s, self.wrap, self.table)
+                steps = np.zeros((wide.height, wide.width, colours.around.means.shape[1]), np.int32)
+                seam_steps(part, self.table, colours.around, s, steps)
+                if not steps.any():
+                    return
+                steps = _with_mirrors(steps, wide, cell.moved(y0, x0), radius)
+                there = slice(cell.y0, cell.y1), slice(cell.x0, cell.x1), slice(steps.shape[2])
+                added, first = np.empty((cell.height, cell.width, steps.shape[2])), 2 * radius - 1
+                for c in range(steps.shape[2]):
+                    field = scipy.fft.irfft2(scipy.fft.rfft2(steps[..., c], size) * spread, size)
+                    added[..., c] = np.rint(field[first : first + cell.height, first : first + cell.width])
+                here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
+                colours.move(here, added, how.strength)
+                out[there] = here
 
-                each(level, cells)
-                run.tick(1, 1)
+            each(level, cells)
+            run.tick(1, 1)
         return out
 
-    def _weights(self) -> NDArray[np.int64] | None:
-        """How much every pixel of the exemplars counts; None where all count alike."""
-        opaque = _opacity(self.samples[:, -1]) if self.alpha else None
-        if self.usable is None:
-            return opaque
-        return self.usable.astype(np.int64) if opaque is None else opaque * self.usable
+    def _with_margin(self, cell: Box, radius: int) -> Box:
+        """Return a cell, in px of the plane, with what lies around it, as far as the canvas goes."""
+        (height, width), (down, right) = self.full[1].shape, self.wrap
+        y0, x0, y1, x1 = cell.y0 - radius, cell.x0 - radius, cell.y1 + radius, cell.x1 + radius
+        if not down:
+            y0, y1 = max(y0, 0), min(y1, height * self.scale)
+        if not right:
+            x0, x1 = max(x0, 0), min(x1, width * self.scale)
+        return Box(y0, x0, y1, x1)
+
+
+def _with_mirrors(steps: NDArray[np.int32], wide: Box, cell: Box, radius: int) -> NDArray[np.int32]:
+    """Return the steps around a cell, `radius` px to all sides; beyond the border of the canvas as in a mirror.
+
+    Else a seam that ends at the border would be evened out less there.
+    """
+    rows = (wide.y0 - cell.y0 + radius, cell.y1 + radius - wide.y1)
+    columns = (wide.x0 - cell.x0 + radius, cell.x1 + radius - wide.x1)
+    return np.pad(steps, (rows, columns, (0, 0)), "symmetric")
 
 
 @dataclass(frozen=True)
-class _Band:
-    """What is levelled with one radius: the exemplars without what wider radii have seen to."""
+class _Colours:
+    """The colours of a plane: what kernels compare, what numbers they became, and their range."""
 
-    radius: int
-    smooth: NDArray[np.int64]  # (N, C): what wider radii have seen to
-    theirs: Sums
-
-
-@dataclass(frozen=True)
-class _Channels:
-    """Some channels of a plane: their numbers, their range, and the sums of the exemplars."""
-
-    span: slice
-    alpha: bool  # whether opacity comes last in the plane
+    around: Surroundings
     shift: int  # codes become whole numbers of 2**-shift
     spread: NDArray[np.float64]  # (C, 2): least and greatest code of the exemplars
-    bands: tuple[_Band, ...]
 
     @classmethod
-    def of(cls, bench: Bench, span: slice, weights: NDArray[np.int64] | None, radius: int) -> _Channels:
-        codes = bench.samples[:, span]
+    def of(cls, bench: Bench) -> _Colours:
+        codes = bench.samples[:, : bench.samples.shape[1] - bench.alpha]
+        weights = _weights(bench)
         seen = codes if weights is None or not weights.any() else codes[weights > 0]
         if codes.dtype.kind == "f":  # what is masked out may hold anything
             seen = np.nan_to_num(seen.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
         spread = np.stack([seen.min(axis=0), seen.max(axis=0)], axis=1).astype(np.float64)
-        room = _BITS - _OPACITY * bench.alpha
         if codes.dtype.kind == "f":
-            shift = min(room - math.frexp(float(np.abs(spread).max()))[1], 1000)
+            shift = min(_BITS - math.frexp(float(np.abs(spread).max()))[1], 1000)
         else:
-            shift = room - 8 * codes.itemsize
-        values, smooth, bands = _as_integers(codes, shift), np.zeros(codes.shape, np.int64), []
-        while True:
-            bands.append(_Band(radius, smooth, _sums_of_all(bench.table, values - smooth, weights)))
-            radius //= _RATIO
-            if radius < _FINEST:
-                return cls(span, bench.alpha, shift, spread, tuple(bands))
-            smooth = smooth.copy()
-            add_means(bands[-1].theirs, bands[-1].radius, smooth)
-
-    def numbers(self, codes: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return what is added up of a piece of the picture (h, w, C): values, and weights unless all count alike."""
-        values = _as_integers(codes[..., self.span], self.shift)
-        return values, _opacity(codes[..., -1]) if self.alpha else _NONE
+            shift = _BITS - 8 * codes.itemsize
+        values, means = _as_integers(codes, shift), np.zeros(codes.shape, np.int64)
+        add_means(_sums_of_all(bench.table, values, weights), SMALL * bench.scale, means)
+        counts = np.zeros(0, np.bool_) if weights is None else weights > 0
+        return cls(Surroundings(means, counts, _variance(values[counts] if counts.any() else values)), shift, spread)
 
     def move(self, codes: Array, steps: NDArray[np.float64], strength: float) -> None:
         """Add the steps to codes (h, w, C), within the range of the exemplars."""
+        factor = math.ldexp(strength, -self.shift - FINE)
         if codes.dtype.kind != "f":
-            move_codes(codes, steps, math.ldexp(strength, -self.shift), self.spread)
+            move_codes(codes, steps, factor, self.spread)
             return
         own = codes.astype(np.float64)
-        wanted = own + np.ldexp(steps, -self.shift) * strength
+        wanted = own + steps * factor
         codes[...] = np.clip(wanted, np.minimum(self.spread[:, 0], own), np.maximum(self.spread[:, 1], own))
 
 
-def _enlarged_box(box: Box, scale: int) -> Box:
-    return Box(box.y0 * scale, box.x0 * scale, box.y1 * scale, box.x1 * scale)
+def _variance(values: NDArray[np.int64]) -> float:
+    """The variance of whole numbers (n, C), of all channels together; exact but for the last division."""
+    n, square = len(values), int((values * values).sum())
+    return (n * square - sum(int(total) ** 2 for total in values.sum(axis=0))) / (n * n)
 
 
-def _with_margin(
-    cell: Box, radius: int, shape: tuple[int, ...], wrap: tuple[bool, bool] = (False, False)
-) -> Box:
-    """Return the cell with its surroundings, as far as the picture or canvas goes."""
-    y0, x0, y1, x1 = cell.y0 - radius, cell.x0 - radius, cell.y1 + radius, cell.x1 + radius
-    if not wrap[0]:
-        y0, y1 = max(y0, 0), min(y1, shape[0])
-    if not wrap[1]:
-        x0, x1 = max(x0, 0), min(x1, shape[1])
-    return Box(y0, x0, y1, x1)
-
-
-def _cut(array: Array, box: Box, frame: Box) -> Array:
-    """Cut a box out of an array that begins where `frame` does."""
-    y, x = box.y0 - frame.y0, box.x0 - frame.x0
-    return array[y : y + box.height, x : x + box.width].copy()
-
-
-def _cut_map(part: Map, box: Box, frame: Box) -> Map:
-    return _cut(part[0], box, frame), _cut(part[1], box, frame), _cut(part[2], box, frame)
+def _weights(bench: Bench) -> NDArray[np.int64] | None:
+    """How much every pixel of the exemplars counts; None where all count alike."""
+    opaque = _opacity(bench.samples[:, -1]) if bench.alpha else None
+    if bench.usable is None:
+        return opaque
+    return bench.usable.astype(np.int64) if opaque is None else opaque * bench.usable
 
 
 def _as_integers(codes: Array, shift: int) -> NDArray[np.int64]:
@@ -240,12 +201,6 @@ def _sums_of_all(table: NDArray[np.int64], values: NDArray[np.int64], weights: N
         corners[at, 0] = first
         first += len(flat[-1])
     return Sums(np.concatenate(flat), np.concatenate(heavy), corners)
-
-
-def _sums_of(values: NDArray[np.int64], weight: NDArray[np.int64]) -> Sums:
-    """Add up a piece of the picture."""
-    table = np.array([[0, *values.shape[:2], 0]], np.int64)
-    return Sums(_corner_sums(values, weight), _corner_sums(weight[..., None], _NONE), table)
 
 
 def _corner_sums(values: Array, weight: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""How much a neighbourhood of a picture is darker or lighter than the exemplar says it should be."""
+"""By how much one of two pieces is lighter than the other where they meet."""
 
 from __future__ import annotations
 
@@ -8,10 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from ..kernels.pieces_of_maps import J
+from ..kernels.pieces_of_maps import HOLE, J
 from .cell_kernels import Map
 
 Array = NDArray[Any]
+
+REACH = 8  # px to either side: so far around a seam both pieces are compared
+LEAST = 5  # of 25 places must exist in both, or nothing is known of a step
+
+
+class Surroundings(NamedTuple):
+    """What pieces are compared by: means over small squares (N, C), and the variance; `counts` (N,), none: all."""
+
+    means: NDArray[np.int64]
+    counts: NDArray[np.bool_]
+    variance: float
 
 
 class Sums(NamedTuple):
@@ -39,18 +50,6 @@ def add_up(values: Array, weight: NDArray[np.int64], sums: NDArray[np.int64]) ->
             for x in range(width):
                 row += values[y, x, c] * weight[y, x] if weight.size > 0 else np.int64(values[y, x, c])
                 sums[y + 1, x + 1, c] = sums[y, x + 1, c] + row
-
-
-@kernel
-def take_off(values: NDArray[np.int64], part: Map, table: NDArray[np.int64], smooth: NDArray[np.int64]) -> None:
-    """Subtract from every pixel (h, w, C) what is `smooth` (pixels, C) at the exemplar pixel that it shows."""
-    yx, which, _ = part
-    for y in range(values.shape[0]):
-        for x in range(values.shape[1]):
-            w = which[y, x]
-            u = table[w, 0] + yx[y, x, 0] * table[w, 2] + yx[y, x, 1]
-            for c in range(values.shape[2]):
-                values[y, x, c] -= smooth[u, c]
 
 
 @kernel
@@ -94,71 +93,93 @@ def add_means(sums: Sums, radius: int, smooth: NDArray[np.int64]) -> None:
 
 
 @kernel
-def _less(total: int, n: int, other: int, m: int) -> float:
-    """Return total / n - other / m, exactly 0 where both are equal whole numbers; 0 where either has no weight."""
-    if n <= 0 or m <= 0:
-        return 0.0
-    if n == m:
-        return float(total - other) / float(n)
-    i, j = total // n, other // m
-    return float(i - j) + (float(total - i * n) / float(n) - float(other - j * m) / float(m))
+def _meant(at: NDArray[np.int64], y: int, x: int) -> int:
+    """The pixel of the ground at row y, column x of an exemplar (first pixel, height, width, toroidal), or -1."""
+    height, width = at[1], at[2]
+    if at[3] != 0:
+        y, x = y % height, x % width
+    if not (0 <= y < height and 0 <= x < width):
+        return -1
+    found: int = at[0] + y * width + x
+    return found
 
 
 @kernel
-def step_sizes(
-    part: Map, own: Sums, theirs: Sums, corner: tuple[int, int], radius: int, out: NDArray[np.float64]
-) -> None:
-    """Add how much lighter the surroundings of every pixel are than those of the exemplar pixel that it shows.
+def _step(
+    around: Surroundings, one: NDArray[np.int64], other: NDArray[np.int64], scale: int, at: Any, out: NDArray[np.int64]
+) -> bool:
+    """Write into `out` (C,) by how much one piece is lighter than the other, as far as they show the same.
 
-    `part` is the map of a cell (yx, which, pose), `own` holds the picture around it, in which the cell begins at
-    `corner`, `theirs` the exemplars. `out` (h, w, C) grows by mean of the picture - mean of the exemplar. The box of
-    the picture ends at its border, and the exemplar's ends there, too, so that inside a piece both means are of the
-    same pixels, and differ by exactly 0. Where the exemplar ends its box is cut, too, but not the picture's: there
-    is a seam, and what lies beyond has to be heard.
+    `at` (2, 6): of both pieces row and column of the exemplar at one place, and the matrix of the pose. Returns
+    whether there is a step. Both are compared in 5 x 5 places, REACH px to all sides: m their mean difference, v its
+    variance, the step is m (1 - v / |m|^2), and less where there is less of it at the seam itself, or where it is
+    larger than what colours of the exemplar usually differ by: there, something else begins.
+    """
+    means, counts, variance = around
+    channels = means.shape[1]
+    total, here = np.zeros(channels), np.zeros(channels)
+    squares, n, seen = 0.0, 0, False
+    for i in range(-2, 3):
+        for j in range(-2, 3):
+            dy, dx = i * (REACH // 2) * scale, j * (REACH // 2) * scale
+            p = _meant(one, at[0, 0] + at[0, 2] * dy + at[0, 3] * dx, at[0, 1] + at[0, 4] * dy + at[0, 5] * dx)
+            q = _meant(other, at[1, 0] + at[1, 2] * dy + at[1, 3] * dx, at[1, 1] + at[1, 4] * dy + at[1, 5] * dx)
+            if p < 0 or q < 0 or (counts.size > 0 and not (counts[p] and counts[q])):
+                continue
+            n += 1
+            for c in range(channels):
+                apart = float(means[p, c] - means[q, c])
+                total[c] += apart
+                squares += apart * apart
+                if i == 0 and j == 0:
+                    here[c], seen = apart, True
+    if n < LEAST:
+        return False
+    steady, along = 0.0, 0.0
+    for c in range(channels):
+        total[c] /= n
+        steady += total[c] * total[c]
+        along += total[c] * (here[c] if seen else total[c])
+    if along <= 0.0:
+        return False
+    share = max(1.0 - max(squares / n - steady, 0.0) / steady, 0.0)
+    share *= min(along / steady, 1.0) * min(variance / steady, 1.0)
+    for c in range(channels):
+        out[c] = np.int64(np.floor(share * total[c] + 0.5))
+    return True
+
+
+@kernel
+def seam_steps(part: Map, table: NDArray[np.int64], around: Surroundings, scale: int, out: NDArray[np.int32]) -> None:
+    """Add the divergence of the steps that are to be evened out to `out` (h, w, C).
+
+    `part` is a map (yx, which, pose) of so many pixels; where a pixel and the next are of pieces of which one is
+    lighter by d, the next one has to gain d on it.
     """
     yx, which, pose = part
-    here = own.table[0]
-    stride = here[2] + 1
-    for y in range(out.shape[0]):
-        row = corner[0] + y
-        top, bottom = max(-radius, -row), min(radius, here[1] - 1 - row)
-        for x in range(out.shape[1]):
-            column = corner[1] + x
-            left, right = max(-radius, -column), min(radius, here[2] - 1 - column)
-            p, at = pose[y, x], theirs.table[which[y, x]]
-            i, j = yx[y, x, 0], yx[y, x, 1]
-            u0, u1, v0, v1 = i + top, i + bottom + 1, j + left, j + right + 1
-            if p != 0:
-                a, b, c, d = J[p, 0], J[p, 1], J[p, 2], J[p, 3]
-                u0 = i + min(a * top, a * bottom) + min(b * left, b * right)
-                u1 = i + max(a * top, a * bottom) + max(b * left, b * right) + 1
-                v0 = j + min(c * top, c * bottom) + min(d * left, d * right)
-                v1 = j + max(c * top, c * bottom) + max(d * left, d * right) + 1
-            if at[3] == 0:
-                u0, u1, v0, v1 = max(u0, 0), min(u1, at[1]), max(v0, 0), min(v1, at[2])
-            # Corners of both boxes: upper left, upper right, lower left, lower right.
-            e = (row + top) * stride + column + left
-            f, g = e + right - left + 1, e + (bottom - top + 1) * stride
-            h = f + g - e
-            q = at[0] + u0 * (at[2] + 1) + v0
-            r, s = q + v1 - v0, q + (u1 - u0) * (at[2] + 1)
-            t = r + s - q
-            inside = u0 >= 0 and u1 <= at[1] and v0 >= 0 and v1 <= at[2]
-            n, m = (bottom - top + 1) * (right - left + 1), (u1 - u0) * (v1 - v0)
-            if own.weights.size > 0:
-                n = own.weights[h, 0] - own.weights[g, 0] - own.weights[f, 0] + own.weights[e, 0]
-            if theirs.weights.size > 0:
-                if inside:
-                    m = theirs.weights[t, 0] - theirs.weights[s, 0] - theirs.weights[r, 0] + theirs.weights[q, 0]
-                else:
-                    m = _box_sum(theirs.weights, at, (u0, v0, u1, v1), 0)
-            for k in range(out.shape[2]):
-                shown = own.values[h, k] - own.values[g, k] - own.values[f, k] + own.values[e, k]
-                if inside:
-                    meant = theirs.values[t, k] - theirs.values[s, k] - theirs.values[r, k] + theirs.values[q, k]
-                else:
-                    meant = _box_sum(theirs.values, at, (u0, v0, u1, v1), k)
-                out[y, x, k] += _less(shown, n, meant, m)
+    height, width, channels = out.shape
+    step, at = np.zeros(channels, np.int64), np.zeros((2, 6), np.int64)
+    for y in range(height):
+        for x in range(width):
+            for down in range(2):
+                v, u = y + down, x + 1 - down
+                if v >= height or u >= width or which[y, x] == HOLE or which[v, u] == HOLE:
+                    continue
+                for k in range(4):
+                    at[0, 2 + k], at[1, 2 + k] = J[pose[y, x], k], J[pose[v, u], k]
+                one, other = table[which[y, x]], table[which[v, u]]
+                goes_on = which[y, x] == which[v, u] and pose[y, x] == pose[v, u]
+                for k in range(2):  # where both pieces show the first of the two pixels
+                    ahead = 2 + 2 * k + 1 - down
+                    at[0, k], at[1, k] = yx[y, x, k], yx[v, u, k] - at[1, ahead]
+                    behind = at[1, k] - at[0, k]
+                    goes_on = goes_on and (behind == 0 or (one[3] != 0 and behind % one[1 + k] == 0))
+                if goes_on:
+                    continue
+                if _step(around, one, other, scale, at, step):
+                    for c in range(channels):
+                        out[y, x, c] += step[c]
+                        out[v, u, c] -= step[c]
 
 
 @kernel

@@ -51,7 +51,8 @@ JOINS = (
     ),
     opt(
         "level", "--level", type=click.IntRange(0, FEATHER), metavar="PX",
-        help="Even out steps of light and colour at seams. So far to either side; 0, the default, leaves them.",
+        help="Even out steps of light and colour at seams. So far to either side; 0 leaves them. By default 96 where "
+        "the method is chosen, 0 where it is named.",
     ),
 )  # fmt: skip
 OWN = (
