@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..draws import draw_many
+from . import popout_kernels
 from .reduction import FINE, factor_for, reduced
-from .sums import moving_sums
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
@@ -34,7 +34,6 @@ APART = 3  # radii: nearer spots show the same
 NARROW = 50  # directions in which spots differ less than by 1 / 50 of all their variance are not widened more
 FIXED = 64  # distances are kept in 1/64 of a spread
 STAGE = 1999  # which spots are references hangs on this number and on their places
-BATCH = 1 << 11  # spots whose distances are held at a time: 8 MB
 
 
 def popout(picture: NDArray[np.int16], usable: Mask | None = None, toroidal: bool = False) -> NDArray[np.int32]:
@@ -67,19 +66,19 @@ def popout(picture: NDArray[np.int16], usable: Mask | None = None, toroidal: boo
 
 def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
     """Describe every spot: its mean features and how they vary (H, W, C + 1); and how much of it counts, of 4096."""
-    mask = np.ones(picture.shape[:2], np.int64) if usable is None else usable.astype(np.int64)
-    share = _averaged(mask * 4096, radius, toroidal)
+    planes = np.moveaxis(picture, 2, 0).astype(np.float64)  # whole numbers below 2**53, all of them
+    mask = np.ones(planes.shape[1:]) if usable is None else usable.astype(np.float64)
+    share = _averaged(mask[None] * 4096, radius, toroidal)[0]
     part = np.maximum(share, 1)
-    mean = _averaged(picture * mask[..., None] * 64, radius, toroidal) * 64 // part[..., None]
-    apart = ((picture - mean) ** 2).sum(axis=2) * mask
-    spread = np.sqrt(_averaged(apart, radius, toroidal) * 4096 // part).astype(np.int64)
-    return np.concatenate([mean, spread[..., None]], axis=2), share
+    mean = np.floor(_averaged(planes * mask * 64, radius, toroidal) * 64 / part)
+    apart = ((planes - mean) ** 2).sum(axis=0) * mask
+    spread = np.floor(np.sqrt(np.floor(_averaged(apart[None], radius, toroidal) * 4096 / part)))
+    return np.moveaxis(np.concatenate([mean, spread]), 0, 2).astype(np.int64), share.astype(np.int64)
 
 
 def _averaged(values: Array, radius: int, toroidal: bool) -> Array:
-    """Average three times over squares of 2 radius + 1 px, rounded down each time."""
-    for axis in (0, 1) * 3:
-        values = moving_sums(values, axis, radius, "wrap" if toroidal else "symmetric") // (2 * radius + 1)
+    """Average pictures (C, H, W) three times over squares of 2 radius + 1 px, rounded down each time."""
+    popout_kernels.average(values, radius, toroidal)
     return values
 
 
@@ -126,22 +125,11 @@ def _widened(spots: Array) -> Array:
 
 def _relative(spots: Array, at: Array, apart: int, size: tuple[int, int]) -> Array:
     """How far every spot's likes are, 256 = the median; none is nearer than `apart` px (on a torus of `size`)."""
-    numbers = np.array(draw_many(0, STAGE, 0, list(map(tuple, at.tolist()))), np.uint64)
+    numbers = np.array(draw_many(0, STAGE, 0, at), np.uint64)
     chosen = np.argsort(numbers, kind="stable")[:REFERENCES]
     k = max(LEAST_LIKES, len(chosen) * LIKES[0] // LIKES[1])
-    own, far = (spots * spots).sum(axis=1), np.empty(len(spots), np.int64)
-    theirs = spots[chosen].astype(np.float64).T  # whole numbers: any order of adding gives the same
-    for begin in range(0, len(spots), BATCH):
-        part = slice(begin, begin + BATCH)
-        squares = own[part, None] + own[chosen] - 2 * (spots[part].astype(np.float64) @ theirs)
-        near = np.ones(squares.shape, bool)
-        for axis in (0, 1):
-            gap = np.abs(at[part, axis, None] - at[chosen, axis])
-            gap = np.minimum(gap, size[axis] - gap) if size[axis] else gap
-            near &= gap < apart
-        squares[near] = np.inf
-        nearest = np.partition(squares, min(k, squares.shape[1] - 1), axis=1)[:, min(k, squares.shape[1] - 1)]
-        far[part] = np.where(np.isfinite(nearest), np.sqrt(np.where(np.isfinite(nearest), nearest, 0)), -1)
+    theirs, far = np.ascontiguousarray(spots[chosen].T, np.float64), np.empty(len(spots), np.int64)
+    popout_kernels.likes_away(spots.astype(np.float64), at, theirs, at[chosen], apart, size, k, far)
     known = far >= 0
     if not known.any():
         return np.full(len(spots), USUAL, np.int64)
