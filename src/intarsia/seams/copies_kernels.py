@@ -219,20 +219,3 @@ def repeat_prices(
                     _look_around(grown, pieces, origins, copies, terms, box, pick, (i, j), mine)
                     price = _price(grown, origins, copies, terms, box, patch, (i, j, v), pixel, mine)
             out[i : i + step, j : j + step] = price
-
-
-@kernel
-def measure_rows(feats: Any, known: Any, posed: Any, rows: Any) -> None:
-    """Write the distance of each patch (distance, variant, row, column) of `rows` from a window into it."""
-    flat, table = posed
-    h, w, channels = feats.shape
-    for k in range(len(rows)):
-        v, total = rows[k, 1], 0
-        for i in range(h):
-            begin = table[v, 0] + ((rows[k, 2] + i) * table[v, 3] + rows[k, 3]) * channels
-            for j in range(w):
-                if known[i, j]:
-                    for c in range(channels):
-                        apart = int(feats[i, j, c]) - int(flat[begin + j * channels + c])
-                        total += apart * apart
-        rows[k, 0] = total
