@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from ..kernels.windows import canvas_place
-from .energy_kernels import source_at, spot
+from ..kernels.windows import HOLE, Grown, canvas_place
 
 STEP = 4  # px; the lists are a sixteenth of the canvas, and a cell of the exemplar is one sample each time it is shown
 ONE = 256  # a copy whose surroundings are those of the pixel
@@ -28,9 +27,12 @@ class Origins(NamedTuple):
     """Which exemplar pixel every pixel of the pieces is, and how striking it is."""
 
     pixel: NDArray[np.int32]  # (pixels of all variants,): number of the exemplar pixel
-    first: NDArray[np.int64]  # (V, 2): number of the first pixel of a variant's exemplar, and its width
+    laid: NDArray[np.int32]  # the same; -1 where it must not be shown
+    frames: NDArray[np.int64]  # (V, 4): where a variant begins in these, rows, columns and stride
+    torus: NDArray[np.bool_]  # (V,): whether it continues in itself
     steps: NDArray[np.int64]  # (V, 4): steps of the exemplar to steps of the variant, row by row
     pose: NDArray[np.uint8]  # (V,): how a variant lies
+    place: NDArray[np.int32]  # (exemplar pixels, 2): row and column
     cell: NDArray[np.int32]  # (exemplar pixels,): number of its cell
     weight: NDArray[np.int32]  # (exemplar pixels,): how much a repeat of it is seen, 256 = usual
 
@@ -39,9 +41,10 @@ class Copies(NamedTuple):
     """Samples by what they show and where they lie: lists that begin at `head`, and how many show a cell."""
 
     shown: NDArray[np.int32]  # (H, W): number of the exemplar pixel, -1 in holes
-    head: NDArray[np.int32]  # (tiles, cells): the first sample, -1: none
+    head: NDArray[np.int32]  # (cells, tiles): the first sample, -1: none
     next: NDArray[np.int32]  # (samples,): the one after it
     cell: NDArray[np.int32]  # (samples,): the cell that it is listed under, -1: none
+    lies: NDArray[np.int32]  # (samples, 5): row and column, those at which it would show pixel 0, 0; its variant
     shows: NDArray[np.int32]  # (cells,): how many
     tiles: NDArray[np.int64]  # (4,): rows and columns of tiles, and a tile's rows and columns in px
 
@@ -56,40 +59,62 @@ class Terms(NamedTuple):
     around: NDArray[np.int64]  # (8, 8, 8, 2): places around a pixel in one pose, as around a copy in another, px
 
 
+class Repeats(NamedTuple):
+    """A map, all that its repeats are known by, and what they cost."""
+
+    grown: Grown
+    origins: Origins
+    copies: Copies
+    terms: Terms
+
+
 @kernel
 def list_box(grown: Any, pieces: Any, origins: Any, copies: Any, box: Any) -> None:
     """List the samples of a box anew; `box`: first row and column, rows, columns, over borders that wrap."""
-    height, width = grown.variant.shape
+    variant, yx, wrap = grown
+    height, width = variant.shape
     columns = (width + STEP - 1) // STEP
     for i in range(box[2]):
-        y = canvas_place(box[0] + i, height, grown.wrap[0])
+        y = canvas_place(box[0] + i, height, wrap[0])
         for j in range(box[3]):
-            x = canvas_place(box[1] + j, width, grown.wrap[1])
+            x = canvas_place(box[1] + j, width, wrap[1])
             if y < 0 or x < 0:
                 continue
-            at = source_at(grown.variant, grown.yx, pieces.table, pieces.channels, y, x)
-            copies.shown[y, x] = origins.pixel[at] if at >= 0 else -1
+            v, pixel = variant[y, x], -1
+            if v != HOLE:
+                pixel = origins.pixel[origins.frames[v, 0] + yx[y, x, 0] * pieces.table[v, 3] + yx[y, x, 1]]
+            copies.shown[y, x] = pixel
             if y % STEP or x % STEP:
                 continue
             s = (y // STEP) * columns + x // STEP
             tile = (y // copies.tiles[2]) * copies.tiles[1] + x // copies.tiles[3]
-            was, now = copies.cell[s], origins.cell[copies.shown[y, x]] if at >= 0 else -1
-            if was == now:
-                continue
-            if was >= 0:
-                copies.shows[was] -= 1
-                if copies.head[tile, was] == s:
-                    copies.head[tile, was] = copies.next[s]
-                else:
-                    before = copies.head[tile, was]
-                    while copies.next[before] != s:
-                        before = copies.next[before]
-                    copies.next[before] = copies.next[s]
-            copies.cell[s] = now
-            if now >= 0:
-                copies.shows[now] += 1
-                copies.next[s] = copies.head[tile, now]
-                copies.head[tile, now] = s
+            if pixel >= 0:
+                (ey, ex), m, lies = origins.place[pixel], origins.steps[v], copies.lies[s]
+                lies[0], lies[1], lies[4] = y, x, v
+                lies[2], lies[3] = y - ey * m[0] - ex * m[2], x - ey * m[1] - ex * m[3]
+            _list_sample(copies, s, tile, origins.cell[pixel] if pixel >= 0 else -1)
+
+
+@kernel
+def _list_sample(copies: Any, s: int, tile: int, now: int) -> None:
+    """Move a sample from the list of what it showed to that of what it shows."""
+    was = copies.cell[s]
+    if was == now:
+        return
+    if was >= 0:
+        copies.shows[was] -= 1
+        if copies.head[was, tile] == s:
+            copies.head[was, tile] = copies.next[s]
+        else:
+            before = copies.head[was, tile]
+            while copies.next[before] != s:
+                before = copies.next[before]
+            copies.next[before] = copies.next[s]
+    copies.cell[s] = now
+    if now >= 0:
+        copies.shows[now] += 1
+        copies.next[s] = copies.head[now, tile]
+        copies.head[now, tile] = s
 
 
 @kernel
@@ -118,104 +143,137 @@ def _shown(shown: Any, wrap: Any, y: int, x: int) -> int:
 
 
 @kernel
-def _look_around(
-    grown: Any, pieces: Any, origins: Any, copies: Any, terms: Any, box: Any, pick: Any, here: Any, mine: Any
-) -> None:
-    """Write into `mine` (8,) what is shown around a pixel of a box, at its row and column `here`: exemplar pixels."""
-    for r in range(8):
-        i, j = here[0] + terms.around[0, 0, r, 0], here[1] + terms.around[0, 0, r, 1]
-        if pick[0] >= 0 and 0 <= i < box[2] and 0 <= j < box[3]:
-            table, usable, torus, channels = pieces.table, pieces.usable, pieces.torus, pieces.channels
-            at = spot(table, usable, torus, channels, pick[0], pick[1] + i, pick[2] + j)
-            mine[r] = origins.pixel[at] if at >= 0 else -1
-        else:
-            mine[r] = _shown(copies.shown, grown.wrap, box[0] + i, box[1] + j)
+def _laid(laid: Any, frame: Any, torus: bool, y: int, x: int) -> int:
+    """The exemplar pixel that a variant shows at a place, -1 where there is none or it must not be shown."""
+    if not (0 <= y < frame[1] and 0 <= x < frame[2]):
+        if not torus:
+            return -1
+        y, x = y % frame[1], x % frame[2]
+    found: int = laid[frame[0] + y * frame[3] + x]
+    return found
 
 
 @kernel
-def _alike(shown: Any, wrap: Any, turned: Any, y: int, x: int, mine: Any) -> int:
-    """How much is the same around a copy, at its place on the canvas, and around the pixel: LONE .. ONE."""
+def _alike(shown: Any, wrap: Any, turned: Any, away: int, y: int, x: int, mine: Any) -> int:
+    """How much is the same around a copy, at its place on the canvas, and around the pixel: LONE .. ONE.
+
+    `turned` (8, 2): the places around it, none farther `away` along an axis.
+    """
     same, known = 0, 0
-    for r in range(8):
-        other = _shown(shown, wrap, y + turned[r, 0], x + turned[r, 1])
-        if other >= 0 and mine[r] >= 0:
-            known += 1
-            same += mine[r] == other
+    height, width = shown.shape
+    if away <= y < height - away and away <= x < width - away:
+        for r in range(8):
+            other = shown[np.uint64(y + turned[r, 0]), np.uint64(x + turned[r, 1])]
+            both = (other >= 0) & (mine[r] >= 0)
+            known += both
+            same += both & (mine[r] == other)
+    else:
+        for r in range(8):
+            other = _shown(shown, wrap, y + turned[r, 0], x + turned[r, 1])
+            if other >= 0 and mine[r] >= 0:
+                known += 1
+                same += mine[r] == other
+    if known == 8:
+        return LONE + ((ONE - LONE) * same >> 3)
     return LONE + (ONE - LONE) * same // known if known else LONE
 
 
 @kernel
-def _price(
-    grown: Any, origins: Any, copies: Any, terms: Any, box: Any, patch: bool, here: Any, pixel: int, mine: Any
-) -> int:
-    """What a pixel of a box costs that shows an exemplar pixel; `here`: its row and column in the box, its variant."""
-    (height, width), wrap = grown.variant.shape, grown.wrap
-    samples, (rows, columns) = (width + STEP - 1) // STEP, (copies.tiles[0], copies.tiles[1])
-    y, x = canvas_place(box[0] + here[0], height, wrap[0]), canvas_place(box[1] + here[1], width, wrap[1])
-    cell, first, wide = origins.cell[pixel], origins.first[here[2], 0], origins.first[here[2], 1]
-    ey, ex = (pixel - first) // wide, (pixel - first) % wide
-    total, close, seen, reach = 0, 0, 0, terms.reach * terms.reach
-    for p in range(min(rows, 3)):
-        ty = y // copies.tiles[2] - 1 + p
-        ty = ty % rows if wrap[0] or rows < 3 else ty
-        for q in range(min(columns, 3)):
-            tx = x // copies.tiles[3] - 1 + q
-            tx = tx % columns if wrap[1] or columns < 3 else tx
-            if not (0 <= ty < rows and 0 <= tx < columns):
+def block_prices(repeats: Any, box: Any, pick: Any, step: int, out: Any) -> None:
+    """Write what repeats cost the first pixel of every block of step x step px of a box, in 1/FINE of seams' prices.
+
+    `pick` (variant, row, column at the box's first pixel): what a patch would show there; a variant below 0: what the
+    map shows. What the patch would replace does not count as a copy then. `out` (rows, columns) of blocks.
+    """
+    (variant, _, wrap), origins, copies, terms = repeats  # all by names of their own: tuples are dear to hand on
+    shown, head, following, lies, shows = copies.shown, copies.head, copies.next, copies.lies, copies.shows
+    places, steps, poses, frames = origins.place, origins.steps, origins.pose, origins.frames
+    around, straight, reach = terms.around, terms.around[0, 0, 0, 0], terms.reach * terms.reach
+    (height, width), (rows, columns, tall, wide) = shown.shape, copies.tiles
+    mine, patch = np.empty(8, np.int32), pick[0] >= 0
+    for a in range(out.shape[0]):
+        y = canvas_place(box[0] + a * step, height, wrap[0])
+        for b in range(out.shape[1]):
+            x = canvas_place(box[1] + b * step, width, wrap[1])
+            out[a, b] = 0
+            if y < 0 or x < 0:
                 continue
-            following = copies.head[ty * columns + tx, cell]
-            while following >= 0:
-                s = following
-                following = copies.next[s]
-                seen += 1
-                qy, qx = (s // samples) * STEP, (s % samples) * STEP
-                if patch:
-                    i = (qy - box[0]) % height if wrap[0] else qy - box[0]
-                    j = (qx - box[1]) % width if wrap[1] else qx - box[1]
-                    if 0 <= i < box[2] and 0 <= j < box[3]:
-                        continue  # this would be replaced
-                v, other = grown.variant[qy, qx], copies.shown[qy, qx] - first
-                # the sample is of the cell: the copy of the pixel lies a little beside it
-                dy, dx, m = ey - other // wide, ex - other % wide, origins.steps[v]
-                cy, cx = qy + dy * m[0] + dx * m[2], qx + dy * m[1] + dx * m[3]
-                gy, gx = _gap(cy, y, height, wrap[0]), _gap(cx, x, width, wrap[1])
-                if abs(gy) < SELF and abs(gx) < SELF:
-                    continue
-                turned = terms.around[origins.pose[here[2]], origins.pose[v]]
-                g = _alike(copies.shown, wrap, turned, cy, cx, mine)
-                total += g
-                far = gy * gy + gx * gx
-                if far < reach:
-                    rest = 16 - 16 * far // reach
-                    close += g * rest * rest // 256
-    total = max(total + FAR * (copies.shows[cell] - seen) - terms.spare, 0) + close * terms.near // 256
-    price: int = total * origins.weight[pixel] * terms.unit >> 24
-    return price
+            v, pixel = variant[y, x], shown[y, x]
+            if patch:
+                v, frame, torus = pick[0], frames[pick[0]], origins.torus[pick[0]]
+                pixel = _laid(origins.laid, frame, torus, pick[1] + a * step, pick[2] + b * step)
+            if pixel < 0:
+                continue
+            for r in range(8):
+                i, j = a * step + around[0, 0, r, 0], b * step + around[0, 0, r, 1]
+                if patch and 0 <= i < box[2] and 0 <= j < box[3]:
+                    mine[r] = _laid(origins.laid, frames[v], origins.torus[v], pick[1] + i, pick[2] + j)
+                else:
+                    mine[r] = _shown(shown, wrap, box[0] + i, box[1] + j)
+            cell, ey, ex, turns = origins.cell[pixel], places[pixel, 0], places[pixel, 1], around[poses[v]]
+            total, close, seen = 0, 0, 0
+            for p in range(min(rows, 3)):
+                ty = y // tall - 1 + p
+                ty = ty % rows if wrap[0] or rows < 3 else ty
+                for q in range(min(columns, 3)):
+                    tx = x // wide - 1 + q
+                    tx = tx % columns if wrap[1] or columns < 3 else tx
+                    if not (0 <= ty < rows and 0 <= tx < columns):
+                        continue
+                    s = head[cell, ty * columns + tx]
+                    while s >= 0:
+                        lie = lies[s]
+                        s = following[s]
+                        seen += 1
+                        if patch:
+                            i, j = lie[0] - box[0], lie[1] - box[1]
+                            i, j = i % height if wrap[0] else i, j % width if wrap[1] else j
+                            if 0 <= i < box[2] and 0 <= j < box[3]:
+                                continue  # this would be replaced
+                        # the sample is of the cell: the copy of the pixel lies a little beside it
+                        m = steps[lie[4]]
+                        cy, cx = lie[2] + ey * m[0] + ex * m[2], lie[3] + ey * m[1] + ex * m[3]
+                        gy, gx = _gap(cy, y, height, wrap[0]), _gap(cx, x, width, wrap[1])
+                        if abs(gy) < SELF and abs(gx) < SELF:
+                            continue
+                        g = _alike(shown, wrap, turns[poses[lie[4]]], straight, cy, cx, mine)
+                        total += g
+                        far = gy * gy + gx * gx
+                        if far < reach:
+                            rest = 16 - 16 * far // reach
+                            close += g * rest * rest // 256
+            total = max(total + FAR * (shows[cell] - seen) - terms.spare, 0) + close * terms.near // 256
+            out[a, b] = total * origins.weight[pixel] * terms.unit >> 24
 
 
 @kernel
-def repeat_prices(
-    grown: Any, pieces: Any, origins: Any, copies: Any, terms: Any, box: Any, pick: Any, step: int, out: Any
-) -> None:
-    """Write what repeats cost each pixel of a box, in 1/FINE of what seams are counted in, in blocks of `step` px.
+def savings(old: Any, new: Any, width: int, saved: Any) -> None:
+    """Write what staying at the `old` prices of blocks costs each pixel of a box more than the `new` ones would.
 
-    `pick` (variant, row, column at the first pixel): what a patch would show there; a variant below 0: what the map
-    shows. What the patch would replace does not count as a copy then.
+    In what seams are counted in, rounded down; from the edges on it rises to what it is over `width` px.
     """
-    height, width = grown.variant.shape
-    mine, patch = np.empty(8, np.int32), pick[0] >= 0
-    for i in range(0, box[2], step):
-        y = canvas_place(box[0] + i, height, grown.wrap[0])
-        for j in range(0, box[3], step):
-            x = canvas_place(box[1] + j, width, grown.wrap[1])
-            price = 0
-            if y >= 0 and x >= 0:
-                v, pixel = grown.variant[y, x], copies.shown[y, x]
-                if patch:
-                    v, table, channels = pick[0], pieces.table, pieces.channels
-                    at = spot(table, pieces.usable, pieces.torus, channels, v, pick[1] + i, pick[2] + j)
-                    pixel = origins.pixel[at] if at >= 0 else -1
-                if pixel >= 0:
-                    _look_around(grown, pieces, origins, copies, terms, box, pick, (i, j), mine)
-                    price = _price(grown, origins, copies, terms, box, patch, (i, j, v), pixel, mine)
-            out[i : i + step, j : j + step] = price
+    h, w = saved.shape
+    whole = np.float64(width * FINE)  # a quotient of whole numbers below 2**53, rounded down: that of whole numbers
+    for a in range(old.shape[0]):
+        for b in range(old.shape[1]):
+            gain = max(old[a, b] - new[a, b], 0)
+            for i in range(a * STEP, min(a * STEP + STEP, h)):
+                for j in range(b * STEP, min(b * STEP + STEP, w)):
+                    part = min(i, h - 1 - i, j, w - 1 - j, width)
+                    saved[i, j] = np.int32(np.float64(gain * part) / whole) if gain > 0 else 0
+
+
+@kernel
+def taken_sums(old: Any, new: Any, take: Any) -> tuple[int, int]:
+    """Add up old and new prices of blocks over the pixels that are taken."""
+    h, w = take.shape
+    paid, left = 0, 0
+    for a in range(old.shape[0]):
+        for b in range(old.shape[1]):
+            count = 0
+            for i in range(a * STEP, min(a * STEP + STEP, h)):
+                for j in range(b * STEP, min(b * STEP + STEP, w)):
+                    count += take[i, j]
+            paid += count * old[a, b]
+            left += count * new[a, b]
+    return paid, left

@@ -23,11 +23,17 @@ PLAIN, STEEP = 307, 2  # of 256: what strikes less than this strikes not at all;
 MOST = 384  # up to so much
 
 
-def origins_of(variants: PosedExemplars, feats: Features, exemplars: Sequence[Exemplar]) -> Origins:
-    """Say of every pixel of the variants which exemplar pixel it is; of these, the cell and how much they strike."""
-    pixel, cell, first, weight, begin, cells = [], [], [], [], 0, 0
+def origins_of(
+    variants: PosedExemplars, usable: NDArray[np.uint8], feats: Features, exemplars: Sequence[Exemplar]
+) -> Origins:
+    """Say of every pixel of the variants which exemplar pixel it is; of these, the cell and how much they strike.
+
+    `usable` (pixels of all variants,): which may be shown.
+    """
+    pixel, place, cell, first, weight, begin, cells = [], [], [], [], [], 0, 0
     for number, e in enumerate(exemplars):
-        first.append((begin, e.width))
+        first.append(begin)
+        place.append(np.moveaxis(np.indices((e.height, e.width), np.int32), 0, 2).reshape(-1, 2))
         wide = -(-e.width // STEP)
         cell.append((np.arange(e.height)[:, None] // STEP * wide + np.arange(e.width) // STEP + cells).ravel())
         weight.append(strikes(feats, number, e).ravel())
@@ -35,13 +41,15 @@ def origins_of(variants: PosedExemplars, feats: Features, exemplars: Sequence[Ex
     for v in range(len(variants)):
         number, (rows, stride) = int(variants.exemplar[v]), variants.picture(v).shape[:2]
         e = exemplars[number]
-        numbers = first[number][0] + np.arange(e.height * e.width).reshape(e.height, e.width)
+        numbers = first[number] + np.arange(e.height * e.width).reshape(e.height, e.width)
         posed = pose_array(numbers, int(variants.pose[v]))
         pixel.append(np.pad(posed, ((0, rows - posed.shape[0]), (0, stride - posed.shape[1])), "wrap").ravel())
+    pixels, frames = np.concatenate(pixel).astype(np.int32), variants.table.copy()
+    frames[:, 0] //= variants.channels
     return Origins(
-        np.concatenate(pixel).astype(np.int32), np.array([first[n] for n in variants.exemplar.tolist()], np.int64),
+        pixels, np.where(usable, pixels, np.int32(-1)), frames, variants.toroidal,
         np.array([np.array(ISOMETRIES[p].j).ravel() for p in variants.pose.tolist()], np.int64), variants.pose,
-        np.concatenate(cell).astype(np.int32), np.concatenate(weight),
+        np.concatenate(place), np.concatenate(cell).astype(np.int32), np.concatenate(weight),
     )  # fmt: skip
 
 
@@ -70,7 +78,7 @@ def no_copies(shape: tuple[int, ...], tile: int, cells: int) -> Copies:
     tiles = [-(-n // c) for n, c in zip(shape, counts, strict=True)]
     samples = math.prod(-(-n // STEP) for n in shape)
     return Copies(
-        np.full(shape, -1, np.int32), np.full((math.prod(counts), cells), -1, np.int32),
-        np.full(samples, -1, np.int32), np.full(samples, -1, np.int32),
+        np.full(shape, -1, np.int32), np.full((cells, math.prod(counts)), -1, np.int32),
+        np.full(samples, -1, np.int32), np.full(samples, -1, np.int32), np.zeros((samples, 5), np.int32),
         np.zeros(cells, np.int32), np.array([*counts, *tiles], np.int64),
     )  # fmt: skip

@@ -37,7 +37,7 @@ from ..search import sizes
 from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
 from . import copies_kernels
-from .copies_kernels import FINE, STEP, Terms
+from .copies_kernels import FINE, STEP, Repeats, Terms
 from .covering import Covering
 from .graphcut import Box, Cut
 from .lattice_steps import in_step
@@ -151,11 +151,11 @@ class Spreading(Covering):
         )
         super().__init__(settings, exemplars, canvas, smap, spread.distance)
         self._sharpen()
-        self.lattice, self.exemplars = spread.lattice, exemplars
+        self.lattice, self._taper = spread.lattice, max(side * SCALE.taper // 100, 1)
         sampled = sizes.sampled(exemplars)
         sewn, element = self.sewing, _element(sampled)
         shorter = min(min(e.height, e.width) for e in sampled)
-        self.origins = origins_of(self.growth.variants, self.growth.features, exemplars)
+        self.origins = origins_of(self.growth.variants, sewn.pieces.usable, self.growth.features, exemplars)
         tile = max(shorter * SCALE.tile // 100, 2 * side)
         self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
         pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in sampled)
@@ -168,10 +168,22 @@ class Spreading(Covering):
             unit, SCALE.spare * self.share // 256, SCALE.near * self.share // 256, max(shorter * SCALE.reach // 100, 1),
             around(max(element * SCALE.around // 100, STEP)),
         )  # fmt: skip
+        self.repeats = Repeats(sewn.grown, self.origins, self.copies, self.terms)
         self._list((0, 0, *sewn.variant.shape))
-        self.field = np.zeros((*sewn.variant.shape, 1), np.int32)
-        self._measure((0, 0, *sewn.variant.shape))
-        self.worst = WorstSeams(self.field, self.growth.layout.patch, sewn.wraps)
+        self._field, self._stale = self._priced((0, 0, *sewn.variant.shape))[:, :, None], False
+        self.worst = WorstSeams(self._field, self.growth.layout.patch, sewn.wraps)
+
+    @property
+    def field(self) -> Array:
+        """What repeats cost every pixel of the map as it is, in 1/FINE: (H, W, 1) int32."""
+        if self._stale:
+            self._measure()
+        return self._field
+
+    def _measure(self) -> None:
+        self._field[:, :, 0] = self._priced((0, 0, *self.sewing.variant.shape))
+        self._stale = False
+        self.worst.read()
 
     def _sharpen(self) -> None:
         """Count a seam by its square up to four times what the seams of this map cost on average."""
@@ -183,6 +195,8 @@ class Spreading(Covering):
 
     def wave(self, run: Run) -> int:
         """Cover the dearest windows that lie apart; returns how many patches were laid."""
+        if self._stale:
+            self._measure()
         wave = self.worst.apart(self.around, SCALE.dear)
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
         if not boxes:
@@ -190,10 +204,7 @@ class Spreading(Covering):
         found = self._candidates(boxes, run)
         with run.pool() as each:
             cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
-        laid = self._laid(zip(wave, cuts, strict=True))
-        self._measure((0, 0, *self.sewing.variant.shape))
-        self.worst.read()
-        return laid
+        return self._laid(zip(wave, cuts, strict=True))
 
     def _laid(self, cuts: Iterable[tuple[Cell, Cut | None]]) -> int:
         """Lay what was cut, as far as it is still a gain after what was laid before it."""
@@ -201,61 +212,63 @@ class Spreading(Covering):
         for cell, cut in cuts:
             if cut is None:
                 self.worst.give_up(cell)
-            elif self._gain(cut) > 0 and not self.bars.returns(cut.box, cut.pick, cut.take):
+            elif (not laid or self._gain(cut) > 0) and not self.bars.returns(cut.box, cut.pick, cut.take):
                 self.sewing.paste(cut)
                 self._list(cut.box)
+                self._stale = True
                 laid += 1
         return laid
 
     def _best(self, box: Box, found: Candidates) -> Cut | None:
         """Of the best candidates by repeats and fit the one whose cut gains most; None where none does."""
         (y, x, h, w), area = box, max(int(found.known.sum()), 1)
-        height, width = self.field.shape[:2]
+        height, width = self._field.shape[:2]
         inner = ((y + h // 4) % height, (x + w // 4) % width, h - 2 * (h // 4), w - 2 * (w // 4))
         costs = []
         for far, variant, u, s in found.rows.tolist():
             price = int(self._priced(inner, (variant, u + h // 4, s + w // 4), 2 * STEP).sum())
             costs.append(price + math.isqrt(far // area) * (h + w) * FINE)
-        best, most = None, 0
+        best, most, known = None, 0, dict[Box, Array]()
         for k in np.argsort(costs, kind="stable")[: SCALE.tries].tolist():
             _, variant, u, s = found.rows[k].tolist()
-            cut = self.sewing.cut(box, (variant, u, s), self.margin, saved=self._saved)
-            gain = self._gain(cut)
+            prices = list[Array]()
+
+            def saved(window: Box, patch: Pick, prices: list[Array] = prices) -> Array:
+                """What staying as it is costs each pixel of a window more than a patch; less towards the edges."""
+                if window not in known:
+                    known[window] = self._blocks(window)
+                prices += known[window], self._blocks(window, patch)
+                more = np.empty(window[2:], np.int32)
+                copies_kernels.savings(prices[0], prices[1], self._taper, more)
+                return more
+
+            cut = self.sewing.cut(box, (variant, u, s), self.margin, saved=saved)
+            gain = self._gain(cut, *prices)
             if gain > most:
                 best, most = cut, gain
         return best
 
-    def _gain(self, cut: Cut) -> int:
+    def _gain(self, cut: Cut, *prices: Array) -> int:
         """What repeats saved are worth beyond what seams cost more; seams saved are no reason to change anything.
 
-        On a lattice seams may not become dearer at all: they lie in joints, and others would part elements.
+        On a lattice seams may not become dearer at all: they lie in joints, and others would part elements. `prices`
+        of the box as it is and with the patch, where they are known.
         """
         if self.lattice and cut.change > 0:
             return 0
-        old, new, take = self._priced(cut.box), self._priced(cut.box, cut.pick), cut.take > 0
-        paid = int(old[take].sum(dtype=np.int64))
-        saved = paid - int(new[take].sum(dtype=np.int64))
-        return saved - FINE * max(cut.change, 0) - SCALE.gain * paid // 100
+        old, new = prices or (self._blocks(cut.box), self._blocks(cut.box, cut.pick))
+        paid, left = copies_kernels.taken_sums(old, new, cut.take)
+        return int(paid - left) - FINE * max(cut.change, 0) - SCALE.gain * int(paid) // 100
 
-    def _saved(self, box: Box, pick: Pick) -> Array:
-        """What staying as it is costs each pixel of a box more than the patch would; less towards the edges."""
-        gain = self._priced(box) - self._priced(box, pick)
-        rows, columns = (np.minimum(np.arange(n), np.arange(n)[::-1]) for n in box[2:])
-        width = max(self.growth.layout.patch[0] * SCALE.taper // 100, 1)
-        part = np.minimum(np.minimum(rows[:, None], columns), width)
-        return np.asarray(np.maximum(gain, 0).astype(np.int64) * part // (width * FINE), np.int32)
-
-    def _priced(self, box: Box, pick: Pick = (-1, 0, 0), step: int = STEP) -> Array:
-        """What repeats cost each pixel of a box as it is, or with a patch, in 1/FINE: (rows, columns) int32."""
-        out = np.empty(box[2:], np.int32)
-        sewn = self.sewing
-        copies_kernels.repeat_prices(
-            sewn.grown, sewn.pieces, self.origins, self.copies, self.terms, box, tuple(map(int, pick)), step, out
-        )
+    def _blocks(self, box: Box, pick: Pick = (-1, 0, 0), step: int = STEP) -> Array:
+        """What repeats cost each block of step x step px of a box as it is, or with a patch, in 1/FINE: int32."""
+        out = np.empty([-(-n // step) for n in box[2:]], np.int32)
+        copies_kernels.block_prices(self.repeats, box, (int(pick[0]), int(pick[1]), int(pick[2])), step, out)
         return out
 
-    def _measure(self, box: Box) -> None:
-        self.field[:, :, 0] = self._priced(box)
+    def _priced(self, box: Box, pick: Pick = (-1, 0, 0), step: int = STEP) -> Array:
+        """The same for each pixel of a box: (rows, columns) int32."""
+        return self._blocks(box, pick, step).repeat(step, 0).repeat(step, 1)[: box[2], : box[3]]
 
     def _list(self, box: Box) -> None:
         copies_kernels.list_box(self.sewing.grown, self.sewing.pieces, self.origins, self.copies, box)
