@@ -45,7 +45,9 @@ def sharpened(cost: int, knee: int) -> int:
 
     So a step that is seen counts more than many that are not. The triangle inequality does not hold for it.
     """
-    return cost * min(cost, STEEPEST * knee) // knee
+    if cost >= STEEPEST * knee:
+        return STEEPEST * cost
+    return int(np.float64(cost * cost) / np.float64(knee))  # whole numbers: what is rounded down is the same
 
 
 @kernel

@@ -107,17 +107,17 @@ def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> N
             x = canvas_place(box[1] + j, width, wrap[1])
             if x < 0:
                 continue
-            here = source_at(variant, yx, table, channels, y, x)
+            v, row, column, here = variant[y, x], yx[y, x, 0], yx[y, x, 1], -1
             for k in range(2):
                 prices[y, x, k] = 0
                 ny = canvas_place(y + k, height, wrap[0])
                 nx = canvas_place(x + 1 - k, width, wrap[1])
-                if here < 0 or ny < 0 or nx < 0:
+                if v == HOLE or ny < 0 or nx < 0 or variant[ny, nx] == HOLE:
                     continue
+                if v == variant[ny, nx] and row + k == yx[ny, nx, 0] and column + 1 - k == yx[ny, nx, 1]:
+                    continue
+                here = source_at(variant, yx, table, channels, y, x) if here < 0 else here
                 there = source_at(variant, yx, table, channels, ny, nx)
-                u, v = yx[y, x], yx[ny, nx]
-                if there < 0 or (variant[y, x] == variant[ny, nx] and u[0] + k == v[0] and u[1] + 1 - k == v[1]):
-                    continue
                 on = beside(variant, yx, table, usable, torus, channels, y, x, k, 1 - k)
                 if on == there:
                     continue

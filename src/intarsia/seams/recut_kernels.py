@@ -24,7 +24,7 @@ from ..kernels.cuts import sharpened
 from ..kernels.jit import kernel
 from ..kernels.maxflow import push_flow
 from ..kernels.windows import HOLE, canvas_place
-from .energy_kernels import feature_distance, meeting, source_at, spot
+from .energy_kernels import feature_distance, meeting, spot
 
 OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
 
@@ -85,21 +85,23 @@ def pair_terms(
         for j in range(w):
             both = old[i, j] >= 0 and new[i, j] >= 0
             gap[i, j] = feature_distance(flat, channels, old[i, j], new[i, j]) if both else -1
+    smooth = not price.gradient
     for k in range(2):
+        down, right = k * step, step - k * step
         for i in range(h):
             for j in range(w):
                 m, n = i + k, j + 1 - k
                 a, b, c = 0, 0, 0
                 if m < h and n < w and state[i, j] != ABSENT and state[m, n] != ABSENT:
-                    one, two = source[i, j], source[m, n]
-                    down, right = k * step, step - k * step
-                    goes_on = one[0] == two[0] and one[1] + down == two[1] and one[2] + right == two[2]
-                    if goes_on and gap[i, j] >= 0 and gap[m, n] >= 0 and not price.gradient:
+                    known = smooth and gap[i, j] >= 0 and gap[m, n] >= 0 and source[i, j, 0] == source[m, n, 0]
+                    goes_on = source[i, j, 1] + down == source[m, n, 1] and source[i, j, 2] + right == source[m, n, 2]
+                    if known and goes_on:
                         b = gap[i, j] + gap[m, n]
                         b = c = sharpened(b, price.knee) if price.knee > 0 else b
                     else:
                         a, b, c = _three(
-                            pieces, one, two, (down, right), old[i, j], old[m, n], new[i, j], new[m, n], price
+                            pieces, source[i, j], source[m, n], (down, right), old[i, j], old[m, n], new[i, j],
+                            new[m, n], price,
                         )  # fmt: skip
                 terms[i, j, k, 0], terms[i, j, k, 1], terms[i, j, k, 2] = a, b, c
 
@@ -214,13 +216,19 @@ def recut(
     height, width = variant.shape
     old, new = np.empty((h, w), np.int64), np.empty((h, w), np.int64)
     source = np.empty((h, w, 3), np.int32)
+    begins = table[:, 0] // channels
     for i in range(h):
-        y = canvas_place(box[0] + i * step, height, wrap[0])
+        y, row = canvas_place(box[0] + i * step, height, wrap[0]), pick[1] + i * step
         for j in range(w):
-            x = canvas_place(box[1] + j * step, width, wrap[1])
-            source[i, j, 0], source[i, j, 1], source[i, j, 2] = variant[y, x], yx[y, x, 0], yx[y, x, 1]
-            old[i, j] = source_at(variant, yx, table, channels, y, x)
-            new[i, j] = spot(table, usable, torus, channels, pick[0], pick[1] + i * step, pick[2] + j * step)
+            x, column = canvas_place(box[1] + j * step, width, wrap[1]), pick[2] + j * step
+            v, at = variant[y, x], yx[y, x]
+            source[i, j, 0], source[i, j, 1], source[i, j, 2] = v, at[0], at[1]
+            old[i, j] = begins[v] + at[0] * table[v, 3] + at[1] if v != HOLE else -1
+            if 0 <= row < table[pick[0], 1] and 0 <= column < table[pick[0], 2]:
+                place = begins[pick[0]] + row * table[pick[0], 3] + column
+                new[i, j] = place if usable[place] else -1
+            else:
+                new[i, j] = spot(table, usable, torus, channels, pick[0], row, column)
     state = np.empty((h, w), np.uint8)
     fix(grown, locked, box, target, step, old, new, state)
     terms = np.empty((h, w, 2, 3), np.int32)
