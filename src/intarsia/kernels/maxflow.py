@@ -13,6 +13,8 @@ window's edge. Costs are non-negative and below 2**30, for a residual may become
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,72 +69,59 @@ def _fill_room(
 
 
 @kernel
-def _measure_heights(
-    kind: NDArray[np.uint8],
-    room: NDArray[np.int32],
-    step: NDArray[np.int64],
-    level: NDArray[np.int32],
-    reached: NDArray[np.int32],
-) -> None:
+def _measure_heights(kind: Any, room: Any, step: Any, level: Any, reached: Any) -> None:
     """Count each pixel's arcs on the shortest way with room to an old one; the size stands for no way."""
     size = kind.size
-    level[:] = size
-    tail = 0
-    for v in range(size):
+    head, tail = np.uint64(0), np.uint64(0)  # what is unsigned needs no test for the last but so many
+    for k in range(size):
+        v = np.uint64(k)
+        level[v] = size if kind[v] != NEW else size + 1
         if kind[v] == OLD:
             level[v] = 0
             reached[tail] = v
-            tail += 1
-    head = 0
+            tail += np.uint64(1)
     while head < tail:
-        v = reached[head]
-        head += 1
-        for d in range(4):
+        v = np.uint64(reached[head])
+        head += np.uint64(1)
+        following = level[v] + 1
+        for d in range(np.uint64(4)):
             u = v + step[d]
-            if room[4 * u + (d ^ 1)] > 0 and level[u] == size and kind[u] != NEW:
-                level[u] = level[v] + 1
+            if level[u] == size and room[np.uint64(4) * u + (d ^ np.uint64(1))] > 0:
+                level[u] = following
                 reached[tail] = u
-                tail += 1
+                tail += np.uint64(1)
 
 
 @kernel
-def _drain(
-    kind: NDArray[np.uint8],
-    room: NDArray[np.int32],
-    step: NDArray[np.int64],
-    level: NDArray[np.int32],
-    excess: NDArray[np.int64],
-    queue: NDArray[np.int32],
-    queued: NDArray[np.uint8],
-    head: int,
-    tail: int,
-) -> tuple[int, int]:
-    """Push waiting flow downhill, raising pixels as needed, until none waits or heights are due anew."""
-    size = kind.size
-    raised = 0
+def _drain(kind: Any, room: Any, step: Any, level: Any, excess: Any, line: Any, ends: Any) -> tuple[Any, Any]:
+    """Push waiting flow downhill, raising pixels as needed, until none waits or heights are due anew.
+
+    `line`: (queue, which pixels are in it), which lasts from the first to the second of `ends`.
+    """
+    (queue, queued), (head, tail), size, one = line, ends, kind.size, np.uint64(1)
+    end, raised = np.uint64(size), 0
     while head != tail and 4 * raised <= size:  # of 1/20, 1/4 and 1 of the size this share measured best
-        v = queue[head]
-        head = head + 1 if head < size else 0
+        v = np.uint64(queue[head])
+        head = head + one if head < end else np.uint64(0)
         queued[v] = 0
-        here = excess[v]
-        mine = level[v]
+        here, mine, begin = excess[v], level[v], np.uint64(4) * v
         while here > 0 and mine < size:
             lowest = size
-            for d in range(4):
-                fits = room[4 * v + d]
+            for d in range(np.uint64(4)):
+                fits = room[begin + d]
                 if fits > 0:
                     u = v + step[d]
                     other = level[u]
                     if other < mine:
-                        moved = fits if fits < here else here
-                        room[4 * v + d] -= moved
-                        room[4 * u + (d ^ 1)] += moved
+                        moved = min(fits, here)
+                        room[begin + d] = fits - moved
+                        room[np.uint64(4) * u + (d ^ one)] += moved
                         excess[u] += moved
                         here -= moved
-                        if kind[u] == FREE and queued[u] == 0:
+                        if queued[u] == 0 and kind[u] == FREE:
                             queued[u] = 1
                             queue[tail] = u
-                            tail = tail + 1 if tail < size else 0
+                            tail = tail + one if tail < end else np.uint64(0)
                         if here == 0:
                             break
                     elif other + 1 < lowest:
@@ -151,34 +140,34 @@ def push_flow(
 ) -> NDArray[np.int32]:
     """Send all that can flow from the new pixels, and what waits in `excess`, to the old ones.
 
-    Returns each pixel's distance to an old one along arcs with room left; the size where there is no way. `room`
-    and `excess` are used up.
+    Returns each pixel's distance to an old one along arcs with room left; the size, or more, where there is no way.
+    `room` and `excess` are used up.
     """
-    size = kind.size
-    level = np.empty(size, np.int32)
-    reached = np.empty(size, np.int32)
-    queue = np.empty(size + 1, np.int32)
-    queued = np.zeros(size, np.uint8)
-    step = np.array([1, -1, stride, -stride])
+    size, four, one = kind.size, np.uint64(4), np.uint64(1)
+    level, reached = np.empty(size, np.int32), np.empty(size, np.int32)
+    queue, queued = np.empty(size + 1, np.int32), np.zeros(size, np.uint8)
+    step = np.array([1, -1, stride, -stride]).astype(np.uint64)
     _measure_heights(kind, room, step, level, reached)
-    head, tail = 0, 0
-    for v in range(size):
+    head, tail = np.uint64(0), np.uint64(0)
+    for k in range(size):
+        v = np.uint64(k)
         if kind[v] == FREE and excess[v] > 0 and queued[v] == 0:
             queued[v] = 1
             queue[tail] = v
-            tail += 1
+            tail += one
         if kind[v] == NEW:
-            for d in range(4):
-                u = v + step[d]
-                room[4 * u + (d ^ 1)] += room[4 * v + d]
-                excess[u] += room[4 * v + d]
-                if room[4 * v + d] > 0 and kind[u] == FREE and queued[u] == 0:
-                    queued[u] = 1
-                    queue[tail] = u
-                    tail += 1
-                room[4 * v + d] = 0
+            for d in range(four):
+                u, moved = v + step[d], room[four * v + d]
+                if moved > 0:
+                    room[four * u + (d ^ one)] += moved
+                    room[four * v + d] = 0
+                    excess[u] += moved
+                    if kind[u] == FREE and queued[u] == 0:
+                        queued[u] = 1
+                        queue[tail] = u
+                        tail += one
     while head != tail:
-        head, tail = _drain(kind, room, step, level, excess, queue, queued, head, tail)
+        head, tail = _drain(kind, room, step, level, excess, (queue, queued), (head, tail))
         _measure_heights(kind, room, step, level, reached)
     return level
 

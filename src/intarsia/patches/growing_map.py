@@ -50,7 +50,9 @@ class GrowingMap:
             iso = ISOMETRIES[variants.pose[v]]
             _, height, width, _ = variants.table[v].tolist()
             origin = np.array(iso.start(width, height) if iso.swaps else iso.start(height, width), np.int32)
-            yx[mine] = (start.yx[mine] - origin) @ np.array(iso.j, np.int32)
+            away, j = np.moveaxis(start.yx, 2, 0) - origin[:, None, None], iso.j
+            for axis in (0, 1):
+                np.copyto(yx[:, :, axis], away[0] * j[0][axis] + away[1] * j[1][axis], where=mine)
             variant[mine] = v
         return cls(variants, variant, yx, depth_of(variant != HOLE, canvas.wrap, rim) > rim)
 
