@@ -65,15 +65,23 @@ def popout(picture: NDArray[np.int16], usable: Mask | None = None, toroidal: boo
 
 
 def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
-    """Describe every spot: its mean features and how they vary (H, W, C + 1); and how much of it counts, of 4096."""
-    planes = np.moveaxis(picture, 2, 0).astype(np.float64)  # whole numbers below 2**53, all of them
+    """Describe every spot: its mean features and how they vary (H, W, C + 1); and how much of it counts, of 4096.
+
+    Whole numbers below 2**53, in float64.
+    """
+    planes = np.moveaxis(picture, 2, 0).astype(np.float64, order="C")
     mask = np.ones(planes.shape[1:]) if usable is None else usable.astype(np.float64)
     share = _averaged(mask[None] * 4096, radius, toroidal)[0]
     part = np.maximum(share, 1)
-    mean = np.floor(_averaged(planes * mask * 64, radius, toroidal) * 64 / part)
-    apart = ((planes - mean) ** 2).sum(axis=0) * mask
-    spread = np.floor(np.sqrt(np.floor(_averaged(apart[None], radius, toroidal) * 4096 / part)))
-    return np.moveaxis(np.concatenate([mean, spread]), 0, 2).astype(np.int64), share.astype(np.int64)
+    mean = _averaged(planes * (mask * 64), radius, toroidal)
+    mean *= 64
+    mean /= part
+    np.floor(mean, out=mean)
+    planes -= mean
+    planes *= planes
+    apart = _averaged(planes.sum(axis=0)[None] * mask, radius, toroidal)
+    spread = np.floor(np.sqrt(np.floor(apart * 4096 / part)))
+    return np.moveaxis(np.concatenate([mean, spread]), 0, 2), share
 
 
 def _averaged(values: Array, radius: int, toroidal: bool) -> Array:
@@ -93,7 +101,8 @@ def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) 
     spots = np.full(len(at), USUAL, np.int64)
     if counts.sum() > LEAST_LIKES:
         size = (height, width) if toroidal else (0, 0)
-        spots[counts] = _relative(_widened(every[at[counts, 0], at[counts, 1]]), at[counts], APART * radius, size)
+        at = at[counts]
+        spots[counts] = _relative(_widened(every[at[:, 0], at[:, 1]].astype(np.int64)), at, APART * radius, size)
     rows, columns = (np.clip((2 * (np.arange(n) - begin) + step) // (2 * step), 0, m - 1)
                      for n, m in ((height, len(y)), (width, len(x))))  # fmt: skip
     return spots.reshape(len(y), len(x))[rows[:, None], columns].astype(np.int32)

@@ -56,7 +56,8 @@ class Terms(NamedTuple):
     spare: int  # copies, in 1/256, that cost nothing
     near: int  # how much dearer a copy is at no distance, 256 = as much again
     reach: int  # px: where nearness ends
-    around: NDArray[np.int64]  # (8, 8, 8, 2): places around a pixel in one pose, as around a copy in another, px
+    around: NDArray[np.int64]  # (8, 8, 8, 3): places around a pixel in one pose, as around a copy in another: rows,
+    # columns, and so many pixels of the canvas
 
 
 class Repeats(NamedTuple):
@@ -143,33 +144,35 @@ def _shown(shown: Any, wrap: Any, y: int, x: int) -> int:
 
 
 @kernel
-def _laid(laid: Any, frame: Any, torus: bool, y: int, x: int) -> int:
+def _laid(laid: Any, frames: Any, torus: bool, v: int, y: int, x: int) -> int:
     """The exemplar pixel that a variant shows at a place, -1 where there is none or it must not be shown."""
-    if not (0 <= y < frame[1] and 0 <= x < frame[2]):
+    if not (0 <= y < frames[v, 1] and 0 <= x < frames[v, 2]):
         if not torus:
             return -1
-        y, x = y % frame[1], x % frame[2]
-    found: int = laid[frame[0] + y * frame[3] + x]
+        y, x = y % frames[v, 1], x % frames[v, 2]
+    found: int = laid[frames[v, 0] + y * frames[v, 3] + x]
     return found
 
 
 @kernel
-def _alike(shown: Any, wrap: Any, turned: Any, away: int, y: int, x: int, mine: Any) -> int:
+def _alike(canvas: Any, around: Any, pose: int, other_pose: int, y: int, x: int, mine: Any) -> int:
     """How much is the same around a copy, at its place on the canvas, and around the pixel: LONE .. ONE.
 
-    `turned` (8, 2): the places around it, none farther `away` along an axis.
+    `canvas`: (what is shown, the same in one row, whether it wraps). No place is farther away along an axis than the
+    first, straight down.
     """
-    same, known = 0, 0
-    height, width = shown.shape
+    (shown, every, wrap), same, known = canvas, 0, 0
+    (height, width), away = shown.shape, around[0, 0, 0, 0]
     if away <= y < height - away and away <= x < width - away:
+        begin = y * width + x
         for r in range(8):
-            other = shown[np.uint64(y + turned[r, 0]), np.uint64(x + turned[r, 1])]
+            other = every[np.uint64(begin + around[pose, other_pose, r, 2])]
             both = (other >= 0) & (mine[r] >= 0)
             known += both
             same += both & (mine[r] == other)
     else:
         for r in range(8):
-            other = _shown(shown, wrap, y + turned[r, 0], x + turned[r, 1])
+            other = _shown(shown, wrap, y + around[pose, other_pose, r, 0], x + around[pose, other_pose, r, 1])
             if other >= 0 and mine[r] >= 0:
                 known += 1
                 same += mine[r] == other
@@ -188,9 +191,12 @@ def block_prices(repeats: Any, box: Any, pick: Any, step: int, out: Any) -> None
     (variant, _, wrap), origins, copies, terms = repeats  # all by names of their own: tuples are dear to hand on
     shown, head, following, lies, shows = copies.shown, copies.head, copies.next, copies.lies, copies.shows
     places, steps, poses, frames = origins.place, origins.steps, origins.pose, origins.frames
-    around, straight, reach = terms.around, terms.around[0, 0, 0, 0], terms.reach * terms.reach
+    cells, weights, laid = origins.cell, origins.weight, origins.laid
+    around, reach = terms.around, terms.reach * terms.reach
     (height, width), (rows, columns, tall, wide) = shown.shape, copies.tiles
+    every = shown.reshape(height * width)
     mine, patch = np.empty(8, np.int32), pick[0] >= 0
+    torus = patch and origins.torus[pick[0]]
     for a in range(out.shape[0]):
         y = canvas_place(box[0] + a * step, height, wrap[0])
         for b in range(out.shape[1]):
@@ -200,50 +206,52 @@ def block_prices(repeats: Any, box: Any, pick: Any, step: int, out: Any) -> None
                 continue
             v, pixel = variant[y, x], shown[y, x]
             if patch:
-                v, frame, torus = pick[0], frames[pick[0]], origins.torus[pick[0]]
-                pixel = _laid(origins.laid, frame, torus, pick[1] + a * step, pick[2] + b * step)
+                v = pick[0]
+                pixel = _laid(laid, frames, torus, v, pick[1] + a * step, pick[2] + b * step)
             if pixel < 0:
                 continue
             for r in range(8):
                 i, j = a * step + around[0, 0, r, 0], b * step + around[0, 0, r, 1]
                 if patch and 0 <= i < box[2] and 0 <= j < box[3]:
-                    mine[r] = _laid(origins.laid, frames[v], origins.torus[v], pick[1] + i, pick[2] + j)
+                    mine[r] = _laid(laid, frames, torus, pick[0], pick[1] + i, pick[2] + j)
                 else:
                     mine[r] = _shown(shown, wrap, box[0] + i, box[1] + j)
-            cell, ey, ex, turns = origins.cell[pixel], places[pixel, 0], places[pixel, 1], around[poses[v]]
-            total, close, seen = 0, 0, 0
+            cell, ey, ex = cells[pixel], places[pixel, 0], places[pixel, 1]
+            total, close, seen, own_row, own_column = 0, 0, 0, y // tall, x // wide
             for p in range(min(rows, 3)):
-                ty = y // tall - 1 + p
-                ty = ty % rows if wrap[0] or rows < 3 else ty
+                ty = own_row - 1 + p
+                if wrap[0] or rows < 3:
+                    ty = ty + rows if ty < 0 else (ty - rows if ty >= rows else ty)
                 for q in range(min(columns, 3)):
-                    tx = x // wide - 1 + q
-                    tx = tx % columns if wrap[1] or columns < 3 else tx
+                    tx = own_column - 1 + q
+                    if wrap[1] or columns < 3:
+                        tx = tx + columns if tx < 0 else (tx - columns if tx >= columns else tx)
                     if not (0 <= ty < rows and 0 <= tx < columns):
                         continue
                     s = head[cell, ty * columns + tx]
                     while s >= 0:
-                        lie = lies[s]
-                        s = following[s]
+                        k, u = s, lies[s, 4]
+                        s = following[k]
                         seen += 1
                         if patch:
-                            i, j = lie[0] - box[0], lie[1] - box[1]
+                            i, j = lies[k, 0] - box[0], lies[k, 1] - box[1]
                             i, j = i % height if wrap[0] else i, j % width if wrap[1] else j
                             if 0 <= i < box[2] and 0 <= j < box[3]:
                                 continue  # this would be replaced
                         # the sample is of the cell: the copy of the pixel lies a little beside it
-                        m = steps[lie[4]]
-                        cy, cx = lie[2] + ey * m[0] + ex * m[2], lie[3] + ey * m[1] + ex * m[3]
+                        cy = lies[k, 2] + ey * steps[u, 0] + ex * steps[u, 2]
+                        cx = lies[k, 3] + ey * steps[u, 1] + ex * steps[u, 3]
                         gy, gx = _gap(cy, y, height, wrap[0]), _gap(cx, x, width, wrap[1])
                         if abs(gy) < SELF and abs(gx) < SELF:
                             continue
-                        g = _alike(shown, wrap, turns[poses[lie[4]]], straight, cy, cx, mine)
+                        g = _alike((shown, every, wrap), around, poses[v], poses[u], cy, cx, mine)
                         total += g
                         far = gy * gy + gx * gx
                         if far < reach:
-                            rest = 16 - 16 * far // reach
+                            rest = 16 - int(np.float64(16 * far) / np.float64(reach))  # rounded down all the same
                             close += g * rest * rest // 256
             total = max(total + FAR * (shows[cell] - seen) - terms.spare, 0) + close * terms.near // 256
-            out[a, b] = total * origins.weight[pixel] * terms.unit >> 24
+            out[a, b] = total * weights[pixel] * terms.unit >> 24
 
 
 @kernel

@@ -63,13 +63,17 @@ def strikes(feats: Features, number: int, exemplar: Exemplar) -> Array:
     return feats.memo(("strikes", number), measured)
 
 
-def around(px: int) -> Array:
-    """Eight places around a pixel in each pose, as they lie around a copy of it in each: (8, 8, 8, 2)."""
+def around(px: int, width: int) -> Array:
+    """Eight places around a pixel in each pose, as they lie around a copy of it in each: (8, 8, 8, 3).
+
+    As rows, columns, and pixels of a canvas so wide.
+    """
     slant = px * 181 // 256
     straight = (px, 0), (-px, 0), (0, px), (0, -px)
     places = np.array([*straight, (slant, slant), (slant, -slant), (-slant, slant), (-slant, -slant)])
     steps = [np.array(isometry.j) for isometry in ISOMETRIES]  # orthogonal: their transposes lead back
-    return np.array([[places @ a.T @ b for b in steps] for a in steps], np.int64)
+    away = np.array([[places @ a.T @ b for b in steps] for a in steps], np.int64)
+    return np.concatenate([away, away[..., :1] * width + away[..., 1:]], axis=3)
 
 
 def no_copies(shape: tuple[int, ...], tile: int, cells: int) -> Copies:

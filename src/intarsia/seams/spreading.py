@@ -166,7 +166,7 @@ class Spreading(Covering):
         unit = round(spread.price * 256) * SCALE.unit * wide * FINE * 256 // (10 * element * self.share)
         self.terms = Terms(
             unit, SCALE.spare * self.share // 256, SCALE.near * self.share // 256, max(shorter * SCALE.reach // 100, 1),
-            around(max(element * SCALE.around // 100, STEP)),
+            around(max(element * SCALE.around // 100, STEP), sewn.variant.shape[1]),
         )  # fmt: skip
         self.repeats = Repeats(sewn.grown, self.origins, self.copies, self.terms)
         self._list((0, 0, *sewn.variant.shape))
