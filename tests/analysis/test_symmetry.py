@@ -124,3 +124,23 @@ def test_methods_settle_auto_and_the_recipe_holds_the_list(method) -> None:
     assert free.recipe["parameters"]["isometries"] == list(ALL)
     oblong = ia.synthesize(TORTURE["noise_white"](), 50, method(patch=(12, 9), isometries="auto"), run=ia.Run(1))
     assert oblong.recipe["parameters"]["isometries"] == [0, 1, 2, 6]
+
+
+@pytest.mark.parametrize("size", [96, (97, 110), (130, 91)])
+def test_a_picture_in_a_mirror_is_measured_alike(size) -> None:
+    """Left to right, upside down and both: every distance is found again, that of the isometry as the mirror shows it."""
+    h, w = (size, size) if isinstance(size, int) else size
+    picture = np.random.default_rng(h).integers(0, 256, (h, w, 3)).astype(np.uint8)
+    picture[:, : w // 3] //= 2
+    usable = np.ones((h, w), bool)
+    usable[5:20, 8:30] = False
+
+    def found(pose: int) -> np.ndarray:
+        laid = [np.ascontiguousarray(lay_down(a, pose)) for a in (picture, usable)]
+        one = Exemplar.of(laid[0], usable=laid[1])
+        return pose_distances(features([one]), one)
+
+    plain = found(0)
+    np.testing.assert_array_equal(found(6), plain)
+    for pose in (1, 2):
+        np.testing.assert_array_equal(found(pose), plain[:, [0, 1, 2, 4, 3, 7, 6, 5]])

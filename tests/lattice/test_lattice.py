@@ -18,7 +18,7 @@ from intarsia.lattice.correlation_map import correlation_map, pictures
 from intarsia.lattice.lattice import Lattice, find_lattice
 from intarsia.lattice.row_pitch import RowPitch
 from intarsia.lattice.scoring_kernels import lattice_mean
-from intarsia.lattice.verdict import one_vector
+from intarsia.lattice.verdict import _ends, one_vector
 from plain_lattice import plain_lattice, tile_coverage
 
 WITHOUT = ["dots_random", "noise_white", "noise_pink", "noise_band", "jpeg_blocky", "grapes", "marbling", "fur"]
@@ -335,3 +335,12 @@ def test_photographs_agree_with_the_ground_truth(textures, thorough):
             false.append((path.name, found))
     assert len(off) <= 1, off
     assert len(false) <= 2, false
+
+
+def test_parts_of_an_exemplar_are_the_same_from_either_end() -> None:
+    """So a picture in a mirror repeats in as many of them, and has the same verdict."""
+    for length in range(30, 60):
+        for parts in (1, 3, 5):
+            ends = _ends(length, parts)
+            assert [length - at for at in ends[::-1]] == ends
+            assert max(abs(b - a - length / parts) for a, b in itertools.pairwise(ends)) < 2

@@ -3,7 +3,8 @@
 Light from one side, grass that grows upwards or wood grain forbid some or all of the isometries; gravel allows
 all. The exemplar is divided into two halves like the colours of a checkerboard. What a transformed half and the
 other half have in common is compared with what the two halves have in common as they are: an isometry is allowed
-if it makes the halves hardly less alike. All that decides is a whole number.
+if it makes the halves hardly less alike. All that decides is a whole number, and the same in a mirror: the exemplar is
+laid down with its darker sides at the top and at the left.
 
 Source: Multrus 2003 leaves the choice of isometries to the user (4.1); the measurement is this project's own.
 """
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from ..draws import below, draw
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
-from .features import Features, features, posed
+from .features import Features, features, pose_array, posed
 from .reduction import block_sums, blocks
 from .usable import valid_windows
 
@@ -37,6 +38,8 @@ SUBGROUPS: tuple[tuple[int, ...], ...] = (
     (0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 6), (0, 3, 4, 6), (0, 5, 6, 7), (0, 1), (0, 2), (0, 3), (0, 4), (0, 6), (0,),
 )  # fmt: skip
 """The sets of isometries that hold, with any two, the one after the other."""
+MIRRORED = (0, 1, 2, 4, 3, 7, 6, 5)
+"""What each isometry is to a picture seen in a mirror."""
 
 Array = NDArray[Any]
 
@@ -62,9 +65,11 @@ def pose_distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
 
     One row for the directions of gradients, and one for the patches at each scale.
     """
-    out = np.zeros((1 + len(SCALES), 8), np.int64)
+    out, pose = np.zeros((1 + len(SCALES), 8), np.int64), _upright(feats)
+    seen = posed(feats.pictures[0], pose, feats.normals)
+    free = None if exemplar.usable is None else pose_array(exemplar.usable, pose)
     for number, scale in enumerate(SCALES):
-        picture, usable = _reduced(feats.pictures[0], exemplar.usable, scale)
+        picture, usable = _reduced(seen, free, scale)
         for squares in BLOCKS:
             patches = [_patches(picture, at) for at in _halves(usable, squares)]
             if patches[0].shape[2] < LEAST_SAMPLES:
@@ -72,7 +77,21 @@ def pose_distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
             if number == 0:
                 out[0] += _of_gradients(patches, feats)
             out[1 + number] += _of_patches(patches, feats)
-    return out
+    return out[:, MIRRORED] if pose in (1, 2) else out
+
+
+def _upright(feats: Features) -> int:
+    """The isometry, of 0, 1, 2 and 6, that brings the darker sides of a picture to the top and to the left."""
+    bright = feats.pictures[0][:, :, _unturned(feats)].sum(axis=2, dtype=np.int64)
+    right, down = (int((np.arange(1 - n, n, 2) * bright.sum(axis=axis)).sum()) < 0
+                   for axis, n in enumerate(bright.shape[::-1]))  # fmt: skip
+    return (0, 1, 2, 6)[right + 2 * down]
+
+
+def _unturned(feats: Features) -> list[int]:
+    """The channels of the base plane that stay as they are when a piece is turned: not those of vectors."""
+    vectors = {k + i for k in feats.normals for i in (0, 1)}
+    return [c for c in range(feats.base) if c not in vectors]
 
 
 def _reduced(picture: Array, usable: Array | None, scale: int) -> tuple[Array, Array]:
@@ -140,8 +159,7 @@ def _directions(channels: int, normals: tuple[int, ...]) -> Array:
 
 def _of_gradients(patches: list[Array], feats: Features) -> Array:
     """Difference of the two histograms of gradient directions, one of them in each isometry: (8,)."""
-    vectors = {k + i for k in feats.normals for i in (0, 1)}  # their gradients turn otherwise
-    base = [c for c in range(feats.base) if c not in vectors]
+    base = _unturned(feats)
     middle = SIDE // 2
     grads = []
     for p in patches:

@@ -190,7 +190,7 @@ def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
 
 def support(prepared: CorrelatedPictures, vector: tuple[int, int]) -> float:
     """Return the share of parts of the overlap that repeat when moved by a vector (1/256 px)."""
-    dy, dx = ((v + 128) // 256 for v in vector)
+    dy, dx = ((abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector)
     height, width = prepared.colours.shape[:2]
     rows, columns = height - abs(dy), width - abs(dx)
     parts = min(PARTS, rows // LEAST_PART, columns // LEAST_PART)
@@ -199,9 +199,10 @@ def support(prepared: CorrelatedPictures, vector: tuple[int, int]) -> float:
     one = np.s_[max(dy, 0) : max(dy, 0) + rows, max(dx, 0) : max(dx, 0) + columns]
     other = np.s_[max(-dy, 0) : max(-dy, 0) + rows, max(-dx, 0) : max(-dx, 0) + columns]
     alike, seen = 0, 0
+    down, right = (_ends(n, parts) for n in (rows, columns))
     for y in range(parts):
         for x in range(parts):
-            box = np.s_[y * rows // parts : (y + 1) * rows // parts, x * columns // parts : (x + 1) * columns // parts]
+            box = np.s_[down[y] : down[y + 1], right[x] : right[x + 1]]
             known = None if prepared.usable is None else prepared.usable[one][box] & prepared.usable[other][box]
             if known is not None and 2 * known.sum() < known.size:
                 continue
@@ -211,6 +212,12 @@ def support(prepared: CorrelatedPictures, vector: tuple[int, int]) -> float:
                 for picture in (prepared.colours, prepared.edges)
             )
     return alike / seen if seen else 0.0
+
+
+def _ends(length: int, parts: int) -> list[int]:
+    """Where about equal parts of a length begin and end, the same from either end of it."""
+    return [k * length // parts if 2 * k <= parts else length - (parts - k) * length // parts
+            for k in range(parts + 1)]  # fmt: skip
 
 
 def _correlation(f: NDArray[np.float64], g: NDArray[np.float64], known: NDArray[np.bool_] | None) -> float:
