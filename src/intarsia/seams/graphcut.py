@@ -27,6 +27,7 @@ from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .entire_patch import EntireSearch, pieces_of
+from .shifts import shifts_around
 from .worst import WorstSeams
 
 Array = NDArray[Any]
@@ -37,6 +38,8 @@ SAMPLES = 128  # a side of the canvas is looked at in about so many places when 
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 ROUGH = 4  # px from one to the next where placements are compared before the best is cut in
 LEAST = 8  # so many of them at least along each side of a window
+SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
+EVERY = 4  # px from one to the next where pieces about a window are counted
 TINY = 1057087571  # exp(-1/64) in 2**-30
 GONE = 64 * 20  # beyond, a chance is none
 
@@ -151,11 +154,27 @@ class GraphcutGrowth:
 
         They are compared by cuts on every fourth px down and across: a sixteenth of the work, and hardly ever wrong.
         """
-        picks, step = self._drawn(box, bits, filling), max(1, min(ROUGH, min(box[2:]) // LEAST))
+        shown = [] if filling else self._shown(box)[: self.stitch.tries // SHOWN]
+        picks = shown + self._drawn(box, bits, filling)[: self.stitch.tries - len(shown)]
+        step = max(1, min(ROUGH, min(box[2:]) // LEAST))
         if not picks:
             return None
         rough = [self.cut(box, pick, self.stitch.margin, step).change for pick in picks] if len(picks) > 1 else [0]
         return self.cut(box, picks[rough.index(min(rough))], self.stitch.margin)
+
+    def _shown(self, box: Box) -> list[Pick]:
+        """The pieces that lie about a window, those of which most is seen first."""
+        places = []
+        for axis in (0, 1):
+            low, high, length = box[axis], box[axis] + box[2 + axis], self.variant.shape[axis]
+            room = (length - box[2 + axis]) // 2 if self.wraps[axis] else length
+            more = min(self.stitch.margin, room)
+            low, high = low - more, high + more
+            if not self.wraps[axis]:
+                low, high = max(low, 0), min(high, length)
+            places.append(np.arange(low, high, EVERY))
+        seen = np.ix_(*(at % length for at, length in zip(places, self.variant.shape, strict=True)))
+        return shifts_around(self.variant[seen], self.yx[seen], places, box[:2], self.pieces.table, self.pieces.torus)
 
     def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
         valid = self.variants.valid
