@@ -128,7 +128,7 @@ def test_methods_settle_auto_and_the_recipe_holds_the_list(method) -> None:
 
 @pytest.mark.parametrize("size", [96, (97, 110), (130, 91)])
 def test_a_picture_in_a_mirror_is_measured_alike(size) -> None:
-    """Left to right, upside down and both: every distance is found again, that of the isometry as the mirror shows it."""
+    """Left to right, upside down and both: each distance is found again, that of the isometry in the mirror."""
     h, w = (size, size) if isinstance(size, int) else size
     picture = np.random.default_rng(h).integers(0, 256, (h, w, 3)).astype(np.uint8)
     picture[:, : w // 3] //= 2
