@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia.analysis.regions import Regions, regions_of
 from intarsia.analysis.structure import border_of, structure_of
+from intarsia.choosing import rules
 from intarsia.choosing.facts import Facts
 from intarsia.choosing.report import measurements
 from intarsia.choosing.rules import RULES
@@ -122,9 +124,13 @@ class TestRules:
         assert found.facts.ordered
         assert found.method.slug == "graphcut"
 
-    def test_a_large_exemplar_is_not_analysed_for_corrections(self) -> None:
-        assert choice_of(speckle(96, 2730)).rule == "mixed"
-        assert choice_of(speckle(96, 2731)).method.slug == "graphcut"
+    def test_a_large_exemplar_is_not_analysed_for_corrections(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Up to 1024 x 1024 px; beyond 512 x 512 px by the same rule as smaller ones."""
+        assert choice_of(speckle(513, 512)).rule == choice_of(speckle(512, 512)).rule == "mixed"
+        monkeypatch.setattr(rules, "_repeats", lambda f: True)
+        for width, mixed in ((1024, True), (1025, False)):
+            shape = SimpleNamespace(exemplar=SimpleNamespace(height=1024, width=width))
+            assert rules._mixed(shape) is mixed  # type: ignore[arg-type]
 
     def test_a_canvas_that_is_vast_is_quilted(self) -> None:
         found = choice_of(speckle(96, 96), ia.Canvas(2048, 2049))

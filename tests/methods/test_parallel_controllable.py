@@ -10,10 +10,20 @@ from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 
 import intarsia as ia
 from intarsia.canvas import Canvas
+from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
 from intarsia.corrections.descent import DRAWN, Corrections, Descent
 from intarsia.corrections.span import Span
-from intarsia.corrections.stack import Look, depths, exemplar_stack, is_cloudy, left_out, similar_places
+from intarsia.corrections.stack import (
+    SEARCHED,
+    Look,
+    depths,
+    exemplar_stack,
+    is_cloudy,
+    left_out,
+    px_apart,
+    similar_places,
+)
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
 from intarsia.guide import Guide
@@ -30,6 +40,34 @@ UNSEEN, MOST, AGAIN = 0.1, 2.6, 0.11  # found: 0.07, 2.2, 0.08; before pieces we
 
 def toy(height: int = 21, width: int = 18, *, toroidal: bool = False, channels: int = 3) -> Exemplar:
     return Exemplar.of(texture(height, width, channels, 5), toroidal=toroidal)
+
+
+def test_of_large_exemplars_similar_places_are_looked_for_of_so_many_px() -> None:
+    """Up to 512 x 512 of them on every level; what is smaller is looked at px by px where its levels are."""
+    for height, width in ((512, 512), (513, 512), (640, 900), (1024, 1024), (1030, 1024), (64, 9000)):
+        for h in (1, 2, 4, 8, 16):
+            step = px_apart(h, height, width)
+            assert step >= max(1, h // 2)
+            assert height * width <= step * step * SEARCHED
+            assert step == max(1, h // 2) or height * width > (step - 1) ** 2 * SEARCHED
+    assert [px_apart(h, 4096, 4096) for h in (1, 2, 4, 16)] == [3, 5, 8, 8]  # the border of a level is 2 h px wide
+
+
+def test_pixels_between_take_what_lies_beside_the_jump_of_a_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if 20 x 20 px were many: every second px has places of its own, and all of them lie inside the exemplar."""
+    e = Exemplar.of(texture(36, 40, 3, 8))
+    monkeypatch.setattr(stack_of_levels, "SEARCHED", 400)
+    level = exemplar_stack(e, Look()).levels[0]
+    inner = level.arrays.inner.reshape(-1, level.stride)
+    at = {int(n): (y, x) for y, row in enumerate(inner) for x, n in enumerate(row) if n >= 0}
+    for y in range(36):
+        for x in range(40):
+            pair = (y, x), (y - y % 2, x - x % 2)
+            here, first = ((b + level.border) * level.stride + a + level.border for b, a in pair)
+            jump, of_first = int(level.arrays.jumps[here, 0]), int(level.arrays.jumps[first, 0])
+            to = at[of_first][0] + y % 2, at[of_first][1] + x % 2
+            inside = level.border <= to[0] < level.border + 36 and level.border <= to[1] < level.border + 40
+            assert jump == (to[0] * level.stride + to[1] if inside else -1)
 
 
 def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynthesis:

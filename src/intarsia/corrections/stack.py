@@ -1,12 +1,13 @@
 """An exemplar on all levels, for corrections: what is compared, which pixels may be candidates, and the jump sets.
 
 Jump sets say where else in the exemplar it looks the same (Lefebvre and Hoppe 2005: candidates by k-coherence; named so
-by the memorandum of 2008, docs/sources-004.md). On coarse levels they are found for every (h / 2)-th pixel only; the
-pixels between take those of a neighbour.
+by the memorandum of 2008, docs/sources-004.md). On coarse levels they are found for every (h / 2)-th pixel only, in
+large exemplars for no more than 512 x 512 of them; the pixels between take those of a neighbour.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -39,6 +40,7 @@ from .outlines import Outlines
 
 CLOUDS = 16  # px: what is wider is no grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
 CLOUDY = 3, 10  # as 3 of 10 parts of the variance it makes a picture cloudy; halved: 29 of 80, doubled: one
+SEARCHED = 1 << 18  # px of an exemplar that similar places are looked for of on one level: a limit of time
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
 Array = NDArray[Any]
@@ -142,7 +144,7 @@ def _stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
         search = partial(similar_places, table, (height, width, torus), level.border, h, closed, look.k - 1)
         cells = exemplar.memo(("jumps", replace(look, reach=0), h), search)
         inner = level.arrays.inner.reshape(-1, level.stride)
-        kernels.spread_jumps(cells, max(1, h // 2), level.border, inner, jumps)
+        kernels.spread_jumps(cells, px_apart(h, height, width), level.border, inner, jumps)
         keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
         levels.append(replace(level, arrays=level.arrays._replace(table=keep, jumps=jumps)))
     return ExemplarStack(exemplar, count, tuple(levels), _home(exemplar))
@@ -223,17 +225,26 @@ def _home(exemplar: Exemplar) -> NDArray[np.int32]:
     return np.zeros(0, np.int32) if home is None else np.asarray(home[0] * exemplar.width + home[1], np.int32).ravel()
 
 
+def px_apart(h: int, height: int, width: int) -> int:
+    """Return how many px apart similar places are looked for on a level of spacing `h`.
+
+    At most 2 h + 1: what lies beside a jump must lie within the border.
+    """
+    least = math.isqrt(max(height * width - 1, 0) // SEARCHED) + 1
+    return max(min(least, 2 * h + 1), h // 2)
+
+
 def similar_places(
     table: Array, size: tuple[int, int, bool], border: int, h: int, closed: Array, count: int
 ) -> Array:
-    """Return the `count` most similar pixels of every (h / 2)-th one: (rows, columns, count, 2) int32 (y, x), or -1.
+    """Return the `count` most similar pixels of every so many-th one: (rows, columns, count, 2) int32 (y, x), or -1.
 
     ``table`` (positions, n): neighbourhoods, those of `border` px on all sides included; ``size``: height, width,
     toroidal; ``closed`` (H, W): where no pixel may be jumped to. They lie at least 5 % of the exemplar, or h, from the
     pixel itself and from one another.
     """
     height, width, toroidal = size
-    step = max(1, h // 2)
+    step = px_apart(h, height, width)
     ys, xs = np.arange(0, height, step), np.arange(0, width, step)
     out = np.full((len(ys) * len(xs), count, 2), -1, np.int32)
     places = np.stack(np.meshgrid(ys, xs, indexing="ij"), axis=2).reshape(-1, 2).astype(np.int64)
