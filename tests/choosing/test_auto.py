@@ -20,7 +20,7 @@ from intarsia.analysis.regions import Regions, regions_of
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
 from intarsia.choosing.facts import Facts
-from intarsia.choosing.report import measurements
+from intarsia.choosing.report import _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli.again import options_of
@@ -545,3 +545,30 @@ def test_options_give_the_same_method() -> None:
             name = option[2:].replace("-", "_")
             read[name] = parse(names[name], text)
         assert cls(**read) == method
+
+
+@pytest.mark.parametrize(
+    ("value", "bound", "tie"), [(0.55, 0.6, True), (0.53, 0.6, False), (13, 12, True), (14, 12, False)]
+)
+def test_what_lies_within_a_tenth_of_a_bound_is_nearly_a_tie(value: float, bound: float, tie: bool) -> None:
+    assert _tie(value, bound, "it is so") == (", but it is so: nearly a tie" if tie else "")
+
+
+@pytest.mark.parametrize(
+    ("repeats", "residual", "confidence", "accepted", "tie"),
+    [
+        (0.58, 1.5, 0.2, True, "0.58 of the exemplar repeats"),  # loose, or nearly not
+        (0.58, 0.5, 0.2, True, ""),  # fits: how much repeats is not asked
+        (0.9, 1.5, 0.052, True, "1.04 of the confidence"),  # a little less sure, and there is none
+        (0.9, 0.5, 0.047, False, "0.94 of the confidence"),  # a little surer, and there is one
+        (0.9, 0.5, 0.02, False, ""),
+    ],
+)
+def test_lattices_that_are_nearly_none_or_nearly_one_are_told(
+    repeats: float, residual: float, confidence: float, accepted: bool, tie: str
+) -> None:
+    one = Lattice(((0, 4096), (4096, 0)), confidence, confidence, 9, residual, ("",), "sure", repeats)
+    lattices = SimpleNamespace(accepted=one if accepted else None, ranked=(one,))
+    said = _lattice_tie(SimpleNamespace(lattices=lattices))  # type: ignore[arg-type]
+    assert ("nearly a tie" in said) is bool(tie)
+    assert tie in said

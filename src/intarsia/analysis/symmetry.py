@@ -49,15 +49,26 @@ def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tu
 
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
     """
-    sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
-    tables = [e.memo("symmetry", lambda e=e: pose_distances(features([e]), e)) for e in sampled]  # type: ignore[misc]
-    together = np.concatenate(tables)
+    together = _distances(exemplars)
     alike = {p for p in range(8) if bool((together[:, p] * SLACK[1] <= together[:, 0] * SLACK[0]).all())}
     if not square:
         alike -= {p for p in alike if ISOMETRIES[p].swaps}
     groups = [g for g in SUBGROUPS if set(g) <= alike]
     most = max(len(g) for g in groups)
     return min((g for g in groups if len(g) == most), key=lambda g: int(together[:, g].sum()))
+
+
+def times_apart(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> float:
+    """How many times farther apart isometries lay the halves, by the worst statistic; they are alike up to 4 / 3."""
+    together = _distances(exemplars)
+    return max(float((together[:, p] / np.maximum(together[:, 0], 1)).max()) for p in poses)
+
+
+def _distances(exemplars: Sequence[Exemplar]) -> NDArray[np.int64]:
+    """The distances of all exemplars of which something may be used, one below the other."""
+    sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
+    tables = [e.memo("symmetry", lambda e=e: pose_distances(features([e]), e)) for e in sampled]  # type: ignore[misc]
+    return np.concatenate(tables)
 
 
 def pose_distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:

@@ -21,7 +21,7 @@ from ..analysis.light import Slope, slope_of
 from ..analysis.reduction import block_sums, blocks
 from ..analysis.regions import Regions, regions_of
 from ..analysis.structure import Border, Structure, border_of, structure_of
-from ..analysis.symmetry import allowed_isometries
+from ..analysis.symmetry import allowed_isometries, times_apart
 from ..canvas import Canvas
 from ..courses.rectified import improved
 from ..courses.rectify import Straight
@@ -248,6 +248,11 @@ class Facts:
     def symmetry(self) -> tuple[int, ...]:
         """The isometries that keep its look."""
         return allowed_isometries([self.small])
+
+    @cached_property
+    def turned(self) -> float:
+        """How many times farther apart its halves are when one is turned by a quarter or by a half."""
+        return times_apart([self.small], (5, 6, 7))
 
     @cached_property
     def border(self) -> Border:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from ..analysis.symmetry import SLACK
 from ..image import Kind
 from ..lattice.vectors import UNIT
-from .facts import Facts, Measured
+from .facts import SIGNS, Facts, Measured
 from .rules import BOUNDS
 
 SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
 NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exemplars
+CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers of elements and turned halves
 
 
 def measurements(f: Facts) -> dict[str, Measured]:
@@ -23,13 +25,30 @@ def measurements(f: Facts) -> dict[str, Measured]:
 
 
 def _lattice(f: Facts) -> Measured:
+    tie = _lattice_tie(f)
     if f.lattice is None:
         best = max((one.confidence for one in f.lattices.ranked), default=0.0)
-        return Measured(None, max(0.0, 1 - best / SURE), f"none (best candidate {best:.2f})")
+        return Measured(None, max(0.0, 1 - best / SURE), f"none (best candidate {best:.2f}){tie}")
     vectors = [[x / UNIT, y / UNIT] for y, x in f.lattice.vectors]
     shown = " and ".join(f"{x:.2f},{y:.2f}" for x, y in vectors)
-    said = f"{shown} px, confidence {f.lattice.confidence:.2f}"
+    said = f"{shown} px, confidence {f.lattice.confidence:.2f}{tie}"
     return Measured(vectors, min(1.0, f.lattice.confidence / SURE), said)
+
+
+def _tie(value: float, bound: float, said: str) -> str:
+    """What is said of a value so close to a bound that a slightly other exemplar may get another rule; else nothing."""
+    return f", but {said}: nearly a tie" if abs(value - bound) < CLOSE * bound else ""
+
+
+def _lattice_tie(f: Facts) -> str:
+    """Whether the lattice is nearly none, or was nearly one: by its confidence, or by how much repeats by it."""
+    found = f.lattices.accepted
+    if found is not None and found.kind == "2-D" and found.residual >= SIGNS.loose:
+        partly = f"{found.repeats:.2f} of the exemplar repeats, and {SIGNS.partly} makes a lattice"
+        if said := _tie(found.repeats, SIGNS.partly, partly):
+            return said
+    sure = found or max(f.lattices.ranked, key=lambda one: one.share, default=None)
+    return "" if sure is None else _tie(sure.share, 1.0, f"it has {sure.share:.2f} of the confidence that makes one")
 
 
 def _variation(f: Facts) -> Measured:
@@ -76,7 +95,9 @@ def _regions(f: Facts) -> Measured:
 def _symmetry(f: Facts) -> Measured:
     kept = list(f.symmetry)
     said = "keeps its look in all isometries" if len(kept) == 8 else f"keeps its look in isometries {kept}"
-    return Measured(kept, 0.5 if f.regions.two else 1.0, said if len(kept) > 1 else "upright only")
+    most = SLACK[0] / SLACK[1]
+    tie = _tie(f.turned, most, f"quarter turns lay halves {f.turned:.2f} times as far apart, and {most:.2f} may be")
+    return Measured(kept, 0.5 if f.regions.two else 1.0, (said if len(kept) > 1 else "upright only") + tie)
 
 
 def _border(f: Facts) -> Measured:
@@ -98,6 +119,8 @@ def _light(f: Facts) -> Measured:
 def _size(f: Facts) -> Measured:
     value = {"enlargement": round(f.enlargement, 2), "across": round(f.across, 2)}
     said = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
+    if f.element.found:
+        said += _tie(f.elements, BOUNDS.few, f"{f.elements:.1f} in all, and fewer than {BOUNDS.few} are few")
     return Measured(value, f.element.found / 12, said)
 
 
