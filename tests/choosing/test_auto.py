@@ -140,7 +140,7 @@ class TestRules:
 
     def test_patches_are_turned_only_where_that_keeps_the_look(self) -> None:
         turned = []
-        for pixels in (picture("pebbles_black"), speckle(96, 96)):
+        for pixels in (picture("fur"), speckle(96, 96)):
             found = choice_of(pixels, given={"placement": "sub"})
             assert found.method.slug == "graphcut"
             turned.append(found.method.isometries != "none")
