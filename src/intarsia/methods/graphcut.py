@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..patches import growth as patches_growth
     from ..patches import labelled, settings
     from ..run import Run
-    from ..seams import graphcut
+    from ..seams import graphcut, whole
     from ..search import guide, sizes
 else:
     labelled = lazy("intarsia.patches.labelled")
@@ -43,6 +43,7 @@ else:
     guide = lazy("intarsia.search.guide")
     sizes = lazy("intarsia.search.sizes")
     graphcut = lazy("intarsia.seams.graphcut")
+    whole = lazy("intarsia.seams.whole")
     symmetry = lazy("intarsia.analysis.symmetry")
     sourcemap = lazy("intarsia.sourcemap")
 
@@ -88,6 +89,10 @@ class Graphcut(parameters.CutSquares):
         AUTO, "int", "how often the worst seam is covered anew; automatic: as often as there are windows",
         low=0, high=1 << 24,
     )  # fmt: skip
+    whole: int = param(
+        0, "int", "rounds in which damaged elements, such as stones cut in two, are covered by whole ones; 0: none",
+        low=0, high=16,
+    )  # fmt: skip
     seam: str = parameters.cut_cost("sharp")
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     structure: float = parameters.structure_weight()
@@ -127,6 +132,7 @@ class Graphcut(parameters.CutSquares):
         sewn = graphcut.GraphcutGrowth(growth, self.stitch)
         sewn.fill(seed, STAGE, run, self.refinements or 0)
         sewn.refine(seed, STAGE, run, self.refinements or 0)
+        whole.make_whole(sewn, list(exemplars), self.whole, run)
         return growth.map(self.blend)
 
     def guided(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:

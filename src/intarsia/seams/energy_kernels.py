@@ -11,6 +11,8 @@ from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
 
+UNIT, JOINT = 64, 128  # of a share of depth; what the sureness of a joint begins at
+
 
 class Pieces(NamedTuple):
     """What a map is sewn from: the posed exemplars laid end to end, and which of their pixels may be shown."""
@@ -20,6 +22,7 @@ class Pieces(NamedTuple):
     usable: NDArray[np.uint8]  # (pixels,): 1 where a pixel may be shown
     torus: NDArray[np.bool_]  # (V,): whether it continues in itself
     channels: int
+    inside: NDArray[np.uint8] = np.zeros(1, np.uint8)  # (pixels,) if a price asks: depth in elements, JOINT + joints
 
 
 @kernel
@@ -54,16 +57,40 @@ def spot(table: Any, usable: Any, torus: Any, channels: int, v: int, y: int, x: 
 
 
 @kernel
-def meeting(flat: Any, channels: int, a: Any, b: Any, price: Any) -> int:
+def through(inside: Any, a: Any, b: Any, cost: int, price: Any) -> int:
+    """Return what a seam of this cost is to count where elements are known; a and b as in :func:`meeting`.
+
+    Each piece that is left deep inside an element, of which both pixels would be shown, makes it dearer; it is cheaper
+    where one of the pixels that are shown is a joint, as an outline is seen there anyway.
+    """
+    here, on, back, there = int(inside[a[0]]), int(inside[a[1]]), int(inside[b[0]]), int(inside[b[1]])
+    joint = max(here, there) - JOINT
+    if joint > 0:
+        cost -= cost * joint * price.outlined // (UNIT * UNIT)
+    deep = 0
+    if here < JOINT and on < JOINT:
+        deep += min(here, on)
+    if back < JOINT and there < JOINT:
+        deep += min(back, there)
+    total: int = cost + price.knee * deep * price.inside // (UNIT * UNIT)
+    return total
+
+
+@kernel
+def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
     """Return what it costs that piece `a` ends at one pixel and piece `b` begins at the next.
 
     Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With a
     `gradient` the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down;
     with a `knee` it is :func:`sharpened`.
     """
+    flat, channels = pieces.flat, pieces.channels
     cost = feature_distance(flat, channels, a[0], b[0]) + feature_distance(flat, channels, a[1], b[1])
     if price.knee > 0:
-        return sharpened(cost, price.knee)
+        cost = sharpened(cost, price.knee)
+        if price.inside > 0 and a[0] != b[0] and a[1] != b[1]:
+            cost = through(pieces.inside, a, b, cost, price)
+        return cost
     if price.gradient and cost > 0:
         change = feature_distance(flat, channels, a[0], a[1]) + feature_distance(flat, channels, b[0], b[1])
         cost = cost * GRADIENT_UNIT // (FLAT + change)
@@ -97,7 +124,7 @@ def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> N
     `box`: first row, first column, rows and columns; it may reach over borders. 0 where a piece goes on, in holes
     and at borders.
     """
-    (variant, yx, wrap), (flat, table, usable, torus, channels) = grown, pieces
+    (variant, yx, wrap), (_, table, usable, torus, channels, _) = grown, pieces
     height, width = variant.shape
     for i in range(box[2]):
         y = canvas_place(box[0] + i, height, wrap[0])
@@ -122,4 +149,4 @@ def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> N
                 if on == there:
                     continue
                 back = beside(variant, yx, table, usable, torus, channels, ny, nx, -k, k - 1)
-                prices[y, x, k] = meeting(flat, channels, (here, on), (back, there), price)
+                prices[y, x, k] = meeting(pieces, (here, on), (back, there), price)

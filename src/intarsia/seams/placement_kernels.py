@@ -57,7 +57,7 @@ def shift_cost(grown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
     `box`: the part of the canvas that is looked at, every `step`-th pixel of it; `pick`: the variant, and its row and
     column at the first pixel, which may lie outside it.
     """
-    (variant, yx, wrap), (flat, table, usable, torus, channels) = grown, pieces
+    (variant, yx, wrap), (flat, table, usable, torus, channels, _) = grown, pieces
     height, width = variant.shape
     total, count = 0, 0
     for i in range(0, box[2], step):

@@ -24,7 +24,7 @@ from ..kernels.cuts import sharpened
 from ..kernels.jit import kernel
 from ..kernels.maxflow import push_flow
 from ..kernels.windows import HOLE, canvas_place
-from .energy_kernels import feature_distance, meeting, spot
+from .energy_kernels import feature_distance, meeting, spot, through
 
 OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
 
@@ -98,6 +98,10 @@ def pair_terms(
                     if known and goes_on:
                         b = gap[i, j] + gap[m, n]
                         b = c = sharpened(b, price.knee) if price.knee > 0 else b
+                        if price.inside > 0 and old[i, j] != new[i, j]:
+                            was, will = (old[i, j], old[m, n]), (new[i, j], new[m, n])
+                            b = through(pieces.inside, was, will, b, price)
+                            c = through(pieces.inside, will, was, c, price)
                     else:
                         a, b, c = _three(
                             pieces, source[i, j], source[m, n], (down, right), old[i, j], old[m, n], new[i, j],
@@ -111,7 +115,7 @@ def _three(
     pieces: Any, one: Any, two: Any, way: Any, here: int, there: int, fresh: int, next_: int, price: Any
 ) -> tuple[int, int, int]:
     """The prices of one pair wherever a seam, a hole or the end of the patch is near."""
-    flat, table, usable, torus, channels = pieces
+    _, table, usable, torus, channels, _ = pieces
     on, back = here, there  # where a piece does not go on its last pixel stands for what would be there
     if here >= 0:
         found = spot(table, usable, torus, channels, one[0], one[1] + way[0], one[2] + way[1])
@@ -121,7 +125,7 @@ def _three(
         back = found if found >= 0 else back
     a, b, c = 0, 0, 0
     if here >= 0 and there >= 0 and on != there:
-        a = meeting(flat, channels, (here, on), (back, there), price)
+        a = meeting(pieces, (here, on), (back, there), price)
     if fresh < 0 and next_ < 0:
         return a, 0, 0  # neither can change: b and c are never paid
     if fresh < 0:
@@ -129,9 +133,9 @@ def _three(
     if next_ < 0:
         next_ = fresh
     if here >= 0:
-        b = meeting(flat, channels, (here, on), (fresh, next_), price)
+        b = meeting(pieces, (here, on), (fresh, next_), price)
     if there >= 0:
-        c = meeting(flat, channels, (fresh, next_), (back, there), price)
+        c = meeting(pieces, (fresh, next_), (back, there), price)
     return a, b, c
 
 
@@ -212,7 +216,7 @@ def recut(
     """
     step, saved, out = draft
     h, w = out.shape
-    (variant, yx, wrap), (_, table, usable, torus, channels) = grown, pieces
+    (variant, yx, wrap), (_, table, usable, torus, channels, _) = grown, pieces
     height, width = variant.shape
     old, new = np.empty((h, w), np.int64), np.empty((h, w), np.int64)
     source = np.empty((h, w, 3), np.int32)

@@ -1,0 +1,306 @@
+"""Damaged elements of a map, covered by whole ones.
+
+A cut through a stone is not mended by another cut: the patch has to be another. So elements of the exemplar are known
+(`segments/wholes.py`), and a body of the map that is made of parts of several, or of too little of one, is covered by a
+whole element that has about its size: one of the exemplar, laid where it covers the body best and its neighbours least;
+or the one that shows in part, completed; or the body dissolves in what goes on beside it. The element must be taken,
+what is around it may be, by maximum flow; seams are dear deep inside elements, and cheap where a joint is shown. It
+stays where less damage is seen than before, and seams do not become dearer in proportion.
+
+Source: seams and cut of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003; that whole shapes
+are laid, where they fit, is after Dischler, Maritaud, Levy and Ghazanfarpour, "Texture Particles", Eurographics 2002.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from ..exemplar import Exemplar
+from ..kernels.cuts import SeamPrice
+from ..patches.growth import Pick
+from ..run import Run
+from ..segments.wholes import wholes
+from . import whole_kernels as kernels
+from .graphcut import Box, Cut, GraphcutGrowth
+from .whole_elements import RING, Elements
+from .whole_kernels import Counts, Shown
+
+Array = NDArray[Any]
+MUST = 1 << 24  # what it costs to leave what must be taken
+
+
+class Rule(NamedTuple):
+    """What is weighed how: chosen by eye on 13 textures."""
+
+    inside: int = 64  # of 64 knees: what a seam through the middle of an element costs, each side
+    outlined: int = 51  # of 64: how much less a seam costs that shows a joint
+    hurt: float = 3.0  # knees: what damage costs, for each px of the root of an element's area
+    usage: float = 0.7  # knees: what it costs, for the same, to show an element twice as often as others
+    damaged: float = 0.12  # of a body: so much of its elements is missing, or too much there
+    least: int = 40  # px: smaller bodies are no elements
+    tries: int = 6  # elements laid over a body
+    beside: int = 2  # pieces beside it that may go on in its place
+    apart: float = 1.3  # of the root of its area: the same element is not laid so near
+    pad: float = 0.4  # of the root of an element's area, and 6 px: so far around it the cut may run
+    joint: float = 1.0  # knees, for each px of an element's joint: so much it is wanted
+    fewest: int = 6  # elements: of fewer there is no choice
+    rough: int = 2  # px from one to the next where candidates are compared
+
+
+RULE = Rule()
+
+
+class Candidate(NamedTuple):
+    """A patch over a box, and what leaving each px costs; the element that it lays, 0: none."""
+
+    box: Box
+    pick: Pick
+    wanted: NDArray[np.int32]
+    element: int
+
+
+def make_whole(sewn: GraphcutGrowth, exemplars: list[Exemplar], rounds: int, run: Run) -> int:
+    """Cover damaged elements of a full map, in so many rounds; returns how many patches were laid.
+
+    A map of exemplars of which one has no elements stays as it is, byte for byte.
+    """
+    found = [wholes(e) for e in exemplars] if rounds else []
+    known = [w for w in found if w is not None]
+    if not rounds or len(known) < len(found):
+        return 0
+    elements = Elements(sewn.variants, known)
+    if len(elements.boxes) < RULE.fewest:
+        return 0
+    work, laid = Mending(sewn, elements), 0
+    for _ in range(rounds):
+        run.check()
+        now = work.cover(run)
+        laid += now
+        if not now:
+            break
+    return laid
+
+
+class Mending:
+    """A full map whose damaged elements are covered."""
+
+    def __init__(self, sewn: GraphcutGrowth, elements: Elements) -> None:
+        self.sewn, self.elements = sewn, elements
+        knee = sewn.growth.seam_price("sharp").knee
+        self.knee = max(knee, 1)
+        sewn.pieces = sewn.pieces._replace(inside=elements.inside)
+        sewn.price = SeamPrice(knee=self.knee, inside=RULE.inside, outlined=RULE.outlined)
+        self.shape: tuple[int, int] = (sewn.variant.shape[0], sewn.variant.shape[1])
+        self.joined = np.zeros(self.shape, np.int32)
+
+    def cover(self, run: Run) -> int:
+        """Cover every damaged body once; returns how many patches were laid."""
+        self._number()
+        laid = 0
+        for body, part in self._damaged():
+            run.check()
+            mine = self.shown.body[self.joined[part]] == body
+            room = len(self.shown.area) - self.count > len(self.elements.all)
+            if int(mine.sum()) * 4 < 3 * int(self.size[body]) or not room:
+                continue  # covered in part since, or no room
+            best, least = None, 0.0
+            for candidate in self._candidates(body, part, mine):
+                price = self._price(candidate, self._cut(candidate, RULE.rough), RULE.rough)
+                if price < least or best is None:
+                    best, least = candidate, price
+            if best is not None:
+                cut = self._cut(best, 1)
+                if self._price(best, cut, 1) < 0:
+                    self._lay(best, cut)
+                    laid += 1
+        self.sewn.note((0, 0, *self.shape))
+        return laid
+
+    def _number(self) -> None:
+        """Number the pieces of elements that the map shows, and join those that meet inside."""
+        sewn, elements = self.sewn, self.elements
+        meets = np.zeros((sewn.variant.size // 4, 2), np.int32)
+        count, n = kernels.number_pieces(sewn.grown, sewn.pieces, elements.labels, self.joined, meets)
+        self.count = int(count) + 1
+        room = 4 * self.count + 2 * len(elements.all)
+        zeros = np.zeros(room, np.int64)
+        self.shown = Shown(zeros, np.zeros((room, 2), np.int64), zeros.copy(), zeros.copy(), np.arange(room))
+        got, on, names = np.zeros((3, len(elements.all)), np.int64)
+        self.counts = Counts(zeros.copy(), got, on, zeros.copy(), names)
+        pieces, first = np.unique(self.joined, return_index=True)
+        y, x = np.divmod(first, self.shape[1])
+        at, v = sewn.yx[y, x].astype(np.int64), sewn.variant[y, x]
+        table = sewn.pieces.table
+        flat = table[v, 0] // sewn.pieces.channels + at[:, 0] * table[v, 3] + at[:, 1]
+        self.shown.element[pieces] = np.where(pieces > 0, elements.labels[flat], 0)
+        self.shown.shift[pieces] = np.stack([y, x], axis=1) - at
+        self.shown.area[: self.count] = np.bincount(self.joined.ravel(), minlength=self.count)
+        self.shown.whole[:] = elements.known[0][self.shown.element]
+        self._at_borders()
+        pairs, often = np.unique(np.sort(meets[:n], axis=1), axis=0, return_counts=True)
+        body = self.shown.body
+        for a, b in pairs[often >= 3].tolist():
+            while body[a] != a:
+                a = body[a]
+            while body[b] != b:
+                b = body[b]
+            body[max(a, b)] = min(a, b)
+        for k in range(self.count):  # each follows an earlier one
+            body[k] = body[body[k]]
+
+    def _at_borders(self) -> None:
+        """What borders of the canvas cut off is not missing."""
+        rims = [np.take(self.joined, (0, -1), axis) for axis in (0, 1) if not self.sewn.wraps[axis]]
+        for k in np.unique(np.concatenate([rim.ravel() for rim in rims])).tolist() if rims else ():
+            if k:
+                element = self.elements[int(self.shown.element[k])]
+                y, x = (np.nonzero(element.mask)[a] + element.at[a] + int(self.shown.shift[k, a]) for a in (0, 1))
+                inside = np.ones(len(y), bool)
+                for axis, at in enumerate((y, x)):
+                    if not self.sewn.wraps[axis]:
+                        inside &= (at >= 0) & (at < self.shape[axis])
+                self.shown.whole[k] = max(int(inside.sum()), 1)
+
+    def _damaged(self) -> list[tuple[int, tuple[slice, ...]]]:
+        """The damaged bodies and where they lie, those with the dearest seams first."""
+        body = self.shown.body[self.joined].astype(np.int32)
+        self.size = np.bincount(body.ravel(), minlength=len(self.shown.area))
+        missing = np.minimum(self.shown.area, self.shown.whole - self.shown.area)
+        hidden = np.bincount(self.shown.body, np.maximum(missing, 0), len(self.size))
+        out = []
+        for k, part in enumerate(ndimage.find_objects(body), 1):
+            if part is None or hidden[k] < RULE.damaged * self.size[k] or self.size[k] < RULE.least:
+                continue
+            if any(5 * (s.stop - s.start) > 3 * n for s, n in zip(part, self.shape, strict=True)):
+                continue  # over a border that wraps, or all one
+            around = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in part)
+            out.append((-int(self.sewn.prices[around].sum()), k, part))
+        self.often: dict[int, list[tuple[int, int]]] = {}
+        for k in range(1, self.count):
+            if 2 * self.shown.area[k] > self.shown.whole[k]:
+                y, x = self.shown.shift[k].tolist()
+                self.often.setdefault(int(self.shown.element[k]), []).append((y, x))
+        self.usual = sum(map(len, self.often.values())) / len(self.elements.boxes)
+        return [(k, part) for _, k, part in sorted(out, key=lambda o: o[:2])]
+
+    # ---- candidates
+
+    def _candidates(self, body: int, part: tuple[slice, ...], mine: NDArray[np.bool_]) -> list[Candidate]:
+        places = list[tuple[int, int, int]]()
+        pieces, area = np.unique(self.joined[part][mine], return_counts=True)
+        for k in np.argsort(-area, kind="stable")[:3].tolist():  # what shows in part, whole
+            number = int(self.shown.element[pieces[k]])
+            y, x = self.shown.shift[pieces[k]].tolist()
+            if self.elements[number].whole:
+                places.append((number, y + self.elements[number].at[0], x + self.elements[number].at[1]))
+        places += self._others(body, part, mine)
+        found = [self._laid(*place) for place in places] + self._beside(part, mine)
+        return [c for c in found if c is not None]
+
+    def _others(self, body: int, part: tuple[slice, ...], mine: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
+        """The elements that cover a body best: number, first row and column on the canvas."""
+        middle = np.array([s.start + int(at.mean()) for s, at in zip(part, np.nonzero(mine), strict=True)])
+        out, places = np.empty((len(self.elements.boxes), 4), np.int64), list[tuple[int, int, int]]()
+        count = kernels.fits(
+            self.joined, self.shown, body, int(self.size[body]), middle, self.elements.masks, self.elements.boxes, out
+        )
+        for k in np.argsort(out[:count, 0], kind="stable").tolist():
+            number, y, x = out[k, 1:].tolist()
+            element = self.elements[number]
+            far = RULE.apart * element.side
+            shown = self.often.get(number, ())
+            if not any(abs(y - element.at[0] - a) < far and abs(x - element.at[1] - b) < far for a, b in shown):
+                places.append((number, y, x))
+                if len(places) == RULE.tries:
+                    break
+        return places
+
+    def _laid(self, number: int, top: int, left: int) -> Candidate | None:
+        """An element laid at a place of the canvas, with its joint."""
+        element = self.elements[number]
+        pad, size = 6 + int(RULE.pad * element.side), self.sewn.variants.table[element.variant, 1:3]
+        low, high = list[int](), list[int]()
+        for axis, first in enumerate((top, left)):
+            a, b = first - pad, first + element.mask.shape[axis] + pad
+            if not self.sewn.variants.toroidal[element.variant]:
+                a, b = max(a, first - element.at[axis]), min(b, first - element.at[axis] + int(size[axis]))
+            if not self.sewn.wraps[axis]:
+                a, b = max(a, 0), min(b, self.shape[axis])
+            if not 8 <= b - a <= self.shape[axis]:
+                return None
+            low.append(a)
+            high.append(b)
+        wanted = np.zeros((high[0] - low[0], high[1] - low[1]), np.int32)
+        n = RING
+        _over(wanted, element.ring, (top - n - low[0], left - n - low[1]), int(RULE.joint * self.knee))
+        _over(wanted, element.mask, (top - low[0], left - low[1]), MUST)
+        pick = (element.variant, element.at[0] + low[0] - top, element.at[1] + low[1] - left)
+        return Candidate((low[0] % self.shape[0], low[1] % self.shape[1], *wanted.shape), pick, wanted, number)
+
+    def _beside(self, part: tuple[slice, ...], mine: NDArray[np.bool_]) -> list[Candidate]:
+        """What the pieces beside a body would show in its place."""
+        sewn, pad = self.sewn, 5
+        low, high = ([f(s.start - pad, 0) if f is max else f(s.stop + pad, n)
+                      for s, n in zip(part, self.shape, strict=True)] for f in (max, min))  # fmt: skip
+        where = (slice(low[0], high[0]), slice(low[1], high[1]))
+        own = np.zeros((high[0] - low[0], high[1] - low[1]), bool)
+        own[part[0].start - low[0] :, part[1].start - low[1] :][: mine.shape[0], : mine.shape[1]] = mine
+        if min(own.shape) < 8:
+            return []
+        y, x = np.nonzero(ndimage.binary_dilation(own, iterations=2) & ~own)
+        at, v = sewn.yx[where][y, x], sewn.variant[where][y, x]
+        shifts, first, often = np.unique(
+            np.stack([v, at[:, 0] - y, at[:, 1] - x], axis=1), axis=0, return_index=True, return_counts=True
+        )
+        out = []
+        for k in np.lexsort((first, -often))[: RULE.beside].tolist():
+            variant, row, column = shifts[k].tolist()
+            size = sewn.variants.table[variant, 1:3].tolist()
+            (a, b), (c, d) = (0, 0), own.shape
+            if not sewn.variants.toroidal[variant]:  # no further than the exemplar reaches
+                a, b = max(a, -row), max(b, -column)
+                c, d = min(c, size[0] - row), min(d, size[1] - column)
+            if min(c - a, d - b) >= 8 and not (own.sum() - own[a:c, b:d].sum()):
+                box, pick = (low[0] + a, low[1] + b, c - a, d - b), (variant, row + a, column + b)
+                out.append(Candidate(box, pick, own[a:c, b:d] * np.int32(MUST), 0))
+        return out
+
+    # ---- choosing
+
+    def _cut(self, candidate: Candidate, step: int) -> Cut:
+        wanted: Callable[[Box, Pick], Array] = lambda box, pick: candidate.wanted  # noqa: E731
+        return self.sewn.cut(candidate.box, candidate.pick, 0, step, saved=wanted)
+
+    def _price(self, candidate: Candidate, cut: Cut, step: int) -> float:
+        """What seams, damage and repeats of an element cost more than before; negative: less."""
+        sewn, where = self.sewn, (*cut.box[:2], *cut.pick, step)
+        labels, known = self.elements.labels, self.elements.known
+        hurt = kernels.hurt(self.joined, sewn.pieces, labels, known, self.shown, where, cut.take, self.counts)
+        price = cut.change * step + RULE.hurt * self.knee * hurt
+        if candidate.element:
+            more = max(len(self.often.get(candidate.element, ())) - self.usual, 0) / max(self.usual, 1)
+            price += RULE.usage * self.knee * self.elements[candidate.element].side * more
+        return float(price)
+
+    def _lay(self, candidate: Candidate, cut: Cut) -> None:
+        sewn, where = self.sewn, (*cut.box[:2], *cut.pick, 1)
+        sewn.paste(cut)
+        labels, known = self.elements.labels, self.elements.known
+        count = kernels.renew(self.joined, sewn.pieces, labels, known, self.shown, where, cut.take, self.count)
+        self.count = int(count)
+        if candidate.element:
+            shift = cut.box[0] - cut.pick[1], cut.box[1] - cut.pick[2]
+            self.often.setdefault(candidate.element, []).append(shift)
+
+
+def _over(wanted: NDArray[np.int32], mask: NDArray[np.bool_], at: tuple[int, int], price: int) -> None:
+    """Ask for what a mask holds, as far as it lies in `wanted`."""
+    y, x = (max(a, 0) for a in at)
+    part = mask[y - at[0] : wanted.shape[0] - at[0], x - at[1] : wanted.shape[1] - at[1]]
+    here = wanted[y : y + part.shape[0], x : x + part.shape[1]]
+    np.maximum(here, part * np.int32(price), out=here)

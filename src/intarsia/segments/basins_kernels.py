@@ -1,0 +1,184 @@
+"""Basins of a relief, and the tree in which they merge, the weakest border first."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.jit import kernel
+
+# What is known of a node, in this order.
+AREA, ROWS, COLUMNS, HIGH, WIDE, SLANT, RIM = range(7)
+FACTS = 7
+HUE = 90.0  # what a colour one spread away adds to a border that may be 330 strong; at most twice that
+
+
+class Nodes(NamedTuple):
+    """What is known of basins, and what they merge to: 2 n - 1 rows, of which the first n are the basins."""
+
+    facts: NDArray[np.int64]  # (., FACTS): sums over their pixels
+    colours: NDArray[np.float64]  # (., channels): sums of whole numbers
+    kids: NDArray[np.int64]  # (., 2): what merged; -1 in basins
+    outline: NDArray[np.int64]  # (., 3): strength, length, length where strong
+    inner: NDArray[np.float64]  # (.,): the strongest border inside
+
+
+@kernel
+def basins(relief: Any, labels: Any) -> int:
+    """Label (H, W) the basins of a relief: every px flows to its lowest neighbour; of equals the first is lowest."""
+    h, w = relief.shape
+    to = np.empty(h * w, np.int64)
+    for y in range(h):
+        for x in range(w):
+            best = y * w + x
+            low = relief[y, x]
+            for dy in range(-1, 2):
+                for dx in range(-1, 2):
+                    b, a = y + dy, x + dx
+                    if 0 <= b < h and 0 <= a < w:
+                        p = b * w + a
+                        if relief[b, a] < low or (relief[b, a] == low and p < best):
+                            low, best = relief[b, a], p
+            to[y * w + x] = best
+    count = 0
+    flat = np.full(h * w, -1, np.int64)
+    for p in range(h * w):
+        if to[p] == p:
+            flat[p] = count
+            count += 1
+    for p in range(h * w):
+        q = p
+        while flat[q] < 0:
+            q = to[q]
+        found = flat[q]
+        q = p
+        while flat[q] < 0:
+            flat[q] = found
+            q = to[q]
+    for y in range(h):
+        for x in range(w):
+            labels[y, x] = flat[y * w + x]
+    return count
+
+
+@kernel
+def borders(relief: Any, labels: Any, strong: int, count: int, pairs: Any, values: Any) -> int:
+    """List pairs of basins that touch, (n, 2), and of each border: strength, length, length where strong; returns n."""
+    h, w = labels.shape
+    n = 0
+    keys = np.empty(2 * h * w, np.int64)
+    power = np.empty(2 * h * w, np.int64)
+    for y in range(h):
+        for x in range(w):
+            for k in range(2):
+                b, a = y + k, x + 1 - k
+                if b < h and a < w and labels[y, x] != labels[b, a]:
+                    one, two = labels[y, x], labels[b, a]
+                    keys[n] = min(one, two) * count + max(one, two)
+                    power[n] = max(relief[y, x], relief[b, a])
+                    n += 1
+    order = np.argsort(keys[:n], kind="mergesort")
+    m = -1
+    last = -1
+    for k in order:
+        if keys[k] != last:
+            m += 1
+            last = keys[k]
+            pairs[m, 0], pairs[m, 1] = last // count, last % count
+            values[m] = 0
+        values[m, 0] += power[k]
+        values[m, 1] += 1
+        if power[k] > strong:
+            values[m, 2] += 1
+    return m + 1
+
+
+@kernel
+def _weight(one: int, two: int, value: Any, facts: Any, colours: Any, spread: float, unit: float) -> float:
+    """What merging two nodes costs: how strong their border is, how far their colours; little ones are cheap."""
+    far = 0.0
+    a, b = facts[one, AREA], facts[two, AREA]
+    for c in range(colours.shape[1]):
+        d = colours[one, c] / a - colours[two, c] / b
+        far += d * d
+    least = min(a, b)
+    price: float = (value[0] / value[1] + HUE * min(np.sqrt(far) / spread, 2.0)) * np.sqrt(least / (least + unit))
+    return price
+
+
+@kernel
+def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> int:
+    """Merge all basins, the cheapest pair first; returns how many nodes there are.
+
+    `pairs` and `values` are those of :func:`borders`, and are used up; `spread`: of the colours; `unit` px: basins
+    much smaller merge early. Sums of the basins are in `nodes_`; all else there is written.
+    """
+    facts, colours, kids, outline, inner = nodes_
+    n, m = kids.shape[0] // 2 + 1, pairs.shape[0]
+    nodes: int = n
+    # pairs are named by slots: a slot is where a node lives, so that a merge renames only one of two
+    node_of = np.arange(n)
+    weight = np.empty(m, np.float64)
+    seen = np.full(n, -1, np.int64)
+    for k in range(n):
+        kids[k] = -1
+        outline[k] = 0
+        inner[k] = 0
+    for k in range(m):
+        weight[k] = _weight(pairs[k, 0], pairs[k, 1], values[k], facts, colours, spread, unit)
+        for side in range(2):
+            for c in range(3):
+                outline[pairs[k, side], c] += values[k, c]
+    while m > 0:
+        best = 0
+        for k in range(1, m):
+            if weight[k] < weight[best]:
+                best = k
+        p, q = pairs[best, 0], pairs[best, 1]
+        one, two = node_of[p], node_of[q]
+        kids[nodes, 0], kids[nodes, 1] = one, two
+        for c in range(facts.shape[1]):
+            facts[nodes, c] = facts[one, c] + facts[two, c]
+        for c in range(colours.shape[1]):
+            colours[nodes, c] = colours[one, c] + colours[two, c]
+        for c in range(3):
+            outline[nodes, c] = outline[one, c] + outline[two, c] - 2 * values[best, c]
+        short = 0.45 * np.sqrt(float(min(facts[one, AREA], facts[two, AREA])))
+        strength = values[best, 0] / values[best, 1] * min(1.0, values[best, 1] / short)
+        inner[nodes] = max(inner[one], inner[two], strength)
+        node_of[p] = nodes
+        kept = 0
+        for k in range(m):
+            if k == best:
+                continue
+            a, b = pairs[k, 0], pairs[k, 1]
+            if a == q:
+                a = p
+            if b == q:
+                b = p
+            v0, v1, v2 = values[k, 0], values[k, 1], values[k, 2]
+            to = kept
+            touched = a == p or b == p
+            if touched:
+                other = b if a == p else a
+                if seen[other] >= 0:
+                    to = seen[other]
+                    v0, v1, v2 = v0 + values[to, 0], v1 + values[to, 1], v2 + values[to, 2]
+                else:
+                    seen[other] = kept
+            if to == kept:
+                kept += 1
+            pairs[to, 0], pairs[to, 1] = a, b
+            values[to, 0], values[to, 1], values[to, 2] = v0, v1, v2
+            if touched:
+                weight[to] = _weight(node_of[a], node_of[b], values[to], facts, colours, spread, unit)
+            else:
+                weight[to] = weight[k]
+        m = kept
+        for k in range(m):
+            seen[pairs[k, 0]] = -1
+            seen[pairs[k, 1]] = -1
+        nodes += 1
+    return nodes

@@ -1,0 +1,155 @@
+"""Damaged elements are covered by whole ones, and where there are none nothing happens."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+import intarsia as ia
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.methods.graphcut import STAGE
+from intarsia.patches.growth import Growth
+from intarsia.seams import whole_kernels
+from intarsia.seams.graphcut import GraphcutGrowth
+from intarsia.seams.whole import Mending, make_whole
+from intarsia.seams.whole_elements import Elements
+from intarsia.segments.wholes import JOINT, wholes
+from intarsia.testing import texture
+
+METHOD = ia.Graphcut(patch=48, overlap=16, refinements=6, tries=2)
+ONE = ia.Run(1)
+
+
+def stones(height: int = 160, width: int = 150, seed: int = 2) -> np.ndarray:
+    """Discs of many tones and sizes on dark ground, none of which touch."""
+    draws, out = np.random.default_rng(seed), np.full((height, width, 3), 30, np.uint8)
+    y, x = np.mgrid[:height, :width]
+    for a, b in product(range(16, height, 32), range(16, width, 32)):
+        radius, tone = draws.integers(11, 15), draws.integers(90, 250, 3)
+        dy, dx = draws.integers(-2, 3, 2)
+        out[(y - a - dy) ** 2 + (x - b - dx) ** 2 <= radius**2] = tone
+    return out
+
+
+EXEMPLAR = Exemplar.of(stones())
+
+
+def grown(exemplar: Exemplar = EXEMPLAR, canvas: Canvas | None = None, seed: int = 1) -> GraphcutGrowth:
+    canvas = canvas or Canvas(200, 190)
+    method = METHOD.resolved([exemplar], canvas)
+    growth = Growth(method.patch_settings(0), [exemplar], canvas)
+    sewn = GraphcutGrowth(growth, method.stitch)
+    sewn.fill(seed, STAGE, ONE)
+    return sewn
+
+
+def mending(sewn: GraphcutGrowth) -> Mending:
+    found = wholes(EXEMPLAR)
+    assert found is not None
+    return Mending(sewn, Elements(sewn.variants, [found]))
+
+
+def shown_damage(work: Mending) -> float:
+    """What elements that show in part add up to, told pixel by pixel."""
+    work._number()
+    total = 0.0
+    for k in range(1, work.count):
+        area, whole = int((work.joined == k).sum()), int(work.shown.whole[k])
+        sure = float(work.elements.known[1][work.shown.element[k]])
+        total += sure * max(min(2 * area, whole - area), 0) / max(whole, 1) ** 0.5
+    return total
+
+
+def test_discs_are_the_elements() -> None:
+    found = wholes(EXEMPLAR)
+    assert found is not None
+    picture = stones().astype(int)
+    bright = picture.sum(axis=2) > 90
+    discs, count = ndimage.label(bright)
+    for k in range(1, count + 1):  # each is one element, that holds nothing of another
+        names = np.bincount(found.labels[discs == k])
+        mine = found.labels == int(names.argmax())
+        assert names.argmax() > 0
+        assert names.max() > 0.9 * names.sum()
+        assert (discs[mine & bright] == k).all()
+    assert int(found.inside[found.inside < JOINT].max()) <= 64
+    assert 0 <= found.sure.min() <= found.sure.max() <= 1
+
+
+@pytest.mark.parametrize("pixels", [texture(96, 90, 3, 4), np.full((64, 64, 3), 90, np.uint8), stones(24, 24)])
+def test_without_elements_nothing_changes(pixels: np.ndarray) -> None:
+    exemplar = Exemplar.of(pixels)
+    assert wholes(exemplar) is None
+    patch = min(32, *(n // 2 for n in pixels.shape[:2]))
+    small = ia.Graphcut(patch=patch, overlap=patch // 3, refinements=3, tries=1)
+    plain, more = (ia.synthesize(exemplar, (80, 90), m, seed=1).map for m in (small, ia.Graphcut(
+        patch=patch, overlap=patch // 3, refinements=3, tries=1, whole=3)))  # fmt: skip
+    np.testing.assert_array_equal(plain.yx, more.yx)
+
+
+def test_damage_falls_and_is_told_as_counted() -> None:
+    sewn = grown()
+    before = shown_damage(mending(sewn))
+    assert before > 0
+    assert make_whole(sewn, [EXEMPLAR], 2, ONE) > 0
+    assert shown_damage(mending(sewn)) < 0.8 * before
+
+
+def test_numbers_kept_are_those_counted_again() -> None:
+    work = mending(grown(seed=3))
+    work._number()
+    laid = 0
+    for body, part in work._damaged():
+        mine = work.shown.body[work.joined[part]] == body
+        for candidate in work._candidates(body, part, mine):
+            cut = work._cut(candidate, 1)
+            assert cut.box == candidate.box
+            before = told_again(work)
+            hurt = work._price(candidate._replace(element=0), cut, 1) - cut.change
+            work._lay(candidate, cut)
+            assert np.isclose(told_again(work) - before, hurt / (3.0 * work.knee), atol=1e-6)
+            laid += 1
+            break
+    assert laid > 3
+    np.testing.assert_array_equal(
+        np.bincount(work.joined.ravel(), minlength=work.count)[1 : work.count], work.shown.area[1 : work.count]
+    )
+
+
+def told_again(work: Mending) -> float:
+    return sum(
+        whole_kernels._damage(int(work.shown.area[k]), int(work.shown.whole[k]), float(work.elements.known[1][e]))
+        for k, e in enumerate(work.shown.element[: work.count].tolist()) if k
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("wrap", ["none", "x", "both"])
+def test_threads_wraps_and_poses(wrap: str) -> None:
+    method = ia.Graphcut(patch=48, overlap=16, refinements=4, tries=1, whole=2, isometries="both")
+    maps = [ia.synthesize(EXEMPLAR, (150, 140), method, seed=5, wrap=wrap, run=ia.Run(n)).map for n in (1, 3)]
+    np.testing.assert_array_equal(maps[0].yx, maps[1].yx)
+    assert maps[0].yx.min() >= 0
+    assert (maps[0].yx < (EXEMPLAR.height, EXEMPLAR.width)).all()
+
+
+def test_masked_pixels_are_never_shown() -> None:
+    usable = np.ones((160, 150), bool)
+    usable[60:90, 40:80] = False
+    made = ia.synthesize(Exemplar.of(stones(), usable=usable), (150, 140), ia.Graphcut(patch=48, whole=2), seed=5)
+    y, x = made.map.yx[..., 0], made.map.yx[..., 1]
+    assert usable[y, x].all()
+
+
+def test_what_the_canvas_starts_with_stays() -> None:
+    start: Any = ia.synthesize(EXEMPLAR, (150, 140), METHOD, seed=5).map
+    sewn = grown(canvas=Canvas(150, 140), seed=7)
+    sewn.variant[:], sewn.yx[:] = 0, start.yx
+    sewn.locked[:70] = True
+    sewn.note((0, 0, 150, 140))
+    make_whole(sewn, [EXEMPLAR], 2, ONE)
+    np.testing.assert_array_equal(sewn.yx[:70], start.yx[:70])
