@@ -106,6 +106,8 @@ def test_numbers_kept_are_those_counted_again() -> None:
     laid = 0
     for body, part in work._damaged():
         mine = work.shown.body[work.joined[part]] == body
+        if not mine.any():  # covered since
+            continue
         for candidate in work._candidates(body, part, mine):
             cut = work._cut(candidate, 1)
             assert cut.box == candidate.box

@@ -6,9 +6,10 @@ Transactions on Graphics (SIGGRAPH) 2003.
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
 around its window than `overreach`; several placements are drawn, and compared by cuts on every fourth px (`tries`, 1 as
 published); strong steps cost more than in proportion (`seam`); placements are found by outlines and slow colour, too
-(`structure`); what is shown already costs a little more; the energy of old seams lies on the pixel grid itself, without
-nodes of their own; refinement matches what lies around the bad place, not the bad place itself, and lets pieces about
-it grow. Under a guide patches are chosen as in image quilting, and nothing is refined.
+(`structure`); damaged elements are covered by whole ones in the end (`whole`); what is shown already costs a little
+more; the energy of old seams lies on the pixel grid itself, without nodes of their own; refinement matches what lies
+around the bad place, not the bad place itself, and lets pieces about it grow. Under a guide patches are chosen as in
+image quilting, and nothing is refined.
 
 Cost: for each window and each refinement one FFT search, `tries` maximum flows over a sixteenth of the window, and one
 over all of it; about 2 N_out / pitch^2 of them.

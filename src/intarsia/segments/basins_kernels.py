@@ -11,7 +11,7 @@ from ..kernels.jit import kernel
 
 # What is known of a node, in this order.
 AREA, ROWS, COLUMNS, HIGH, WIDE, SLANT, RIM = range(7)
-FACTS = 7
+FACTS = 7  # as many as are named above
 HUE = 90.0  # what a colour one spread away adds to a border that may be 330 strong; at most twice that
 
 
