@@ -40,13 +40,11 @@ def naive(labels: np.ndarray, relief: np.ndarray, soft: np.ndarray, size: float)
                         borders.setdefault(pair, []).append(max(relief[y, x], relief[b, a]))
         area = np.bincount(names.ravel())
         mean = np.stack([np.bincount(names.ravel(), soft[..., c].ravel()) / area for c in range(soft.shape[2])], 1)
-
-        def price(pair: tuple[int, int]) -> float:
-            far = float(np.linalg.norm(mean[pair[0]] - mean[pair[1]])) / spread
-            least = min(area[pair[0]], area[pair[1]])
-            return (sum(borders[pair]) / len(borders[pair]) + HUE * min(far, 2)) * math.sqrt(least / (least + unit))
-
-        one, two = min(borders, key=price)
+        prices = {}
+        for (a, b), border in borders.items():
+            far, least = float(np.linalg.norm(mean[a] - mean[b])) / spread, min(area[a], area[b])
+            prices[a, b] = (sum(border) / len(border) + HUE * min(far, 2)) * math.sqrt(least / (least + unit))
+        one, two = min(prices, key=lambda pair: prices[pair])
         merges.append((groups[one], groups[two]))
         groups = [g for k, g in enumerate(groups) if k not in (one, two)] + [groups[one] | groups[two]]
     return merges
