@@ -51,7 +51,7 @@ class Scene:
         pictures = [rng.integers(0, 60, (h, w, 2)).astype(np.int16) for h, w in shapes]
         usable = [rng.random(s) < 0.9 for s in shapes]
         torus = [bool(t) for t in rng.integers(0, 2, 2)]
-        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, *price)
+        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, price.gradient, price.knee)
         self.flat = np.concatenate([p.ravel() for p in pictures])
         begins = np.cumsum([0, pictures[0].size])
         self.table = np.array([(b, h, w, w) for b, (h, w) in zip(begins, shapes, strict=True)], np.int64)
