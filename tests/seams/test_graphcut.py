@@ -142,7 +142,7 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     def larger(a: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
 
-    flat, table, usable, torus, channels = scene.pieces
+    flat, table, usable, torus, channels = scene.pieces[:5]
     rows = [(int(b) // channels, int(m), int(n)) for b, m, n, _ in table]
     parts = [larger(flat.reshape(-1, channels)[b : b + m * n].reshape(m, n, channels)) for b, m, n in rows]
     shown = [larger(usable[b : b + m * n].reshape(m, n)).ravel() for b, m, n in rows]
