@@ -330,7 +330,8 @@ def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -
     picture = features.features([exemplar]).pictures[0]
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
     size = smap.height, smap.width
-    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, (smap.wrap.y, smap.wrap.x), price.gradient, price.knee)
+    wraps = smap.wrap.y, smap.wrap.x
+    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.knee)
     sources = {
         (int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)
     }

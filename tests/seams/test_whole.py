@@ -30,8 +30,8 @@ def stones(height: int = 160, width: int = 150, seed: int = 2) -> np.ndarray:
     draws, out = np.random.default_rng(seed), np.full((height, width, 3), 30, np.uint8)
     y, x = np.mgrid[:height, :width]
     for a, b in product(range(16, height, 32), range(16, width, 32)):
-        radius, tone = draws.integers(11, 15), draws.integers(90, 250, 3)
-        dy, dx = draws.integers(-2, 3, 2)
+        radius, tone = draws.integers(13, 15), draws.integers(90, 250, 3)
+        dy, dx = draws.integers(-1, 2, 2)
         out[(y - a - dy) ** 2 + (x - b - dx) ** 2 <= radius**2] = tone
     return out
 
