@@ -25,12 +25,12 @@ METHOD = ia.Graphcut(patch=48, overlap=16, refinements=6, tries=2)
 ONE = ia.Run(1)
 
 
-def stones(height: int = 160, width: int = 150, seed: int = 2) -> np.ndarray:
+def stones(height: int = 180, width: int = 180, seed: int = 2) -> np.ndarray:
     """Discs of many tones and sizes on dark ground, none of which touch."""
     draws, out = np.random.default_rng(seed), np.full((height, width, 3), 30, np.uint8)
     y, x = np.mgrid[:height, :width]
-    for a, b in product(range(16, height, 32), range(16, width, 32)):
-        radius, tone = draws.integers(13, 15), draws.integers(90, 250, 3)
+    for a, b in product(range(18, height, 36), range(18, width, 36)):
+        radius, tone = draws.integers(14, 17), draws.integers(90, 250, 3)
         dy, dx = draws.integers(-1, 2, 2)
         out[(y - a - dy) ** 2 + (x - b - dx) ** 2 <= radius**2] = tone
     return out
@@ -140,7 +140,7 @@ def test_threads_wraps_and_poses(wrap: str) -> None:
 
 
 def test_masked_pixels_are_never_shown() -> None:
-    usable = np.ones((160, 150), bool)
+    usable = np.ones((180, 180), bool)
     usable[60:90, 40:80] = False
     made = ia.synthesize(Exemplar.of(stones(), usable=usable), (150, 140), ia.Graphcut(patch=48, whole=2), seed=5)
     y, x = made.map.yx[..., 0], made.map.yx[..., 1]
