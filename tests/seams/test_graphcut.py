@@ -215,15 +215,15 @@ def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height
 @settings(max_examples=40, deadline=None)
 @given(seeds)
 def test_repeats_are_counted(seed: int) -> None:
-    """How much of a candidate is shown already, more near by; a continuation is no repeat."""
+    """How much of a candidate is shown already, more near by, along a course farther; a continuation is none."""
     scene = Scene(seed)
     rng = np.random.default_rng(seed)
     box = (int(rng.integers(0, 4)), int(rng.integers(0, 4)), 4, 5)
     rows = np.array([(0, *(int(n) for n in rng.integers(0, (2, 4, 4)))) for _ in range(4)], np.int64)
-    for step in (1, 2):
+    for step, course in ((1, -1), (2, -1), (1, 0), (2, 1)):
         out = np.empty(4, np.int64)
-        placement_kernels.repeats(scene.shown, scene.pieces, box, rows, step, out)
-        want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), step) for row in rows]
+        placement_kernels.repeats(scene.shown, scene.pieces, box, rows, step, course, out)
+        want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), step, course) for row in rows]
         assert out.tolist() == want
 
 

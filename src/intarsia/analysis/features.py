@@ -18,6 +18,7 @@ from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
+from .lines import HALF, Lines, from_middle, lines_of
 from .oriented import Outlines, outline_distance, outlines_of
 from .ranges import counted
 from .stretched import RANGE, at_base_size, labels_of, stretched, times, values_of, variance_of, weighted
@@ -40,7 +41,7 @@ class Features:
 
     ``normals`` names the first of three channels of each normal map, whose vectors turn with the piece;
     ``black`` is what a pixel of value 0 would be, channel by channel; the base plane has the first ``base``, and the
-    last ``structure`` help to find what fits, but are not seen.
+    last ``structure`` help to find what fits, but are not seen; courses, where they count, run along axis ``courses``.
     """
 
     pictures: tuple[Int16, ...]
@@ -48,6 +49,7 @@ class Features:
     black: tuple[int, ...] = ()
     base: int = 0
     structure: int = 0
+    courses: int | None = None
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def memo(self, key: Any, make: Callable[[], T]) -> T:
@@ -92,7 +94,7 @@ def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:
 
 def features(
     exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None = None, context: tuple[float, int] = (0.0, 0),
-    structure: float = 0.0,
+    structure: float = 0.0, courses: float = 0.0,
 ) -> Features:  # fmt: skip
     """Return the features of the exemplars; `weights` count the channels of the base plane, their own the planes.
 
@@ -100,6 +102,8 @@ def features(
     pixel has around it is then known even where the output around it is not. Weight 1 gives them the variance
     of the others. `structure` appends how far each pixel lies from outlines, and the colours of the base plane averaged
     over a tenth of the exemplar: 1 gives outlines half of the spread of colour, and multiplies slow colours by 0.3.
+    `courses` appends, where lines run across all exemplars, how far each pixel lies from the middle of its course: 1
+    gives it the spread of colour.
 
     Raises
     ------
@@ -108,13 +112,18 @@ def features(
     ParameterError
         where the number of weights is not the number of channels.
     """
-    key = ("features", weights, context, structure, tuple(e.digest for e in exemplars))
-    return exemplars[0].memo(key, lambda: _made(exemplars, weights, context, structure))
+    key = ("features", weights, context, structure, courses, tuple(e.digest for e in exemplars))
+    return exemplars[0].memo(key, lambda: _made(exemplars, weights, context, structure, courses))
 
 
 def _made(
-    exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None, context: tuple[float, int], structure: float
-) -> Features:
+    exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None, context: tuple[float, int], structure: float,
+    courses: float,
+) -> Features:  # fmt: skip
+    if courses:
+        lines = course_lines(features(exemplars, weights), exemplars)
+        before = features(exemplars, weights, context, structure)
+        return _with_courses(before, exemplars, lines, courses) if lines else before
     plain = features(exemplars, weights) if structure or context[0] else _features(exemplars, weights)
     around = _with_context(plain, exemplars, *context)
     return _with_structure(around, plain, exemplars, structure) if structure else around
@@ -125,6 +134,33 @@ def outlines(plain: Features, exemplars: Sequence[Exemplar]) -> list[Outlines]:
     return plain.memo("outlines", lambda: [
         outlines_of(p[..., : plain.base], e.usable, e.toroidal) for p, e in zip(plain.pictures, exemplars, strict=True)
     ])  # fmt: skip
+
+
+def course_lines(plain: Features, exemplars: Sequence[Exemplar]) -> list[Lines]:
+    """Return the lines between the courses of exemplars, of all along the same axis; empty where one has none."""
+
+    def looked() -> list[Lines]:
+        found: list[Lines] = []
+        for outlined, picture, e in zip(outlines(plain, exemplars), plain.pictures, exemplars, strict=True):
+            lines = lines_of(outlined, picture.shape, e.toroidal)
+            if lines is None or (found and lines.axis != found[0].axis):
+                return []
+            found.append(lines)
+        return found
+
+    return plain.memo("courses", looked)
+
+
+def _with_courses(feats: Features, exemplars: Sequence[Exemplar], lines: list[Lines], weight: float) -> Features:
+    """Append the channel of courses to features."""
+    each = zip(lines, feats.pictures, exemplars, strict=True)
+    far = [from_middle(one, p.shape, e.toroidal)[..., None] for one, p, e in each]
+    own = variance_of([p[..., : feats.base].astype(np.int32) for p in feats.pictures], exemplars)
+    share = min(weight * math.sqrt(own / max(variance_of(far, exemplars), 1.0)), 2 * RANGE / HALF)
+    pictures = [np.concatenate([p, times(f, share).astype(np.int16)], axis=2)
+                for p, f in zip(feats.pictures, far, strict=True)]  # fmt: skip
+    black, axis = (*feats.black, 0), lines[0].axis
+    return Features(tuple(pictures), feats.normals, black, feats.base, feats.structure + 1, axis)
 
 
 def _with_structure(feats: Features, plain: Features, exemplars: Sequence[Exemplar], weight: float) -> Features:

@@ -26,6 +26,7 @@ USUAL, LEAST = 256, 0.75  # filters grow with the exemplar, and never below thre
 TAPS = 4096  # sum of what a filter multiplies by
 SURE = 256  # an outline as sure as
 RANKED = 0.93  # of all pixels, or more
+AXES = ((11, 0, 1), (5, 6, 7))  # directions within 15 degrees of rows, and of columns
 REACH = 0.07  # of the shorter side: what is farther from all outlines is as far
 STRAIGHT, SLANTED = 5, 7  # a step of a px, and one to a corner, in fifths of a px
 
@@ -37,6 +38,7 @@ class Outlines(NamedTuple):
 
     excess: NDArray[np.int64]  # by how much the strongest direction exceeds the mean of all
     mean: NDArray[np.int64]
+    along: NDArray[np.int64]  # (2, H, W): the same of the directions close to rows, and to columns
     factor: int
 
     @property
@@ -44,16 +46,21 @@ class Outlines(NamedTuple):
         """How much of all changes runs along outlines: the mean excess over the mean answer."""
         return int(self.excess.sum()) / max(int(self.mean.sum()), 1)
 
+    def sure(self, excess: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Say how sure outlines of such an excess are: 0 to SURE."""
+        ranked = np.sort(self.excess, axis=None)
+        return np.minimum(SURE * excess // max(int(ranked[int(RANKED * (len(ranked) - 1))]), 1), SURE)
+
 
 def outlines_of(picture: NDArray[np.int16], usable: NDArray[np.bool_] | None, toroidal: bool) -> Outlines:
     """Look for outlines in features (H, W, C), those of large exemplars on a reduced copy; none where nothing is."""
     factor = factor_for(picture.shape)
     small = picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
-    most, mean = _answers(small, toroidal)
+    most, along, mean = _answers(small, toroidal)
     if usable is not None:
         inside = _inside(usable if factor == 1 else block_sums(usable, factor) == factor * factor, toroidal)
-        most, mean = most * inside, mean * inside
-    return Outlines(np.maximum(most - mean, 0), mean, factor)
+        most, along, mean = most * inside, along * inside, mean * inside
+    return Outlines(np.maximum(most - mean, 0), mean, np.maximum(along - mean, 0), factor)
 
 
 def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> NDArray[np.int32]:
@@ -61,15 +68,13 @@ def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) ->
 
     0 on the surest outlines, at most 7 % of the shorter side.
     """
-    ranked = np.sort(found.excess, axis=None)
-    sure = np.minimum(SURE * found.excess // max(int(ranked[int(RANKED * (len(ranked) - 1))]), 1), SURE)
     reach = max(1, round(REACH * min(found.excess.shape)))
-    far = _nearest(STRAIGHT * reach * (SURE - sure) // SURE, reach, toroidal)
+    far = _nearest(STRAIGHT * reach * (SURE - found.sure(found.excess)) // SURE, reach, toroidal)
     return _enlarged(far * found.factor, shape[:2], found.factor)
 
 
-def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """How strongly the filters of all directions answer in every pixel: the most, and the mean; (H, W) each."""
+def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[Array, Array, Array]:
+    """How strongly the filters of all directions answer in every pixel: the most, along axes, and the mean; int64."""
     scale = max(min(picture.shape[:2]) / USUAL, LEAST)
     filters = [_filter(k, scale) for k in range(DIRECTIONS)]
     radius = filters[0].shape[0] // 2
@@ -78,8 +83,8 @@ def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[NDArray[np.int
     shape = tuple(scipy.fft.next_fast_len(n) for n in padded.shape[:2])
     (h, w), channels = picture.shape[:2], range(picture.shape[2])
     spectra = [scipy.fft.fft2(padded[..., c].astype(np.float64), shape) for c in channels]
-    total, most = np.zeros((h, w), np.int64), np.zeros((h, w), np.int64)
-    for one in filters:
+    total, most, along = np.zeros((h, w), np.int64), np.zeros((h, w), np.int64), np.zeros((2, h, w), np.int64)
+    for number, one in enumerate(filters):
         answers = scipy.fft.fft2(one, shape)
         squares = np.zeros((h, w), np.int64)
         for spectrum in spectra:
@@ -88,7 +93,10 @@ def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[NDArray[np.int
         strength = np.sqrt(squares).astype(np.int64)
         total += strength
         np.maximum(most, strength, out=most)
-    return most, total // DIRECTIONS
+        for axis, close in enumerate(AXES):
+            if number in close:
+                np.maximum(along[axis], strength, out=along[axis])
+    return most, along, total // DIRECTIONS
 
 
 def _filter(number: int, scale: float) -> NDArray[np.complex128]:

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.elements import ElementSize
-from ..analysis.features import Features, features, outlines
+from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.light import Slope, slope_of
+from ..analysis.lines import Lines
 from ..analysis.reduction import block_sums, blocks
 from ..analysis.regions import Regions, regions_of
 from ..analysis.structure import Border, Structure, border_of, structure_of
@@ -238,6 +239,12 @@ class Facts:
     def outlines(self) -> float:
         """How much of all that changes runs along outlines; 0 where nothing does."""
         return outlines(self._seen, [self.small])[0].share
+
+    @cached_property
+    def courses(self) -> Lines | None:
+        """The lines that run across it between courses, in its own px; None where it has none."""
+        found = course_lines(features([self.exemplar]), [self.exemplar])
+        return found[0] if found else None
 
     def _laid(self, rows: Lattice) -> bool:
         """Whether rows are courses: of bricks that fill half of them, or of boards that run along."""

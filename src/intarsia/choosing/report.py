@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from ..analysis.lines import CLEAR
 from ..analysis.symmetry import SLACK
 from ..image import Kind
 from ..lattice.vectors import UNIT
 from .facts import SIGNS, Facts, Measured
-from .rules import BOUNDS
+from .rules import BOUNDS, courses_of
 
 SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
 NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exemplars
@@ -16,7 +17,8 @@ CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers
 def measurements(f: Facts) -> dict[str, Measured]:
     """Return every fact with its confidence and what it means, in the order in which they are printed."""
     out = {"lattice": _lattice(f), "variation": _variation(f), "elements": _elements(f), "segments": _segments(f)}
-    out |= {"structure": _structure(f), "outlines": _outlines(f), "regions": _regions(f), "symmetry": _symmetry(f)}
+    out |= {"structure": _structure(f), "outlines": _outlines(f), "courses": _courses(f)}
+    out |= {"regions": _regions(f), "symmetry": _symmetry(f)}
     out |= {"border": _border(f), "light": _light(f), "size": _size(f), "kind": _kind(f)}
     if f.reduction > 1:
         said = f"structure, outlines, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
@@ -84,6 +86,14 @@ def _outlines(f: Facts) -> Measured:
     tie = f", but {BOUNDS.outlines} parts the two: nearly a tie" if far < NEAR else ""
     said = f"along outlines filters answer by {f.outlines:.2f} of the mean more: {kept}{tie}"
     return Measured(round(f.outlines, 3), min(1.0, far / (4 * NEAR)), said)
+
+
+def _courses(f: Facts) -> Measured:
+    lines = f.courses
+    if lines is None:
+        return Measured(None, 0.5, "no lines across it that part courses")
+    value = {"axis": ("rows", "columns")[lines.axis], "heights": lines.heights, "clear": round(lines.clear, 2)}
+    return Measured(value, min(1.0, lines.clear / (2 * CLEAR)), courses_of(lines))
 
 
 def _regions(f: Facts) -> Measured:

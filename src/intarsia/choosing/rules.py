@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ..analysis.lines import Lines
 from ..geometry import Wrap
 from ..lattice.vectors import UNIT
 from .facts import Facts
@@ -119,6 +120,17 @@ def _mixed(f: Facts) -> bool:
 def _size(f: Facts) -> str:
     size = f.element.size
     return f"its elements are about {size} px large" if f.element.found else "the size of its elements is not seen"
+
+
+def courses_of(lines: Lines) -> str:
+    """Say in words which courses there are between lines."""
+    heights, wide = lines.heights, ("high", "wide")[lines.axis]
+    size = f"{min(heights)} to {max(heights)}" if min(heights) < max(heights) else f"{heights[0]}"
+    return f"{len(lines.at)} lines run across it between courses {size} px {wide}"
+
+
+def _kept(f: Facts) -> tuple[str, ...]:
+    return () if f.courses is None else (f"{courses_of(f.courses)}: patches keep them.",)
 
 
 def _differ(f: Facts) -> str:
@@ -235,7 +247,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
         _free, _nothing,
-        lambda f: ("It repeats by no lattice.", f"Patches cut around its elements suit it: {_size(f)}."),
+        lambda f: ("It repeats by no lattice.", f"Patches cut around its elements suit it: {_size(f)}.", *_kept(f)),
     ),
     ChoiceRule(
         "patches", "image-quilting", "everything else",

@@ -6,10 +6,10 @@ Transactions on Graphics (SIGGRAPH) 2003.
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
 around its window than `overreach`; several placements are drawn, and compared by cuts on every fourth px (`tries`, 1 as
 published); strong steps cost more than in proportion (`seam`); placements are found by outlines and slow colour, too
-(`structure`); damaged elements are covered by whole ones in the end (`whole`); what is shown already costs a little
-more; the energy of old seams lies on the pixel grid itself, without nodes of their own; refinement matches what lies
-around the bad place, not the bad place itself, and lets pieces about it grow. Under a guide patches are chosen as in
-image quilting, and nothing is refined.
+(`structure`), and where they keep courses (`courses`); damaged elements are covered by whole ones in the end (`whole`);
+what is shown already costs a little more; the energy of old seams lies on the pixel grid itself, without nodes of their
+own; refinement matches what lies around the bad place, not the bad place itself, and lets pieces about it grow. Under a
+guide patches are chosen as in image quilting, and nothing is refined.
 
 Cost: for each window and each refinement one FFT search, `tries` maximum flows over a sixteenth of the window, and one
 over all of it; about 2 N_out / pitch^2 of them.
@@ -97,6 +97,10 @@ class Graphcut(parameters.CutSquares):
     seam: str = parameters.cut_cost("sharp")
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     structure: float = parameters.structure_weight()
+    courses: float = param(
+        0.7, "float", "how much lines that run across the exemplar between courses of stones or boards count in the "
+        "search: 1 as much as colour; 0, or where there are none: not", low=0, high=2,
+    )  # fmt: skip
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
     spread: float = parameters.spread_price()
@@ -157,7 +161,7 @@ class Graphcut(parameters.CutSquares):
         overlap = extent(self.overlap or 0)
         return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, weights=self.channel_weights, structure=self.structure,
-            isometries=self.isometries,
+            courses=self.courses, isometries=self.isometries,
             repeats=settings.Repeats(usage=usage), rim=max(overlap),
             boundaries=settings.Boundaries.of(self.footprint, None, self.isometries, None),
         )  # fmt: skip

@@ -45,7 +45,8 @@ Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[tuple[int, int], Pick, Candidates], None]
 
-AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
+AROUND_HOLES = 64  # candidates kept where a patch must fit a hole,
+AMONG_COURSES = 64  # or keep courses: few of those that do fit their stones, too
 # Of the spread of colours. Halved: pebbles have 1.8 strong steps for 1.2 in 1000 px; doubled: a pebble road 5.6 for 4.
 KNEE = 3, 8
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
@@ -76,13 +77,13 @@ class Growth:
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
         self.layout = settings.layout(canvas)
         around = (settings.context, max(min(settings.patch) // SURROUNDINGS, 1)) if settings.context else (0.0, 0)
-        self.features = features(exemplars, settings.weights, around, settings.structure)
+        self.features = features(exemplars, settings.weights, around, settings.structure, settings.courses)
         begun = () if canvas.start is None else canvas.start.poses
         poses = settings.poses(canvas.guide)
         self.variants = posed_exemplars(exemplars, self.features, poses, self.layout.patch, begun)
         rim = settings.rim if canvas.rim is None else canvas.rim
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
-        self.finder = self._finder(listed)
+        self.finder = self._finder(listed if self.features.courses is None else max(listed, AMONG_COURSES))
         rule, usage, distance = settings.repeats
         priced = usage and rule is RepetitionRule.PRICES
         prices = striking(self.features, self.finder) if priced else None

@@ -51,7 +51,7 @@ class Boundaries(NamedTuple):
 class PatchSettings:
     """How patches are laid: their size, where, from what, and at which price.
 
-    `weights`, `context`, `structure`, `isometries` and `search` as the parameters of the methods of these names.
+    `weights`, `context`, `structure`, `courses`, `isometries` and `search` as the parameters of these names.
     """
 
     patch: tuple[int, int]  # rows and columns of a window, px
@@ -61,6 +61,7 @@ class PatchSettings:
     weights: tuple[float, ...] | None = None
     context: float = 0.0  # weight of the surroundings
     structure: float = 0.0  # weight of outlines and slow colour
+    courses: float = 0.0  # weight of lines between courses
     isometries: str | tuple[int, ...] = "none"
     search: str = "fast"
     pyramid: tuple[str, int] = ("mean", 1)  # of search="pyramid": the filter, and how many positions are followed

@@ -100,6 +100,7 @@ class GraphcutGrowth:
         self.grown = Grown(self.variant, self.yx, self.wraps)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         self._step = max(4, math.isqrt(self.variant.size) // SAMPLES)
+        self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._entire: EntireSearch | None = None
         self._sub: PatchSearch | None = None
@@ -198,7 +199,7 @@ class GraphcutGrowth:
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
         count = np.empty(len(found.rows), np.int64)
-        placement_kernels.repeats(self.grown, self.pieces, box, found.rows, self._step, count)
+        placement_kernels.repeats(self.grown, self.pieces, box, found.rows, self._step, self._course, count)
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(found.rows[:, 0] + count * price // placement_kernels.ONE)
 

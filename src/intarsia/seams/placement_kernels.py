@@ -10,15 +10,17 @@ from .energy_kernels import source_at, spot
 
 ONE = 256  # all that a window would show is shown once more
 NEAR = 3  # a repeat beside the window counts this much more
+STRETCH = 3  # along a course so many px count as one
 
 
 @kernel
-def repeats(grown: Any, pieces: Any, box: Any, rows: Any, step: int, out: Any) -> None:
+def repeats(grown: Any, pieces: Any, box: Any, rows: Any, step: int, course: int, out: Any) -> None:
     """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
     the candidates. Every `step`-th pixel of the canvas is looked at. Within one and a half windows of the middle a
-    repeat counts up to NEAR times more. What merely goes on from the canvas is no repeat.
+    repeat counts up to NEAR times more; `course` is the axis along which courses run, where nearness reaches STRETCH
+    times as far, or -1. What merely goes on from the canvas is no repeat.
     """
     (variant, yx, wrap), table, torus = grown, pieces.table, pieces.torus
     height, width = variant.shape
@@ -36,7 +38,12 @@ def repeats(grown: Any, pieces: Any, box: Any, rows: Any, step: int, out: Any) -
             dx = x - (box[1] + w // 2)
             if wrap[1]:
                 dx = (dx + width // 2) % width - width // 2
-            far = max(abs(dy), abs(dx))
+            down, across = abs(dy), abs(dx)
+            if course == 0:
+                across //= STRETCH
+            elif course == 1:
+                down //= STRETCH
+            far = max(down, across)
             weight = ONE + (NEAR * ONE * (reach - far) // reach if far < reach else 0)
             for k in range(len(rows)):
                 if rows[k, 1] != v:

@@ -1,0 +1,192 @@
+"""Lines between courses: found where there are some, wherever they run; in grain and wood there are none."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.analysis.features import course_lines, features
+from intarsia.analysis.lines import HALF, Lines, from_middle
+from intarsia.analysis.lines_kernels import surest_line
+from intarsia.analysis.stretched import variance_of
+from intarsia.exemplar import Exemplar
+
+BEDS = (20, 52, 75, 117, 140)
+
+
+def wall(height=160, width=176, beds=BEDS, lean=0.0, seed=1):
+    """Stones in courses of unequal heights: dark joints 3 px wide, uneven stones, grain; `lean`: px down for a px."""
+    rng = np.random.default_rng(seed)
+    y, x = np.indices((height, width))
+    level = y - np.rint(lean * x).astype(int)
+    course = np.searchsorted(beds, level, side="right")
+    joint = np.isin(level, [b + k for b in beds for k in (-1, 0, 1)])
+    stone = np.zeros((height, width), int)
+    for c in range(len(beds) + 1):
+        ends = np.cumsum(rng.integers(24, 48, 16)) - 20
+        stone = np.where(course == c, np.searchsorted(ends, x), stone)
+        joint |= (course == c) & np.isin(x, [e + k for e in ends for k in (-1, 0, 1)])
+    tone = rng.integers(120, 200, (len(beds) + 1, 32))[course, stone]
+    return np.where(joint, 40, tone + rng.integers(0, 12, joint.shape)).astype(np.uint8)
+
+
+def lines_in(picture, usable=None, toroidal=False):
+    e = Exemplar.of(picture, usable=usable, toroidal=toroidal)
+    found = course_lines(features([e]), [e])
+    return found[0] if found else None
+
+
+def naive_surest(sure, bend):
+    """The most that any path adds up to: for each place at each column the best of three before it."""
+    best = sure[:, 0].tolist()
+    for x in range(1, sure.shape[1]):
+        near = [[best[v] - bend * (v != y) for v in (y - 1, y, y + 1) if 0 <= v < len(best)] for y in range(len(best))]
+        best = [max(options) + int(sure[y, x]) for y, options in enumerate(near)]
+    return max(best)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_path_is_surer(seed):
+    """What is told is what the path that is drawn adds up to, and a naive search finds no more."""
+    rng = np.random.default_rng(seed)
+    sure, bend = rng.integers(-20, 256, (int(rng.integers(1, 9)), int(rng.integers(1, 12)))), int(rng.integers(0, 300))
+    line = np.empty(sure.shape[1], np.int32)
+    total = surest_line(sure, bend, line)
+    steps = np.abs(np.diff(line))
+    assert steps.max(initial=0) <= 1
+    assert total == sure[line, np.arange(len(line))].sum() - bend * steps.sum() == naive_surest(sure, bend)
+
+
+def test_joints_between_courses_are_found():
+    found = lines_in(wall())
+    assert found is not None
+    assert found.axis == 0
+    assert np.abs(found.at - np.array(BEDS)[:, None]).max() <= 3
+    assert found.heights == pytest.approx(np.diff(BEDS), abs=2)
+    assert len(found.sure) == len(BEDS)
+    assert min(found.sure) >= 0.5
+
+
+def test_lines_turn_and_are_mirrored_with_the_picture():
+    picture = wall()
+    for turned, axis, back in (
+        (picture[:, ::-1], 0, lambda at: at[:, ::-1]),
+        (picture[::-1], 0, lambda at: (159 - at)[::-1]),
+        (np.rot90(picture), 1, lambda at: at[:, ::-1]),
+        (picture.T, 1, lambda at: at),
+    ):
+        plain, found = lines_in(picture), lines_in(np.ascontiguousarray(turned))
+        assert found is not None
+        assert found.axis == axis
+        assert found.at.shape == plain.at.shape
+        assert np.abs(back(found.at) - plain.at).max() <= 3
+
+
+def test_a_part_has_the_lines_of_the_whole():
+    found = lines_in(np.ascontiguousarray(wall()[:, 30:150]))
+    assert np.abs(found.at - np.array(BEDS)[:, None]).max() <= 3
+
+
+def test_lines_may_lean():
+    found = lines_in(wall(lean=0.06))
+    assert np.abs(found.at - np.array(BEDS)[:, None] - 0.06 * np.arange(176)).max() <= 3
+
+
+def test_large_exemplars_are_looked_at_reduced():
+    picture = wall().repeat(4, axis=0).repeat(4, axis=1)
+    found = lines_in(picture)
+    assert found.at.shape == (len(BEDS), picture.shape[1])
+    assert np.abs(found.at - 4 * np.array(BEDS)[:, None]).max() <= 12
+
+
+def test_masked_pixels_have_no_lines():
+    usable = np.ones((160, 176), bool)
+    usable[60:80, 70:100] = False
+    found = lines_in(wall(), usable)
+    assert np.abs(found.at - np.array(BEDS)[:, None]).max() <= 20
+    assert lines_in(wall(), np.arange(160 * 176).reshape(160, 176) < 60 * 176) is None
+
+
+def test_on_a_torus_lines_end_as_they_begin():
+    found = lines_in(np.roll(wall(), (-21, 40), (0, 1)), toroidal=True)
+    assert found is not None
+    want = np.sort((np.array(BEDS) - 21) % 160)
+    assert np.abs(found.at - want[:, None]).max() <= 3
+    assert np.abs(found.at[:, 0] - found.at[:, -1]).max() <= 1
+
+
+def test_without_courses_there_are_none():
+    rng = np.random.default_rng(1)
+    y, x = np.indices((160, 160))
+    grain = rng.integers(0, 256, (160, 160))
+    wood = np.rint(90 * np.sin(x / 3 + rng.normal(0, 0.6, (160, 160)).cumsum(axis=0) * 0.25)) + 128
+    spots = 60 + 140 * (np.hypot((y + x // 40 * 13) % 40 - 20, x % 40 - 20) < 14)
+    one = (np.abs(y - 80) > 2) * 160  # one joint parts nothing
+    for picture in (grain, wood, spots, one, np.full((160, 160), 90)):
+        assert lines_in(picture.astype(np.uint8)) is None
+
+
+def test_pixels_lie_from_the_middle_of_their_course():
+    at = np.array([[3, 4], [13, 14], [33, 34]], np.int32)
+    far = from_middle(Lines(0, at, (1.0,) * 3, 9.0), (40, 2), toroidal=False)
+    assert far[[3, 13, 33], 0].tolist() == [HALF] * 3
+    assert far[[8, 23], 0].tolist() == [0, 0]
+    assert far[[4, 14, 34], 1].tolist() == [HALF] * 3
+    assert far[18, 0] == HALF // 2
+    assert far[0, 0] == HALF * 9 // 15  # above the first a course of the mean height, 15 px
+    assert 0 <= far.min() <= far.max() <= HALF
+    turned = from_middle(Lines(1, at, (1.0,) * 3, 9.0), (2, 40), toroidal=False)
+    assert np.array_equal(turned, far.T)
+    round_it = from_middle(Lines(0, at, (1.0,) * 3, 9.0), (40, 2), toroidal=True)
+    assert round_it[38, 0] == 0  # from 33 to 3 + 40
+    assert np.array_equal(round_it[4:33], far[4:33])
+
+
+def test_courses_add_one_channel_where_all_exemplars_have_them():
+    one, two = Exemplar.of(wall()), Exemplar.of(wall(seed=3, beds=(25, 60, 90, 130)))
+    plain, more = features([one, two], structure=1.0), features([one, two], structure=1.0, courses=1.0)
+    assert (plain.courses, more.courses) == (None, 0)
+    assert more.structure == plain.structure + 1
+    assert len(more.black) == more.pictures[0].shape[2] == plain.pictures[0].shape[2] + 1
+    assert np.array_equal(more.pictures[1][..., :-1], plain.pictures[1])
+    own = [p[..., : plain.base].astype(np.int32) for p in plain.pictures]
+    last = [p[..., -1:].astype(np.int32) for p in more.pictures]
+    assert math.isclose(variance_of(last, [one, two]), variance_of(own, [one, two]), rel_tol=0.05)
+    across = Exemplar.of(np.ascontiguousarray(wall().T))
+    assert features([one, across], structure=1.0, courses=1.0) is features([one, across], structure=1.0)
+
+
+def test_without_courses_features_are_those_without_the_weight():
+    e = Exemplar.of(np.random.default_rng(5).integers(0, 256, (90, 90, 3)).astype(np.uint8))
+    assert features([e], structure=1.0, courses=0.7) is features([e], structure=1.0)
+    assert features([e], courses=0.7) is features([e])
+
+
+def grown(exemplars, courses, seed=1, **options):
+    method = ia.Graphcut(patch=40, overlap=20, refinements=2, tries=2, courses=courses)
+    return ia.synthesize(exemplars, (140, 200), method, seed=seed, **options).map
+
+
+def test_without_courses_maps_are_those_without_the_weight():
+    grain = np.random.default_rng(5).integers(0, 256, (90, 90, 3)).astype(np.uint8)
+    assert np.array_equal(grown(grain, 0.7).yx, grown(grain, 0.0).yx)
+
+
+@pytest.mark.parametrize("wrap", ["none", "both"])
+def test_courses_do_not_step(wrap):
+    """Pieces that meet side by side lie about as far from the middle of their courses far more often than without."""
+    picture, far, steps = wall(), from_middle(lines_in(wall()), (160, 176), toroidal=False), [0, 0]
+    for seed, courses in itertools.product((1, 2, 3), (0, 1)):
+        shown = far[tuple(np.moveaxis(grown(picture, float(courses), seed, wrap=wrap).yx, -1, 0))]
+        steps[courses] += np.count_nonzero(np.abs(np.diff(shown, axis=1)) > HALF // 3)
+    assert 4 * steps[1] < 3 * steps[0]
+
+
+def test_courses_are_kept_of_several_exemplars_and_under_masks():
+    usable = np.ones((160, 176), bool)
+    usable[60:70, 70:90] = False
+    masked = Exemplar.of(wall(), usable=usable)
+    assert (grown([wall(), wall(seed=3)], 1.0).which == 1).any()
+    assert usable[tuple(np.moveaxis(grown(masked, 1.0).yx, -1, 0))].all()
