@@ -128,6 +128,13 @@ def test_without_courses_there_are_none():
         assert lines_in(picture.astype(np.uint8)) is None
 
 
+def test_lines_that_end_are_none():
+    """Where a wall ends beside something else, its joints do not run across."""
+    picture = wall()
+    picture[:, 125:] = np.random.default_rng(2).integers(120, 200, (160, 51))
+    assert lines_in(picture) is None
+
+
 def test_pixels_lie_from_the_middle_of_their_course():
     at = np.array([[3, 4], [13, 14], [33, 34]], np.int32)
     far = from_middle(Lines(0, at, (1.0,) * 3, 9.0), (40, 2), toroidal=False)
