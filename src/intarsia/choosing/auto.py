@@ -218,5 +218,5 @@ UNSPREAD = {"pin", "angle", "zoom", "straighten", "variant"}
 """Parameters of pictures whose repeats cannot be spread, or not by the lattice."""
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
-DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage", "spread")
+DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage", "spread", "whole")
 """Parameters that a rule, a measurement or a trial decides."""

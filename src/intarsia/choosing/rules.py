@@ -35,6 +35,7 @@ class Bounds(NamedTuple):
     outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
     usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
     spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
+    rounds: int = 1  # over damaged elements; with 2 twice the time, and hardly any difference by eye
     across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
     periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
     side: int = 32  # px, less is told of; halved and doubled: the same
@@ -246,7 +247,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
-        _free, _nothing,
+        _free, lambda f: {"whole": BOUNDS.rounds},
         lambda f: ("It repeats by no lattice.", f"Patches cut around its elements suit it: {_size(f)}.", *_kept(f)),
     ),
     ChoiceRule(
