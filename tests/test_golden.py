@@ -247,11 +247,11 @@ GOLDEN = {
     ),
     "chosen": (
         "6f9d14a605015d12efa98ca1cacf3e841d0dd0595585a5acdc5ec2f8cfd3da27",
-        "7dfd56bdc76c7e7634d1cfbf7572fdb7892d1782ec5a6d85136b616fb6350e9a",
+        "3dc7e67991aa6e4b24e67004a6fa4df453536ae51c99a21df94142ecb215d962",
     ),
     "tried": (
         "89c37ea9af9065fe32de0954888a8b68651b8320b6a24b836a022385cfe1bac2",
-        "924c91e551a7dd6497c27c6083f639d8eb1cbc6b665733caf3f34768b85655e1",
+        "5e607b0f6973ab37d11e69ced0f92121573f256cd95c781b236c2b26f2c7b7ed",
     ),
     "regular": (
         "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
@@ -299,7 +299,7 @@ GOLDEN = {
     ),
     "flattened": (
         "a42f7d3327f2f46ab8bc5660e7f60414998b11bc69b70083925d3c46c74b750a",
-        "f8e47484cdf635f1d1e682ab4e1a3af67afe4a106d189505756f1044902c3e85",
+        "cc03ef0c7520ec6053ee5842b26b1cdc0ca2dd6bac089cb3d99cc8661603873f",
     ),
     "spread": (
         "408dbc06dfc9543c6992378ded868d6135e9dde2a6177b8e746af813e16678fa",
