@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .lines_kernels import surest_line
+from ..kernels.paths import surest_line
 from .oriented import SURE, Outlines
 
 BEND = SURE  # a line that steps aside by a px loses what a px of the surest outline is worth
