@@ -1,4 +1,4 @@
-"""Cheapest paths across a strip: along bed joints, down vertical joints, for cuts that must not turn back, and where outlines are surest."""
+"""Cheapest paths: along bed joints, down vertical joints, for cuts that never turn back; where outlines are surest."""
 
 from __future__ import annotations
 
