@@ -15,7 +15,7 @@ def main(size: int = 512, folder: Path = Path("demo")) -> Path:
     folder.mkdir(exist_ok=True)
     gravel = np.asarray(ia.read("sample:gravel").base).astype(np.uint16) * 257
     gravel += np.arange(gravel.size, dtype=np.uint16).reshape(gravel.shape) % 256  # detail that 8 bits cannot hold
-    made = ia.synthesize(gravel, size, seed=3, wrap="both")
+    made = ia.synthesize(gravel, size, seed=3, wrap="both", blend=ia.Blend())
     out = folder / "gravel_16bit.png"
     ia.write(out, made, force=True)
     assert (np.asarray(ia.read(out).base) == gravel[made.map.yx[..., 0], made.map.yx[..., 1]]).all()

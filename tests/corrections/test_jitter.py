@@ -236,7 +236,8 @@ GROW = ("grow", "e.png", "--size", "50x40", "--force", "-o")
 
 
 def test_the_command_line_reads_gray_pictures_of_any_depth(here: Path) -> None:
-    assert run(*GROW, "a.png", "--jitter-output", "map.png", "--jitter-exemplar", "small.png") == (0, "")
+    jitter = "--jitter-output", "map.png", "--jitter-exemplar", "small.png"
+    assert run(*GROW, "a.png", "--level", "0", *jitter) == (0, "")
     method = ia.ParallelControllable(jitter_output=picture(40, 50), jitter_exemplar=picture(30, 34))
     wanted = ia.synthesize("e.png", (40, 50), method)
     assert (files.read_plane("a.png").pixels == wanted.render().pixels).all()

@@ -16,17 +16,18 @@ from typing import TYPE_CHECKING, Any
 from ..arguments import FEATHER, chosen, expect, whole_within
 from ..errors import IntarsiaError, ParameterError
 from ..lazy import lazy
-from ..levelling import Levelling
 from ..methods.base import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
 from ..params import parameters
-from ..sourcemap import Blend
 
 if TYPE_CHECKING:
+    from .. import levelling
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..sourcemap import Blend
     from . import facts as choosing_facts
     from . import rules
 else:
+    levelling = lazy("intarsia.levelling")
     choosing_facts = lazy("intarsia.choosing.facts")
     rules = lazy("intarsia.choosing.rules")
 
@@ -86,7 +87,7 @@ class Choice:
         if canvas.endless or canvas.start is not None or canvas.guide is not None or not traits(self.method).exact:
             return own
         widest = FEATHER * exemplar.height // max(plane.height for plane in exemplar.planes.values())
-        return replace(own, finish=(Levelling(min(EVEN, widest)),)) if widest else own
+        return replace(own, finish=(levelling.Levelling(min(EVEN, widest)),)) if widest else own
 
     @property
     def recipe(self) -> dict[str, Any]:
