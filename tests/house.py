@@ -24,7 +24,7 @@ FLOORS = (
     {"lattice", "search"},
     {"corrections", "patches", "segments"},
     {"blocks", "pixels", "seams", "tiles"},
-    {"courses", "judging"},
+    {"courses", "covering", "judging"},
     {"methods"},
     {"choosing"},
     {"synthesis"},

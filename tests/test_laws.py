@@ -10,9 +10,9 @@ from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
 from intarsia.courses.rectified import rectified_for
+from intarsia.covering import spreading
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS
-from intarsia.seams import spreading
 from intarsia.testing import MethodContract
 from intarsia.testing.cases import Case
 

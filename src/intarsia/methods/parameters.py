@@ -16,12 +16,12 @@ from .base import Method, MethodBase, keeps_lattice, traits
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
+    from ..covering import spreading
     from ..exemplar import Exemplar
     from ..run import Run
-    from ..seams import spreading
     from ..sourcemap import SourceMap
 else:
-    spreading = lazy("intarsia.seams.spreading")
+    spreading = lazy("intarsia.covering.spreading")
 
 patch_side = partial(
     param, AUTO, "extent",

@@ -21,9 +21,9 @@ from ..search.sizes import default_patch
 from ..synthesis import Synthesis, check_start
 
 if TYPE_CHECKING:
-    from ..seams import repair as repairs
+    from ..covering import repair as repairs
 else:
-    repairs = lazy("intarsia.seams.repair")
+    repairs = lazy("intarsia.covering.repair")
 
 LEAST_PATCH = 8
 

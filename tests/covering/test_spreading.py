@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from covering.naive_copies import NaiveCopies, distances
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from seams.naive_copies import NaiveCopies, distances
 
 import intarsia as ia
 from intarsia.canvas import Canvas
+from intarsia.covering import copies_kernels
+from intarsia.covering.copies_kernels import FINE, Copies
+from intarsia.covering.lattice_steps import in_step
+from intarsia.covering.origins import no_copies
+from intarsia.covering.spreading import Spread, Spreading, spread_out, wave_sides
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
 from intarsia.patches.growth import Growth
 from intarsia.patches.settings import PatchSettings
-from intarsia.seams import copies_kernels
-from intarsia.seams.copies_kernels import FINE, Copies
-from intarsia.seams.lattice_steps import in_step
-from intarsia.seams.origins import no_copies
-from intarsia.seams.spreading import Spread, Spreading, spread_out, wave_sides
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.synthesis import Synthesis
 from intarsia.testing import looked_up, texture

@@ -18,13 +18,13 @@ import intarsia as ia
 from intarsia.analysis import features
 from intarsia.canvas import Canvas
 from intarsia.cli.app import cli
+from intarsia.covering.constraints import Constraints
+from intarsia.covering.covering import kept
+from intarsia.covering.repair import Repair, Repairing, repaired
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS, keeps_lattice, make
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.settings import PatchSettings
-from intarsia.seams.constraints import Constraints
-from intarsia.seams.covering import kept
-from intarsia.seams.repair import Repair, Repairing, repaired
 from intarsia.seams.worst import WorstSeams
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.synthesis import Synthesis

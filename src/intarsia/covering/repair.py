@@ -21,11 +21,11 @@ from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.settings import PatchSettings
 from ..run import Run
+from ..seams.graphcut import Box, Cut
+from ..seams.worst import Cell, WorstSeams
 from ..search.candidates import Candidates
 from ..sourcemap import SourceMap
 from .covering import Covering
-from .graphcut import Box, Cut
-from .worst import Cell, WorstSeams
 
 TRIES = 3  # candidates that are cut in for a window until one makes the seams cheaper
 

@@ -14,11 +14,11 @@ from ..exemplar import Exemplar
 from ..patches.growth import Growth
 from ..patches.settings import PatchSettings
 from ..run import Run
+from ..seams.graphcut import Box, GraphcutGrowth, GraphcutSettings
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import SourceMap
 from .constraints import Constraints
-from .graphcut import Box, GraphcutGrowth, GraphcutSettings
 
 Array = NDArray[Any]
 

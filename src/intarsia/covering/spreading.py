@@ -33,16 +33,16 @@ from ..kernels.cuts import SeamPrice
 from ..patches.growth import Pick
 from ..patches.settings import PatchSettings
 from ..run import Run
+from ..seams.graphcut import Box, Cut
+from ..seams.worst import Cell, WorstSeams
 from ..search import sizes
 from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
 from . import copies_kernels
 from .copies_kernels import FINE, STEP, Repeats, Terms
 from .covering import Covering
-from .graphcut import Box, Cut
 from .lattice_steps import in_step
 from .origins import around, no_copies, origins_of
-from .worst import Cell, WorstSeams
 
 Array = NDArray[Any]
 

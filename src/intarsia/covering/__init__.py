@@ -1,0 +1,1 @@
+"""Finished maps, of any method, covered anew where they are worst: repair, and repeats of what strikes."""
