@@ -16,9 +16,10 @@ import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.covering import copies_kernels
 from intarsia.covering.copies_kernels import FINE, Copies
+from intarsia.covering.covering import Laying
 from intarsia.covering.lattice_steps import in_step
 from intarsia.covering.origins import no_copies
-from intarsia.covering.spreading import Spread, Spreading, spread_out, wave_sides
+from intarsia.covering.spreading import Spreading, spread_out, wave_sides
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
 from intarsia.patches.growth import Growth
@@ -40,7 +41,7 @@ def spotted(height: int = 96, width: int = 90, seed: int = 3) -> np.ndarray:
 
 def work_of(made: Synthesis, price: float = 8.0, **more: Any) -> Spreading:
     canvas = made.canvas or Canvas(made.map.height, made.map.width, made.map.wrap)
-    return Spreading(Spread(price, **more), made.exemplars, canvas, made.map, 32)
+    return Spreading(price, Laying(**more), made.exemplars, canvas, made.map, 32)
 
 
 def shown_spots(smap: SourceMap) -> int:
@@ -122,10 +123,10 @@ def test_prices_are_those_of_the_twin(seed: int, wrap: str, isometries: str, mas
 def test_what_strikes_returns_less() -> None:
     """A law that holds where nothing happens says little: here a red thing is shown far less, and seams stay good."""
     made = ia.synthesize(spotted(), (288, 270), ia.RandomTiling(patch=40), seed=1, run=ONE)
-    out = spread_out(Spread(8.0), made.exemplars, Canvas(288, 270), made.map, ONE)
+    out = spread_out(8.0, Laying(), made.exemplars, Canvas(288, 270), made.map, ONE)
     assert shown_spots(out) < 0.4 * shown_spots(made.map), "tiles show it 24 times"
     made = ia.synthesize(spotted(), (288, 270), GRAPHCUT, seed=2, run=ONE)
-    out = spread_out(Spread(8.0), made.exemplars, Canvas(288, 270), made.map, ONE)
+    out = spread_out(8.0, Laying(), made.exemplars, Canvas(288, 270), made.map, ONE)
     assert shown_spots(out) < 0.95 * shown_spots(made.map)
     assert not out.holes.any()
     work, now = work_of(made), work_of(Synthesis(**{**vars(made), "map": out}))
@@ -193,7 +194,7 @@ def test_what_was_given_stays() -> None:
     which[40:150, 30:] = HOLE
     begun = SourceMap(start.yx, which, None, start.sources)
     plain = ia.synthesize(e, None, GRAPHCUT, start=begun, seed=3, run=ONE).map
-    out = spread_out(Spread(8.0), [e], Canvas(190, 180, start=begun), plain, ONE)
+    out = spread_out(8.0, Laying(), [e], Canvas(190, 180, start=begun), plain, ONE)
     stays = (which == 0) & (plain.yx == start.yx).all(axis=2)
     assert (out.yx != plain.yx).any()
     assert (out.yx[stays] == start.yx[stays]).all()
@@ -206,7 +207,7 @@ def test_a_guide_and_a_distance_stay_in_force() -> None:
     guide = ia.Guide(ia.Plane(labels, ia.Kind.LABEL), ia.Plane(target, ia.Kind.LABEL))
     e = Exemplar.of(spotted())
     made = ia.synthesize(e, (190, 190), GRAPHCUT, guide=guide, seed=3, run=ONE)
-    out = spread_out(Spread(8.0), [e], Canvas(190, 190, guide=guide), made.map, ONE)
+    out = spread_out(8.0, Laying(), [e], Canvas(190, 190, guide=guide), made.map, ONE)
     wrong = [labels[m.yx[..., 0], m.yx[..., 1]] != target for m in (made.map, out)]
     assert (out.yx != made.map.yx).any()
     assert not (wrong[1] & ~wrong[0]).any()
@@ -228,7 +229,7 @@ def test_a_lattice_is_kept() -> None:
     pixels[40:48, 50:60] += 90
     lattice = ((15.0, 0.0), (0.0, 12.0))
     made = ia.synthesize(pixels, (250, 240), ia.NearRegular(lattice=lattice, straighten="off"), seed=3, run=ONE)
-    out = spread_out(Spread(8.0, lattice=lattice), made.exemplars, Canvas(250, 240), made.map, ONE)
+    out = spread_out(8.0, Laying(lattice=lattice), made.exemplars, Canvas(250, 240), made.map, ONE)
     assert (out.yx != made.map.yx).any()
     apart = (out.yx - made.map.yx) % (12, 15)
     off = np.minimum(apart, (12, 15) - apart).max(axis=2)
@@ -260,13 +261,13 @@ def test_what_is_left_alone() -> None:
     method = ia.Graphcut(patch=12, overlap=4, refinements=0)
     for side, size, why in ((80, (90, 100), "one and a half"), (40, (99, 99), "too small")):
         made, run = ia.synthesize(texture(side, side, 3), size, method, run=ONE), ia.Run(1)
-        assert spread_out(Spread(8.0), made.exemplars, Canvas(*size), made.map, run) is made.map
+        assert spread_out(8.0, Laying(), made.exemplars, Canvas(*size), made.map, run) is made.map
         assert why in run.notes[0]
     assert wave_sides([Exemplar.of(texture(40, 40, 3))], made.map) == []
     y, x = np.mgrid[0:96, 0:96] / 96
     cloud = np.uint8(120 + 60 * np.sin(5 * x) * np.cos(4 * y))
     made, run = ia.synthesize(cloud, (190, 190), GRAPHCUT, run=ONE), ia.Run(1)
-    assert spread_out(Spread(8.0), made.exemplars, Canvas(190, 190), made.map, run) is made.map
+    assert spread_out(8.0, Laying(), made.exemplars, Canvas(190, 190), made.map, run) is made.map
     assert "clouds" in run.notes[0]
 
 

@@ -204,7 +204,7 @@ class Auto:
 
     def _goes(self, parameter: str) -> bool:
         """Whether what a rule decides goes with what is given."""
-        return parameter != "spread" or not UNSPREAD & set(self.given)
+        return parameter not in ("spread", "striking") or not UNSPREAD & set(self.given)
 
     def _none(self, facts: choosing_facts.Facts) -> str:
         words = ", ".join(sorted(a.value for a in needed(facts.exemplars, facts.canvas) | self.needs))
@@ -216,8 +216,8 @@ GENERAL = ("begun", "guided", "several", "patches")
 """Rules of the generalist, which can serve every exemplar: what comes after them is not needed."""
 ONLY = "only"
 UNSPREAD = {"pin", "angle", "zoom", "straighten", "variant"}
-"""Parameters of pictures whose repeats cannot be spread, or not by the lattice."""
+"""Parameters of pictures that cannot be gone over, or not by the lattice."""
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
-DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage", "spread", "whole")
+DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage", "spread", "striking", "whole")
 """Parameters that a rule, a measurement or a trial decides."""

@@ -35,6 +35,7 @@ class Bounds(NamedTuple):
     outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
     usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
     spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
+    striking: float = 0.5  # of what area asks for; of 41 pictures 31 were preferred with it, 8 without
     rounds: int = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
     across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
     periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
@@ -69,11 +70,17 @@ def _lattice(f: Facts) -> dict[str, Any]:
     return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in f.lattice.vectors)}
 
 
-def _spread(f: Facts) -> dict[str, Any]:
-    """The price of repeats, where a picture ends, is not vast, and holds enough for repeats to be seen."""
+def _rare(f: Facts) -> dict[str, Any]:
+    """How often striking things are shown, where a picture ends, is not vast, and large enough for repeats."""
     canvas = f.canvas
     whole = not canvas.endless and canvas.start is None and canvas.height * canvas.width <= VAST
-    return {"spread": BOUNDS.spread} if whole and f.enlargement >= ENLARGED else {}
+    return {"striking": BOUNDS.striking} if whole and f.enlargement >= ENLARGED else {}
+
+
+def _spread(f: Facts) -> dict[str, Any]:
+    """The price of repeats, and how often striking things are shown."""
+    rare = _rare(f)
+    return {"spread": BOUNDS.spread} | rare if rare else {}
 
 
 def _straight_lattice(f: Facts) -> dict[str, Any]:
@@ -226,7 +233,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "turnable", "graphcut", "no lattice, no hint of rows, no outlines, and it looks the same turned by quarters",
-        _turns, lambda f: {"isometries": TURNED} | ({"usage": BOUNDS.usage} if _repeats(f) else {}),
+        _turns, lambda f: {"isometries": TURNED} | ({"usage": BOUNDS.usage} if _repeats(f) else {}) | _rare(f),
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",
@@ -237,7 +244,7 @@ RULES: tuple[ChoiceRule, ...] = (
         "repeats-show", "graphcut",
         f"no lattice, no hint of rows, no outlines, and fewer than {BOUNDS.few} elements, or grain of at most "
         f"1/{BOUNDS.fine} of the side",
-        _repeats, lambda f: {"usage": BOUNDS.usage},
+        _repeats, lambda f: {"usage": BOUNDS.usage} | _rare(f),
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",
@@ -247,7 +254,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
-        _free, lambda f: {"whole": BOUNDS.rounds},
+        _free, lambda f: {"whole": BOUNDS.rounds} | ({} if f.packed else _rare(f)),
         lambda f: ("It repeats by no lattice.", f"Patches cut around its elements suit it: {_size(f)}.", *_kept(f)),
     ),
     ChoiceRule(

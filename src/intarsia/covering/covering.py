@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.sums import window_sums
 from ..canvas import Canvas
 from ..exemplar import Exemplar
+from ..kernels.cuts import SeamPrice
 from ..patches.growth import Growth
 from ..patches.settings import PatchSettings
 from ..run import Run
@@ -19,11 +22,40 @@ from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import SourceMap
 from .constraints import Constraints
+from .lattice_steps import Lattice, in_step
 
 Array = NDArray[Any]
 
 REACH = 6  # a patch reaches 1 / REACH of its side around its window
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
+
+
+@dataclass(frozen=True)
+class Laying:
+    """How new patches are laid over a finished map.
+
+    Attributes
+    ----------
+    weights : tuple of float, optional
+        As `channel_weights` of methods; None: all alike, as a step of hue inside an element is seen, however light.
+    isometries
+        Poses of new patches.
+    lattice : vectors (dx, dy), px
+        Patches are shifted by whole steps of these; none: by anything.
+    distance : int
+        No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+    """
+
+    weights: tuple[float, ...] | None = None
+    isometries: str | tuple[int, ...] = "none"
+    lattice: Lattice = ()
+    distance: int = 0
+
+    def settings(self, exemplars: Sequence[Exemplar], side: int, listed: int) -> PatchSettings:
+        """Windows of so many px a side, with so many candidates."""
+        alike = (1.0,) * (exemplars[0].base.channels - exemplars[0].base.alpha)
+        weights = self.weights or alike
+        return PatchSettings((side, side), (0, 0), weights=weights, isometries=self.isometries, listed=listed)
 
 
 class Covering:
@@ -51,14 +83,53 @@ class Covering:
         """How far apart the windows of a pass are, px."""
         return 2 * self.margin + APART
 
-    def found(self, boxes: list[Box], prices: Prices, run: Run) -> list[Candidates]:
-        """The candidates that fit around the middles of windows, which do not touch one another."""
+    def sharpen(self, knee: tuple[int, int]) -> None:
+        """Count a seam by its square up to four times what the seams of this map cost on average.
+
+        That average counts as at least, and at most, so many % of the spread of colours.
+        """
+        sewn, spread = self.sewing, math.isqrt(self.growth.variance(seen=True))
+        usual = sewn.total // max(int(np.count_nonzero(sewn.prices)), 1)
+        least, most = (max(spread * part // 100, 1) for part in knee)
+        sewn.price = SeamPrice(knee=min(max(usual, least), most))
+        sewn.note((0, 0, *sewn.variant.shape))
+
+    def over_patches(self, values: Sequence[Array], rim: int = 4) -> list[Array]:
+        """Of what counts for each pixel of each variant: means over every patch less 1 / rim of it on each side."""
+        search = self.growth.finder
+        assert isinstance(search, PatchSearch)
+        f, (h, w) = search.factor, search.cells
+        a, b = (h * f // rim, w * f // rim) if rim else (0, 0)
+        size, means = (h * f - 2 * a, w * f - 2 * b), []
+        for valid, shown in zip(search.valid, values, strict=True):
+            rows, columns = valid.shape
+            short = [(0, max((n + c - 1) * f - m, 0)) for n, c, m in zip(valid.shape, (h, w), shown.shape, strict=True)]
+            sums = window_sums(np.pad(shown, short, "edge")[a:, b:], size)[::f, ::f][:rows, :columns]
+            means.append(np.minimum(2 * sums // (size[0] * size[1]), 1 << 20).astype(np.int32))
+        return means
+
+    def stepped(
+        self, boxes: list[Box], holes: list[Box], lattice: Lattice, listed: int, run: Run
+    ) -> list[Candidates]:
+        """The same that lie whole steps of a lattice from what is in the middles of windows."""
+        sewn, shown = self.sewing, []
+        for y, x, h, w in boxes:  # the patch that goes on what is in the middle
+            at = (y + h // 2) % sewn.variant.shape[0], (x + w // 2) % sewn.variant.shape[1]
+            u, s = (sewn.yx[at] - (h // 2, w // 2)).tolist()
+            shown.append((int(sewn.variant[at]), u, s))
+        with sewn.opened(holes), run.pool() as each:
+            return each(
+                lambda pair: in_step(self.growth, lattice, pair[0][:2], pair[1], listed), zip(boxes, shown, strict=True)
+            )
+
+    def found(self, boxes: list[Box], holes: list[Box], prices: Prices, run: Run) -> list[Candidates]:
+        """The candidates that fit windows, which do not touch one another, around holes in them."""
         sewn, search = self.sewing, self.growth.finder
         assert isinstance(search, PatchSearch)
         at = np.array([box[:2] for box in boxes], np.int64)
         size = min(search.batch(), -(-len(boxes) // run.workers))
         chunks = [at[begin : begin + size] for begin in range(0, len(boxes), size)]
-        with sewn.opened(boxes), run.pool() as each:
+        with sewn.opened(holes), run.pool() as each:
             found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
         return [candidates for part in found for candidates in part]
 

@@ -21,7 +21,7 @@ from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.graphcut import Box, Cut
+from ..seams.graphcut import Box, Cut, middle
 from ..seams.worst import Cell, WorstSeams
 from ..search.candidates import Candidates
 from ..sourcemap import SourceMap
@@ -93,7 +93,7 @@ class Repairing(Covering):
     def cover(self, wave: dict[Cell, tuple[int, int]], run: Run) -> int:
         """Cover windows that lie apart; returns how many patches were laid."""
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
-        found = self.found(boxes, self.sewing.search_prices(), run)
+        found = self.found(boxes, list(map(middle, boxes)), self.sewing.search_prices(), run)
         with run.pool() as each:
             cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
         laid: list[Cut] = []

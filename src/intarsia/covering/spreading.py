@@ -18,30 +18,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.sums import window_sums
 from ..analysis.variance import spreads
 from ..canvas import Canvas
 from ..corrections import stack
 from ..exemplar import Exemplar
-from ..kernels.cuts import SeamPrice
 from ..patches.growth import Pick
-from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.graphcut import Box, Cut
+from ..seams.graphcut import Box, Cut, middle
 from ..seams.worst import Cell, WorstSeams
 from ..search import sizes
 from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
 from . import copies_kernels
 from .copies_kernels import FINE, STEP, Repeats, Terms
-from .covering import Covering
-from .lattice_steps import in_step
+from .covering import Covering, Laying
 from .origins import around, no_copies, origins_of
 
 Array = NDArray[Any]
@@ -69,33 +64,12 @@ class Scale(NamedTuple):
 SCALE = Scale()
 
 
-@dataclass(frozen=True)
-class Spread:
-    """How repeats of a map are spread.
-
-    Attributes
-    ----------
-    price : float
-        Of repeats, against that of seams.
-    weights : tuple of float, optional
-        As `channel_weights` of methods; None: all alike, as a step of hue inside an element is seen, however light.
-    isometries
-        Poses of new patches.
-    lattice : vectors (dx, dy), px
-        Patches are shifted by whole steps of these; none: by anything.
-    distance : int
-        No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
-    """
-
-    price: float
-    weights: tuple[float, ...] | None = None
-    isometries: str | tuple[int, ...] = "none"
-    lattice: tuple[tuple[float, float], ...] = ()
-    distance: int = 0
-
-
-def spread_out(spread: Spread, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run) -> SourceMap:
+def spread_out(
+    price: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+) -> SourceMap:
     """Return a finished map in which what strikes returns less; the same map where nothing can be gained.
+
+    `price`: of repeats, against that of seams.
 
     Clouds stay, whose steps of tone a patch more would add to, and pictures that hold less than one and a half times
     what the exemplars do. What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows
@@ -115,7 +89,7 @@ def spread_out(spread: Spread, exemplars: Sequence[Exemplar], canvas: Canvas, sm
     for number, side in enumerate(sides):
         if work is None or work.growth.layout.patch[0] != side:
             smap = smap if work is None else work.growth.map(smap.blend)
-            work = Spreading(spread, exemplars, canvas, smap, side)
+            work = Spreading(price, laying, exemplars, canvas, smap, side)
         run.tick(number, len(sides), work.growth.draft)
         work.wave(run)
     assert work is not None
@@ -143,15 +117,11 @@ class Spreading(Covering):
     """A finished map whose repeats are spread, by windows of one size."""
 
     def __init__(
-        self, spread: Spread, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
+        self, price: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
-        alike = (1.0,) * (exemplars[0].base.channels - exemplars[0].base.alpha)
-        settings = PatchSettings(
-            (side, side), (0, 0), weights=spread.weights or alike, isometries=spread.isometries, listed=SCALE.listed
-        )
-        super().__init__(settings, exemplars, canvas, smap, spread.distance)
-        self._sharpen()
-        self.lattice, self._taper = spread.lattice, max(side * SCALE.taper // 100, 1)
+        super().__init__(laying.settings(exemplars, side, SCALE.listed), exemplars, canvas, smap, laying.distance)
+        self.sharpen(SCALE.knee)
+        self.lattice, self._taper = laying.lattice, max(side * SCALE.taper // 100, 1)
         sampled = sizes.sampled(exemplars)
         sewn, element = self.sewing, _element(sampled)
         shorter = min(min(e.height, e.width) for e in sampled)
@@ -163,7 +133,7 @@ class Spreading(Covering):
         base = self.growth.features.base
         colours = self.growth.features.pictures[0][:, :, :base].reshape(-1, base)
         wide = sum(math.isqrt(s // len(colours) ** 2) for s in spreads(colours))
-        unit = round(spread.price * 256) * SCALE.unit * wide * FINE * 256 // (10 * element * self.share)
+        unit = round(price * 256) * SCALE.unit * wide * FINE * 256 // (10 * element * self.share)
         self.terms = Terms(
             unit, SCALE.spare * self.share // 256, SCALE.near * self.share // 256, max(shorter * SCALE.reach // 100, 1),
             around(max(element * SCALE.around // 100, STEP), sewn.variant.shape[1]),
@@ -184,14 +154,6 @@ class Spreading(Covering):
         self._field[:, :, 0] = self._priced((0, 0, *self.sewing.variant.shape))
         self._stale = False
         self.worst.read()
-
-    def _sharpen(self) -> None:
-        """Count a seam by its square up to four times what the seams of this map cost on average."""
-        sewn, spread = self.sewing, math.isqrt(self.growth.variance(seen=True))
-        usual = sewn.total // max(int(np.count_nonzero(sewn.prices)), 1)
-        least, most = (max(spread * part // 100, 1) for part in SCALE.knee)
-        sewn.price = SeamPrice(knee=min(max(usual, least), most))
-        sewn.note((0, 0, *sewn.variant.shape))
 
     def wave(self, run: Run) -> int:
         """Cover the dearest windows that lie apart; returns how many patches were laid."""
@@ -276,31 +238,16 @@ class Spreading(Covering):
     # ---- candidates
 
     def _candidates(self, boxes: list[Box], run: Run) -> list[Candidates]:
-        if not self.lattice:
-            return self.found(boxes, self._told(), run)
-        sewn, shown = self.sewing, []
-        for y, x, h, w in boxes:  # the patch that goes on what is in the middle
-            at = (y + h // 2) % sewn.variant.shape[0], (x + w // 2) % sewn.variant.shape[1]
-            u, s = (sewn.yx[at] - (h // 2, w // 2)).tolist()
-            shown.append((int(sewn.variant[at]), u, s))
-        with sewn.opened(boxes), run.pool() as each:
-            return each(
-                lambda pair: in_step(self.growth, self.lattice, pair[0][:2], pair[1], SCALE.listed),
-                zip(boxes, shown, strict=True),
-            )
+        holes = list(map(middle, boxes))
+        if self.lattice:
+            return self.stepped(boxes, holes, self.lattice, SCALE.listed, run)
+        return self.found(boxes, holes, self._told(), run)
 
     def _told(self) -> Prices:
         """How striking and how used the middle of every patch is, for the short-list."""
-        search, variants = self.growth.finder, self.growth.variants
-        f, (h, w) = search.factor, search.cells
+        variants, values = self.growth.variants, list[Array]()
         used = self.copies.shows[self.origins.cell].astype(np.int64) * self.origins.weight * 256 // self.share
-        a, b = h * f // 4, w * f // 4
-        size, counts = (h * f - 2 * a, w * f - 2 * b), []
-        for v, valid in enumerate(search.valid):
-            (rows, columns), begin = valid.shape, int(variants.table[v, 0]) // variants.channels
-            high, wide = variants.picture(v).shape[:2]
-            shown = used[self.origins.pixel[begin : begin + high * wide]].reshape(high, wide)
-            short = [(0, max((n + c - 1) * f - m, 0)) for n, c, m in zip(valid.shape, (h, w), shown.shape, strict=True)]
-            sums = window_sums(np.pad(shown, short, "edge")[a:, b:], size)[::f, ::f][:rows, :columns]
-            counts.append(np.minimum(2 * sums // (size[0] * size[1]), 1 << 20).astype(np.int32))
-        return Prices(counts, 1 << 15)
+        for v in range(len(variants)):
+            begin, (high, wide) = int(variants.table[v, 0]) // variants.channels, variants.picture(v).shape[:2]
+            values.append(used[self.origins.pixel[begin : begin + high * wide]].reshape(high, wide))
+        return Prices(self.over_patches(values), 1 << 15)

@@ -104,6 +104,7 @@ class Graphcut(parameters.CutSquares):
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
     spread: float = parameters.spread_price()
+    striking: float | None = parameters.striking_share()
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
         """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
@@ -129,7 +130,7 @@ class Graphcut(parameters.CutSquares):
         """Fill the canvas window by window, then cover the worst seams."""
         method = self.resolved(exemplars, canvas)
         make = method.sewn if canvas.guide is None else method.guided
-        return parameters.spread_over(method, exemplars, canvas, run, lambda run: make(exemplars, canvas, seed, run))
+        return parameters.gone_over(method, exemplars, canvas, run, lambda run: make(exemplars, canvas, seed, run))
 
     def sewn(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow without a guide."""

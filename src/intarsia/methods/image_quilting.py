@@ -67,6 +67,7 @@ class ImageQuilting(parameters.CutSquares):
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
     spread: float = parameters.spread_price()
+    striking: float | None = parameters.striking_share()
     min_repeat_distance: int = parameters.repeat_distance()
     search: str = parameters.search_ways()
     pyramid_filter: str = parameters.pyramid_filter()
@@ -99,7 +100,7 @@ class ImageQuilting(parameters.CutSquares):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
         method = self.resolved(exemplars, canvas)
-        return parameters.spread_over(
+        return parameters.gone_over(
             method, exemplars, canvas, run, lambda run: method.quilted(exemplars, canvas, seed, run)
         )
 

@@ -10,6 +10,7 @@ from ..disk.memory import taken
 from ..exemplar import Exemplar
 from ..sourcemap import Blend
 from .base import Method, traits
+from .parameters import passes_of
 
 WORKING = 45 << 20
 """Bytes that the first kernels and the writer of files add to what planning took."""
@@ -19,7 +20,7 @@ LEAST = 200 << 20
 
 MAP, FRAMES, FEATHER, LEVEL, SPREAD = 9, 161, 3, 10, 57
 """Bytes: of a px of the map, of frames and fractions and what they are made of, of feathering a px, of levelling a
-sample, of a px of a map whose repeats are spread."""
+sample, of a px of a map that is gone over."""
 
 ENCODED = 0.7
 """What a picture shrinks to in a file, of a texture with much grain."""
@@ -39,7 +40,7 @@ def memory_of(
     area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
     searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
     each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
-    each += SPREAD if getattr(method, "spread", 0) else 0
+    each += SPREAD if passes_of(method) else 0
     drawn = 0.0
     for plane in exemplars[0].planes.values():
         samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)

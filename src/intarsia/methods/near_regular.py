@@ -112,6 +112,7 @@ class NearRegular(MethodBase):
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     spread: float = parameters.spread_price()
+    striking: float | None = parameters.striking_share()
 
     @property
     def blend(self) -> sourcemap.Blend:
@@ -120,7 +121,7 @@ class NearRegular(MethodBase):
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Lay the courses straight and find the lattice; MethodError where there is none."""
-        parameters.check_spread(self.spread, canvas.endless)
+        parameters.check_finished(self, canvas.endless)
         plain = self.variant == "plain"
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
@@ -137,10 +138,10 @@ class NearRegular(MethodBase):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.resolved(exemplars, canvas)
-        if method.spread and method.straighten == "on":
+        if parameters.passes_of(method) and method.straighten == "on":
             run.notes.append("repeats were left as they are: the courses were laid straight, and are not so any more.")
             return method.laid(exemplars, canvas, seed, run)
-        return parameters.spread_over(
+        return parameters.gone_over(
             method, exemplars, canvas, run, lambda run: method.laid(exemplars, canvas, seed, run)
         )
 
@@ -159,7 +160,7 @@ class NearRegular(MethodBase):
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
-        parameters.check_spread(self.spread, True)
+        parameters.check_finished(self, True)
 
         def prepared() -> tuple[sourcemap.Blend, tuple[rectification.Rectified, Layer]]:
             plane = canvas.Canvas(1, 1)

@@ -140,6 +140,7 @@ class ParallelControllable(MethodBase):
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     spread: float = parameters.spread_price()
+    striking: float | None = parameters.striking_share()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -149,9 +150,9 @@ class ParallelControllable(MethodBase):
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
         if self.neighbourhood_mask is not AUTO:
             object.__setattr__(self, "neighbourhood_mask", self._mask(self.neighbourhood_mask))
-        if self.spread and (self.pin is not AUTO or not self.exact):
+        for name in parameters.passes_of(self) if self.pin is not AUTO or not self.exact else ():
             word = "pins" if self.pin is not AUTO else "angle and zoom"
-            raise ParameterError(f"spread lays whole pixels anywhere, and cannot keep {word}; drop it, or drop them.")
+            raise ParameterError(f"{name} lays whole pixels anywhere, and cannot keep {word}; drop it, or drop them.")
         if not self.exact and (self.neighbourhood == "colour" or self.rule == "published"):
             word = "neighbourhood=colour" if self.neighbourhood == "colour" else "rule=published"
             raise ParameterError(f"{word} cannot follow angle and zoom; drop it, or drop them.")
@@ -189,7 +190,7 @@ class ParallelControllable(MethodBase):
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
         """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
-        parameters.check_spread(self.spread, canvas.endless)
+        parameters.check_finished(self, canvas.endless)
         size = None if canvas.endless else (canvas.height, canvas.width)
         check_sizes(self, (exemplars[0].height, exemplars[0].width), size)
         if isinstance(self.feature, Field):
@@ -223,13 +224,13 @@ class ParallelControllable(MethodBase):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
         method = self._decided(exemplars[0], canvas.guide is not None)
-        return parameters.spread_over(
+        return parameters.gone_over(
             method, exemplars, canvas, run, lambda run: self._map(exemplars[0], canvas, seed, run)
         )
 
     def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
         """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
-        parameters.check_spread(self.spread, True)
+        parameters.check_finished(self, True)
         if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
             raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
         return self._map(exemplars[0], box, seed, run)

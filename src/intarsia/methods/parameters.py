@@ -16,12 +16,14 @@ from .base import Method, MethodBase, keeps_lattice, traits
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
-    from ..covering import spreading
+    from ..covering import covering, spreading, striking
     from ..exemplar import Exemplar
     from ..run import Run
     from ..sourcemap import SourceMap
 else:
+    covering = lazy("intarsia.covering.covering")
     spreading = lazy("intarsia.covering.spreading")
+    striking = lazy("intarsia.covering.striking")
 
 patch_side = partial(
     param, AUTO, "extent",
@@ -60,6 +62,11 @@ spread_price = partial(
     "where that is worth its seams; 8 is much, 0: nothing is",
     low=0, high=100,
 )  # fmt: skip
+striking_share = partial(
+    param, AUTO, "float", "how often a thing that strikes, such as the one leaf on a lawn, is shown, as a share of how "
+    "often area asks: 1 as often as in the exemplar, 0 never; the others are covered; automatic: as it comes",
+    low=0, high=100,
+)  # fmt: skip
 cut_cost = partial(
     param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
     "up to what is clearly seen, so that many faint steps are cheaper than a strong one",
@@ -78,23 +85,35 @@ boundary_slack = partial(
 )  # fmt: skip
 
 
-def spread_over(
+def gone_over(
     method: Method, exemplars: Sequence[Exemplar], canvas: Canvas, run: Run, make: Callable[[Run], SourceMap]
 ) -> SourceMap:
-    """Make the map of a method, and go over it once more where its `spread` says so."""
-    price: float = method.spread  # type: ignore[attr-defined]
-    if not price:
-        return make(run)
-    smap, its = make(run.part(0, 2)), traits(method)
+    """Make the map of a method, and go over it once more where its `spread` or `striking` says so."""
+    asked = passes_of(method)
+    parts = 1 + len(asked)
+    smap, its = make(run.part(0, parts) if asked else run), traits(method)
+    if not asked:
+        return smap
     lattice = method.lattice if keeps_lattice(method) else None  # type: ignore[attr-defined]
-    spread = spreading.Spread(price, its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance)
-    return spreading.spread_out(spread, exemplars, canvas, smap, run.part(1, 2))
+    laying = covering.Laying(its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance)
+    if "spread" in asked:
+        smap = spreading.spread_out(asked["spread"], laying, exemplars, canvas, smap, run.part(1, parts))
+    if "striking" in asked:
+        smap = striking.thinned(asked["striking"], laying, exemplars, canvas, smap, run.part(parts - 1, parts))
+    return smap
 
 
-def check_spread(spread: float, endless: bool) -> None:
+def passes_of(method: Method) -> dict[str, float]:
+    """What a finished picture is gone over for, and by how much."""
+    asked = {name: getattr(method, name, None) for name in ("spread", "striking")}
+    return {k: v for k, v in asked.items() if v is not None and (v or k == "striking")}
+
+
+def check_finished(method: Method, endless: bool) -> None:
     """Refuse to go over what has no end."""
-    if spread and endless:
-        raise ParameterError("spread goes over a finished picture, and endless ones are never; leave it out.")
+    if endless:
+        for name in passes_of(method):
+            raise ParameterError(f"{name} goes over a finished picture, and endless ones are never; leave it out.")
 
 
 class CutSquares(MethodBase):

@@ -143,6 +143,8 @@ class Repetition:
 
     def note_start(self, variant: NDArray[np.uint8], yx: NDArray[np.int32]) -> None:
         """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
+        if not self.reach:  # nobody asks
+            return
         h, w = self.layout.patch
         found = []
         for y in range(0, self.layout.height, max(h // 2, 1)):

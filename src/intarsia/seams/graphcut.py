@@ -212,21 +212,21 @@ class GraphcutGrowth:
 
     def _around(self, box: Box) -> Candidates:
         """The candidates that fit around the middle of a window; the middle is to be covered, and does not count."""
-        with self.opened([box]):
+        with self.opened([middle(box)]):
             return self._found(box)
 
     @contextmanager
     def opened(self, boxes: Sequence[Box]) -> Iterator[None]:
-        """Make holes of the middles of windows, half as high and wide, in the meantime."""
-        middles = [self.index((y + h // 4, x + w // 4, h // 2, w // 2)) for y, x, h, w in boxes]
-        kept = [self.variant[middle] for middle in middles]
+        """Make holes of boxes in the meantime."""
+        holes = [self.index(box) for box in boxes]
+        kept = [self.variant[hole] for hole in holes]
         try:
-            for middle in middles:
-                self.variant[middle] = HOLE
+            for hole in holes:
+                self.variant[hole] = HOLE
             yield
         finally:
-            for middle, variant in zip(middles, kept, strict=True):
-                self.variant[middle] = variant
+            for hole, variant in zip(holes, kept, strict=True):
+                self.variant[hole] = variant
 
     def search_prices(self) -> Prices:
         """How often every patch is shown already, for the short-list."""
@@ -301,6 +301,12 @@ class GraphcutGrowth:
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
+
+
+def middle(box: Box) -> Box:
+    """The middle of a window, half as high and wide."""
+    y, x, h, w = box
+    return y + h // 4, x + w // 4, h // 2, w // 2
 
 
 def likelihood(x: Array) -> Array:

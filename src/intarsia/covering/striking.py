@@ -1,0 +1,280 @@
+"""Striking things of a finished map, shown so often at most: the others are covered by what goes on around them.
+
+One brown leaf on a lawn is seen each time it returns, however well it is spread. Of each thing (`segments/things.py`)
+as many are kept as area asks for, times a share, no two within a quarter of the canvas, those first that are whole.
+Over every other a patch is cut in that shows none: the thing must go, what is around it may, by maximum flow, and the
+placement is the one with the cheapest seams of those that fit around it.
+
+Source: seams and cut of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003. The count of things
+is this project's own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import pose_array
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..kernels.parts import boxes_of_parts, parts
+from ..patches.growth import Pick
+from ..run import Run
+from ..seams.graphcut import Box, Cut
+from ..search.candidates import Candidates, Prices
+from ..segments.things import things
+from ..sourcemap import HOLE, SourceMap
+from .covering import Covering, Laying, kept
+
+Array = NDArray[Any]
+
+
+class Scale(NamedTuple):
+    """What is weighed how: chosen by eye on twelve photographs."""
+
+    seen: int = 30  # % of a thing: less of it is not seen as one
+    least: int = 12  # px, nor is less than this
+    apart: int = 4  # no two within the canvas's sides through this
+    around: int = 4  # px on each side of a thing, in the middle of its window, half as wide
+    sides: tuple[int, ...] = (24, 32, 48, 64, 96, 128)  # of windows, px
+    listed: int = 24  # placements of a window that fit around it,
+    tries: int = 12  # those compared by cuts
+    rough: int = 3  # px from one to the next where they are compared
+    edge: int = 2  # px around a thing go with it
+    left: int = 25  # % of it may stay, where all patches show things themselves
+    dear: float = 2.0  # knees for each px of its outline: where seams cost more, it stays
+    knee: tuple[int, int] = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
+
+
+SCALE = Scale()
+MUST = 1 << 24  # what it costs to leave what must go
+SHOWN = 18  # 2**SHOWN: the price of a placement whose middle shows nothing but things
+
+
+class Show(NamedTuple):
+    """One showing of a thing: which thing, where, its number among the parts of the canvas, how much of it."""
+
+    thing: int
+    box: Box
+    part: int
+    percent: int
+
+
+class Job(NamedTuple):
+    """A showing to be covered: its window, where it lies in it, and whether that is the middle."""
+
+    show: Show
+    box: Box
+    hole: Box
+    middle: bool
+
+
+def thinned(
+    share: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+) -> SourceMap:
+    """Return a finished map in which every striking thing is shown as often as area asks, times `share`, or less.
+
+    At least once where `share` is not 0. What the map still shows of `canvas.start` stays, and under `canvas.guide` no
+    pixel follows the guide less well; where no patch fits, a thing stays, too.
+    """
+    often = Often(share, exemplars, canvas, kept(canvas.start, smap))
+    shorter = min(smap.height, smap.width, *(min(e.height, e.width) for e in exemplars))
+    fit = [side for side in SCALE.sides if 2 * side <= shorter] if often.areas.size > 1 else []
+    for number, side in enumerate(fit):
+        run.tick(number, len(fit))
+        least = fit[number - 2] if number > 1 else 0  # what stayed is tried in the next larger windows
+        most = side if side < fit[-1] else max(smap.height, smap.width)
+        part, shows = often.surplus(smap, least, most)
+        if shows:
+            work = Thinning(often, laying, exemplars, canvas, smap, side)
+            work.cover(part, shows, run)
+            smap = work.growth.map(smap.blend)
+    run.tick(1, 1)
+    return smap
+
+
+class Often:
+    """How often the things of exemplars are shown, and which of their showings are too many."""
+
+    def __init__(self, share: float, exemplars: Sequence[Exemplar], canvas: Canvas, locked: Array) -> None:
+        self.wraps, self.locked = (canvas.wrap.y, canvas.wrap.x), locked
+        found, self.labels, areas = [things(e) for e in exemplars], list[Array](), [np.zeros(1, np.int64)]
+        for mine in found:
+            self.labels.append(np.where(mine.labels, mine.labels + sum(map(len, areas)) - 1, 0).astype(np.int32))
+            areas.append(mine.areas)
+        self.areas = np.concatenate(areas)
+        pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in exemplars)
+        asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
+        self.most = max(asked, 1) if share else 0
+        self.begin = np.cumsum([0, *(labels.size for labels in self.labels)])
+        self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
+        self.flat = np.concatenate([labels.ravel() for labels in self.labels])
+
+    def shown(self, smap: SourceMap) -> tuple[Array, list[Show]]:
+        """Number the showings of all things on a canvas, (H, W) int32, and list those that are seen as such."""
+        y, x = smap.yx[..., 0], smap.yx[..., 1]
+        if smap.which is None:
+            thing = self.labels[0][y, x]
+        else:
+            at = np.minimum(smap.which, len(self.labels) - 1)  # of a hole anything
+            thing = np.where(smap.which == HOLE, 0, self.flat[self.begin[at] + y * self.width[at] + x])
+        part = np.empty(thing.shape, np.int32)
+        box = np.empty((parts(thing, self.wraps, part), 5), np.int64)
+        boxes_of_parts(part, self.wraps, box)
+        names = np.zeros(len(box) + 1, np.int32)
+        names[part.ravel()] = thing.ravel()
+        whole = self.areas[names[1:]]
+        out = []
+        for k in np.flatnonzero(box[:, 4] >= np.maximum(whole * SCALE.seen // 100, SCALE.least)).tolist():
+            top, left, h, w, area = box[k].tolist()
+            out.append(Show(int(names[k + 1]), (top, left, h, w), k + 1, 100 * area // max(int(whole[k]), 1)))
+        return part, out
+
+    def surplus(self, smap: SourceMap, least: int, most: int) -> tuple[Array, list[Show]]:
+        """The parts of the canvas, and the showings that are too many and need windows above `least`, up to `most` px.
+
+        Of each thing the whole ones stay before the others, those that may not go before all.
+        """
+        part, shows = self.shown(smap)
+        height, width = part.shape
+        near, stay = (min(height, width) // SCALE.apart) ** 2, dict[int, list[tuple[int, int]]]()
+        fixed = set(np.unique(part[self.locked]).tolist())
+        out = []
+        for show in sorted(shows, key=lambda s: (s.part not in fixed, -min(s.percent, 100), s.part)):
+            y, x, h, w = show.box
+            mine = stay.setdefault(show.thing, [])
+            at = 2 * y + h, 2 * x + w  # half px
+            free = all(self._far(at, other, (height, width)) >= 4 * near for other in mine)
+            if show.part in fixed or (len(mine) < self.most and free):
+                mine.append(at)
+            elif least < 2 * (max(h, w) + SCALE.around) <= most:
+                out.append(show)
+        return part, out
+
+    def _far(self, a: tuple[int, int], b: tuple[int, int], size: tuple[int, int]) -> int:
+        total = 0
+        for axis in (0, 1):
+            away = abs(a[axis] - b[axis])
+            total += (min(away, 2 * size[axis] - away) if self.wraps[axis] else away) ** 2
+        return total
+
+
+class Thinning(Covering):
+    """A finished map whose showings of things that are too many are covered, by windows of one size."""
+
+    def __init__(
+        self, often: Often, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
+    ) -> None:
+        super().__init__(laying.settings(exemplars, side, SCALE.listed), exemplars, canvas, smap, laying.distance)
+        self.often, self.side, self.lattice = often, side, laying.lattice
+        self.sharpen(SCALE.knee)
+        variants = self.growth.variants
+        posed = zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)
+        self.labels = [pose_array(often.labels[e], pose) for e, pose in posed]
+        self.sewing.bar = self._barred
+        shown = [(labels > 0).astype(np.int64) << SHOWN for labels in self.labels]
+        self.prices = [Prices(self.over_patches(shown, rim), 1 << 15) for rim in (4, 0)]
+
+    def cover(self, part: Array, shows: list[Show], run: Run) -> None:
+        """Cover showings of things, each once: those first whose windows do not touch, then the others."""
+        sewn = self.sewing
+        while shows:
+            run.check()
+            wave, shows = self._apart(shows)
+            found = self._candidates(wave, run)
+            with run.pool() as each:
+                cuts = each(lambda pair: self._best(part, *pair), zip(wave, found, strict=True))
+            for cut in cuts:
+                if cut is not None and not self.bars.returns(cut.box, cut.pick, cut.take):
+                    sewn.paste(cut)
+                    part[sewn.index(cut.box)] *= cut.take == 0  # it shows no thing
+
+    def _apart(self, shows: list[Show]) -> tuple[list[Job], list[Show]]:
+        """Those whose windows do not touch, with their windows, and the others."""
+        out, others, side, size = list[Job](), list[Show](), self.side, self.sewing.variant.shape
+        far, n = side + self.around, SCALE.edge
+        for show in shows:
+            at, hole, middle = list[int](), [*show.box], True
+            for axis in (0, 1):
+                first = show.box[axis] + show.box[2 + axis] // 2 - side // 2
+                low, high = show.box[axis] - n, show.box[axis] + show.box[2 + axis] + n
+                if not self.sewing.wraps[axis]:
+                    low, high, inside = max(low, 0), min(high, size[axis]), min(max(first, 0), size[axis] - side)
+                    first, middle = inside, middle and inside == first
+                at.append(first % size[axis])
+                hole[axis], hole[2 + axis] = low, high - low
+            if all(self._gap(at, job.box) >= far for job in out):
+                out.append(Job(show, (at[0], at[1], side, side), (hole[0], hole[1], hole[2], hole[3]), middle))
+            else:
+                others.append(show)
+        return out, others
+
+    def _gap(self, at: Sequence[int], box: Box) -> int:
+        """How far two windows are shifted, along the axis where they are more."""
+        gaps = []
+        for axis, length in enumerate(self.sewing.variant.shape):
+            gap = abs(at[axis] - box[axis])
+            gaps.append(min(gap, length - gap) if self.sewing.wraps[axis] else gap)
+        return max(gaps)
+
+    def _barred(self, box: Box, pick: Pick) -> Array:
+        """Which pixels of a box may not be taken from a patch: those that show a thing, and what limits say."""
+        labels = self.labels[pick[0]]
+        rows, columns = ((at + np.arange(n)) % m for at, n, m in zip(pick[1:], box[2:], labels.shape, strict=True))
+        shows = labels[np.ix_(rows, columns)] > 0
+        return shows | self.bars(box, pick) if self.bars.any else shows
+
+    def _candidates(self, wave: list[Job], run: Run) -> list[Candidates]:
+        if self.lattice:
+            boxes, holes = [job.box for job in wave], [job.hole for job in wave]
+            return self.stepped(boxes, holes, self.lattice, SCALE.listed, run)
+        out = dict[int, Candidates]()
+        for prices, middle in zip(self.prices, (True, False), strict=True):
+            mine = [k for k, job in enumerate(wave) if job.middle == middle]
+            if mine:
+                found = self.found([wave[k].box for k in mine], [wave[k].hole for k in mine], prices, run)
+                out.update(zip(mine, found, strict=True))
+        return [out[k] for k in range(len(wave))]
+
+    def _best(self, part: Array, job: Job, found: Candidates) -> Cut | None:
+        """The patch that covers a showing with the cheapest seams; None where they would be dear, or it would stay."""
+        sewn, known, show, box = self.sewing, dict[Box, Array](), job.show, job.box
+
+        def going(window: Box, patch: Pick = (0, 0, 0)) -> Array:
+            if window not in known:
+                known[window] = _widened(part[sewn.index(window)] == show.part, SCALE.edge) * np.int32(MUST)
+            return known[window]
+
+        def stays(cut: Cut, step: int) -> int:
+            return int(((going(cut.box)[::step, ::step] > 0) & (cut.take == 0)).sum()) * step * step
+
+        knee, step = max(sewn.price.knee, 1), min(SCALE.rough, self.side // 8)
+        best, least = None, 0
+        for _, variant, u, s in found.rows[: SCALE.tries].tolist():
+            cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
+            price = cut.change * step + stays(cut, step) * knee
+            if best is None or price < least:
+                best, least = (variant, u, s), price
+        if best is None:
+            return None
+        cut = sewn.cut(box, best, self.margin, saved=going)
+        length, area = 2 * (show.box[2] + show.box[3]), int((part[sewn.index(cut.box)] == show.part).sum())
+        cheap = not self.often.most or cut.change <= SCALE.dear * length * knee
+        return cut if cheap and 100 * stays(cut, 1) <= SCALE.left * area else None
+
+
+def _widened(mask: Array, px: int) -> Array:
+    """A mask, and what lies so few px beside it."""
+    out = mask.copy()
+    for _ in range(px):
+        more = out.copy()
+        more[1:] |= out[:-1]
+        more[:-1] |= out[1:]
+        more[:, 1:] |= out[:, :-1]
+        more[:, :-1] |= out[:, 1:]
+        out = more
+    return out

@@ -1,0 +1,188 @@
+"""Striking things are shown so often at most, and apart; nothing else is harmed, and no thread changes a byte."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.canvas import Canvas
+from intarsia.covering.covering import Laying
+from intarsia.covering.striking import SCALE, Often, thinned
+from intarsia.exemplar import Exemplar
+from intarsia.segments.things import things
+from intarsia.sourcemap import HOLE, SourceMap
+from intarsia.testing import looked_up, texture
+
+ONE = ia.Run(1)
+GRAPHCUT = ia.Graphcut(patch=24, overlap=10, refinements=4, tries=1, seam="difference", structure=0)
+
+
+def spotted(height: int = 96, width: int = 90, seed: int = 3) -> np.ndarray:
+    """A grainy texture with one thing in it that strikes."""
+    pixels = texture(height, width, 3, seed) // 4 + 60
+    pixels[40:50, 30:42] = (230, 60, 20)
+    return np.asarray(pixels, np.uint8)
+
+
+def shows(smap: SourceMap, exemplars: list[Exemplar], wrap: str = "none") -> list[tuple[float, float]]:
+    """Middles of the showings of the first exemplar's first thing: counted by hand, flooding without borders."""
+    labels = things(exemplars[0]).labels
+    mine = labels[smap.yx[..., 0], smap.yx[..., 1]] == 1
+    if smap.which is not None:
+        mine &= smap.which == 0
+    out, left = [], {(int(y), int(x)) for y, x in zip(*np.nonzero(mine), strict=True)}
+    least = max(int((labels == 1).sum()) * SCALE.seen // 100, SCALE.least)
+    while left:
+        open_, part = [left.pop()], []
+        while open_:
+            y, x = open_.pop()
+            part.append((y, x))
+            near = {(y + i, x + j) for i in (-1, 0, 1) for j in (-1, 0, 1)} & left
+            left -= near
+            open_ += near
+        if len(part) >= least:
+            y, x = np.array(part).T
+            out.append(((int(y.min()) + int(y.max()) + 1) / 2, (int(x.min()) + int(x.max()) + 1) / 2))
+    return out
+
+
+@pytest.mark.parametrize(("share", "most"), [(1.0, 9), (0.5, 5), (0.1, 1), (0.0, 0)])
+def test_a_thing_is_shown_so_often_at_most(share: float, most: int) -> None:
+    """9 times the exemplar: as often as area asks, times the share, once at least if it is not 0; a quarter apart."""
+    made = ia.synthesize(spotted(), (288, 270), ia.RandomTiling(patch=40), seed=1, run=ONE)
+    before = shows(made.map, made.exemplars)
+    out = thinned(share, Laying(), made.exemplars, Canvas(288, 270), made.map, ONE)
+    after = shows(out, made.exemplars)
+    assert len(before) > 9, "or nothing is tested"
+    assert len(after) <= most
+    assert after or not most, "what was shown is not lost"
+    apart = min(288, 270) // SCALE.apart
+    assert all((a - c) ** 2 + (b - d) ** 2 >= apart**2 for k, (a, b) in enumerate(after) for c, d in after[:k])
+    assert not out.holes.any()
+
+
+def test_what_does_not_strike_stays() -> None:
+    """Without things the map itself comes back; with them nothing changes far from where one was too many."""
+    made = ia.synthesize(np.full((64, 64, 3), 90, np.uint8), (128, 128), GRAPHCUT, run=ONE)
+    assert thinned(0.5, Laying(), made.exemplars, Canvas(128, 128), made.map, ONE) is made.map
+    made = ia.synthesize(spotted(), (288, 270), ia.RandomTiling(patch=40), seed=1, run=ONE)
+    out = thinned(0.5, Laying(), made.exemplars, Canvas(288, 270), made.map, ONE)
+    changed = (out.yx != made.map.yx).any(axis=2)
+    assert 0 < changed.mean() < 0.5
+    for y, x in zip(*np.nonzero(changed), strict=True):
+        assert any(abs(y - a) < 60 and abs(x - b) < 60 for a, b in shows(made.map, made.exemplars))
+
+
+def test_whole_things_stay_before_parts() -> None:
+    """Of one that is whole and one that is cut, the whole one is kept."""
+    e = Exemplar.of(spotted())
+    yx = np.moveaxis(np.indices((96, 180)), 0, 2).astype(np.int32)
+    yx[:, 90:, 1] -= 90
+    yx[:, :36, 1] += 54  # the first copy of the thing is cut off in its middle
+    smap = SourceMap(yx, None, None, (e.source,))
+    often = Often(0.1, [e], Canvas(96, 180), np.zeros((96, 180), bool))
+    assert [show.box[1] < 90 for show in often.surplus(smap, 0, 999)[1] if show.thing == 1] == [True]
+
+
+@pytest.mark.parametrize("isometries", ["none", "both"])
+def test_threads_change_no_byte(isometries: str) -> None:
+    """Law 4, in all poses and over wrapped borders, too."""
+    method = ia.ImageQuilting(patch=20, overlap=6, isometries=isometries, striking=0)
+    exemplars = [Exemplar.of(spotted(), toroidal=True), Exemplar.of(spotted(80, 96, 5))]
+    made = [ia.synthesize(exemplars, (190, 180), method, seed=2, wrap="both", run=ia.Run(n)) for n in (1, 2, 4)]
+    assert len({m.map.digest for m in made}) == 1
+    plain = ia.ImageQuilting(patch=20, overlap=6, isometries=isometries)
+    assert ia.synthesize(exemplars, (190, 180), plain, seed=2, wrap="both", run=ONE).map.digest != made[0].map.digest
+    assert made[0].render(feather=0).pixels.tobytes() == looked_up(made[0].exemplars, made[0].map).tobytes()
+
+
+def test_masked_and_translucent_and_deep_exemplars() -> None:
+    """No masked pixel is shown; alpha and 16 bits make the map that 8 bits make."""
+    usable = np.ones((96, 90), bool)
+    usable[60:80, 50:80] = False
+    pixels = spotted()
+    deep = pixels.astype(np.uint16) * 257
+    method = ia.Graphcut(patch=24, overlap=10, refinements=2, striking=0)
+    out = ia.synthesize(Exemplar.of(pixels, usable=usable), (180, 180), method, seed=1, run=ONE).map
+    assert usable[out.yx[..., 0], out.yx[..., 1]].all()
+    assert out.digest == ia.synthesize(Exemplar.of(deep, usable=usable), (180, 180), method, seed=1, run=ONE).map.digest
+    alpha = np.dstack([pixels, (pixels[..., 1] > 70) * np.uint8(255)])
+    made = ia.synthesize(Exemplar.of(alpha), (180, 180), method, seed=1, run=ONE)
+    assert made.render(feather=0).pixels.tobytes() == looked_up(made.exemplars, made.map).tobytes()
+
+
+def test_what_was_given_stays() -> None:
+    """Law 7: of a start map every pixel that was kept is kept, things as well; they count as shown."""
+    e = Exemplar.of(spotted())
+    start = ia.synthesize(e, (190, 180), ia.RandomTiling(patch=40), seed=1, run=ONE).map
+    which = np.zeros((190, 180), np.uint8)
+    which[40:150, 30:] = HOLE
+    begun = SourceMap(start.yx, which, None, start.sources)
+    canvas = Canvas(190, 180, start=begun)
+    out = thinned(0, Laying(), [e], canvas, start, ONE)
+    stays = which == 0
+    assert (out.yx != start.yx).any()
+    whole = SourceMap(start.yx, None, None, start.sources)
+    kept = thinned(0, Laying(), [e], Canvas(190, 180, start=whole), start, ONE)
+    assert (kept.yx == start.yx).all()
+    assert stays.any()
+
+
+def test_a_guide_stays_in_force() -> None:
+    """No pixel follows the guide less well."""
+    labels = np.broadcast_to(np.arange(96)[:, None] > 60, (96, 90)).astype(np.uint8)
+    target = np.broadcast_to(np.arange(190)[None] > 100, (190, 190)).astype(np.uint8)
+    guide = ia.Guide(ia.Plane(labels, ia.Kind.LABEL), ia.Plane(target, ia.Kind.LABEL))
+    e = Exemplar.of(spotted())
+    made = ia.synthesize(e, (190, 190), GRAPHCUT, guide=guide, seed=3, run=ONE)
+    out = thinned(0, Laying(), [e], Canvas(190, 190, guide=guide), made.map, ONE)
+    wrong = [labels[m.yx[..., 0], m.yx[..., 1]] != target for m in (made.map, out)]
+    assert not (wrong[1] & ~wrong[0]).any()
+
+
+def test_a_lattice_is_kept() -> None:
+    """What covers a thing lies whole steps beside what was there, so a regular texture stays in step."""
+    rng = np.random.default_rng(3)
+    pixels = np.tile(texture(12, 15, 3, 2) // 4, (9, 7, 1)) + rng.integers(0, 9, (108, 105, 3)).astype(np.uint8)
+    pixels[40:49, 50:61] = (250, 90, 30)
+    lattice = ((15.0, 0.0), (0.0, 12.0))
+    made = ia.synthesize(pixels, (250, 240), ia.NearRegular(lattice=lattice, straighten="off"), seed=3, run=ONE)
+    out = thinned(0.3, Laying(lattice=lattice), made.exemplars, Canvas(250, 240), made.map, ONE)
+    assert (out.yx != made.map.yx).any()
+    apart = (out.yx - made.map.yx) % (12, 15)
+    off = np.minimum(apart, (12, 15) - apart).max(axis=2)
+    assert (off <= 1).mean() > 0.99, "vectors may be fractions: a patch may leave the lattice by 1 px"
+    assert off.max() <= 3  # a gap's block may have left the lattice so far
+
+
+def test_progress_and_cancelling() -> None:
+    """The pass is the second half of the work, told window size by window size, and stops between two."""
+    event, seen = threading.Event(), list[float]()
+
+    def step(done: int, total: int, draft: Any) -> None:
+        seen.append(done / total)
+        if done / total > 0.5:
+            event.set()
+
+    with pytest.raises(ia.CancelledError):
+        method = ia.Graphcut(patch=24, refinements=2, striking=0)
+        ia.synthesize(spotted(), (190, 180), method, run=ia.Run(1, step, event))
+    assert seen == sorted(seen)
+    assert 0.5 < seen[-1] < 1
+
+
+def test_what_has_no_end_is_refused() -> None:
+    """An endless plane is never finished; pins and turned pieces would not stay."""
+    e = Exemplar.of(texture(64, 64, 3))
+    for method in (ia.NearRegular(lattice=((16.0, 0.0), (0.0, 16.0)), striking=1), ia.ParallelControllable(striking=0)):
+        with pytest.raises(ia.ParameterError, match="striking goes over a finished picture"):
+            method.window([e], ia.Box(0, 0, 40, 40), 1, ONE)
+        with pytest.raises(ia.ParameterError, match="striking goes over a finished picture"):
+            method.resolved([e], Canvas(100, 100, endless=True))
+    for name, value in (("angle", 10.0), ("zoom", 2.0), ("pin", ((3, 3, 9, 9, 4),))):
+        with pytest.raises(ia.ParameterError, match="striking lays whole pixels"):
+            ia.ParallelControllable(striking=0.5, **{name: value})
