@@ -38,6 +38,7 @@ class Scale(NamedTuple):
 
     seen: int = 30  # % of a thing: less of it is not seen as one
     least: int = 12  # px, nor is less than this
+    whole: int = 80  # %: so much of it is as good as all
     apart: int = 4  # no two within the canvas's sides through this
     around: int = 4  # px on each side of a thing, in the middle of its window, half as wide
     sides: tuple[int, ...] = (24, 32, 48, 64, 96, 128)  # of windows, px
@@ -46,7 +47,7 @@ class Scale(NamedTuple):
     rough: int = 3  # px from one to the next where they are compared
     edge: int = 2  # px around a thing go with it
     left: int = 25  # % of it may stay, where all patches show things themselves
-    dear: float = 2.0  # knees for each px of its outline: where seams cost more, it stays
+    dear: tuple[int, int] = (3, 1280)  # knees for each px of its outline and what it strikes: the most a seam may cost
     knee: tuple[int, int] = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
 
 
@@ -103,6 +104,7 @@ class Often:
     def __init__(self, share: float, exemplars: Sequence[Exemplar], canvas: Canvas, locked: Array) -> None:
         self.wraps, self.locked = (canvas.wrap.y, canvas.wrap.x), locked
         found, self.labels, areas = [things(e) for e in exemplars], list[Array](), [np.zeros(1, np.int64)]
+        self.peaks = np.concatenate([areas[0], *(mine.peaks for mine in found)])
         for mine in found:
             self.labels.append(np.where(mine.labels, mine.labels + sum(map(len, areas)) - 1, 0).astype(np.int32))
             areas.append(mine.areas)
@@ -135,31 +137,35 @@ class Often:
         return part, out
 
     def surplus(self, smap: SourceMap, least: int, most: int) -> tuple[Array, list[Show]]:
-        """The parts of the canvas, and the showings that are too many and need windows above `least`, up to `most` px.
-
-        Of each thing the whole ones stay before the others, those that may not go before all.
-        """
+        """The parts of the canvas, and the showings that are too many, in windows above `least`, up to `most` px."""
         part, shows = self.shown(smap)
-        height, width = part.shape
-        near, stay = (min(height, width) // SCALE.apart) ** 2, dict[int, list[tuple[int, int]]]()
         fixed = set(np.unique(part[self.locked]).tolist())
         out = []
-        for show in sorted(shows, key=lambda s: (s.part not in fixed, -min(s.percent, 100), s.part)):
-            y, x, h, w = show.box
-            mine = stay.setdefault(show.thing, [])
-            at = 2 * y + h, 2 * x + w  # half px
-            free = all(self._far(at, other, (height, width)) >= 4 * near for other in mine)
-            if show.part in fixed or (len(mine) < self.most and free):
-                mine.append(at)
-            elif least < 2 * (max(h, w) + SCALE.around) <= most:
-                out.append(show)
+        for thing in sorted({show.thing for show in shows}):
+            mine = [show for show in shows if show.thing == thing]
+            stay = self._staying(mine, fixed, part.shape)
+            fit = [s for s in mine if least < 2 * (max(s.box[2:]) + SCALE.around) <= most]
+            out += [show for show in fit if show not in stay]
         return part, out
 
-    def _far(self, a: tuple[int, int], b: tuple[int, int], size: tuple[int, int]) -> int:
+    def _staying(self, shows: list[Show], fixed: set[int], size: tuple[int, ...]) -> list[Show]:
+        """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
+        near, stay = 4 * (min(size) // SCALE.apart) ** 2, [show for show in shows if show.part in fixed]
+        for least in (SCALE.whole, 0):
+            others = [show for show in shows if show.percent >= least and show not in stay]
+            while others and len(stay) < self.most:
+                far = [min((self._far(show, other, size) for other in stay), default=near) for show in others]
+                if max(far) < near:
+                    break
+                stay.append(others.pop(far.index(max(far))))
+        return stay
+
+    def _far(self, a: Show, b: Show, size: tuple[int, ...]) -> int:
+        """The square of how far the middles of two showings are apart, in half px."""
         total = 0
         for axis in (0, 1):
-            away = abs(a[axis] - b[axis])
-            total += (min(away, 2 * size[axis] - away) if self.wraps[axis] else away) ** 2
+            away = abs(2 * (a.box[axis] - b.box[axis]) + a.box[2 + axis] - b.box[2 + axis])
+            total += (min(away % (2 * size[axis]), -away % (2 * size[axis])) if self.wraps[axis] else away) ** 2
         return total
 
 
@@ -263,7 +269,8 @@ class Thinning(Covering):
             return None
         cut = sewn.cut(box, best, self.margin, saved=going)
         length, area = 2 * (show.box[2] + show.box[3]), int((part[sewn.index(cut.box)] == show.part).sum())
-        cheap = not self.often.most or cut.change <= SCALE.dear * length * knee
+        most = SCALE.dear[0] * int(self.often.peaks[show.thing]) * length * knee // SCALE.dear[1]
+        cheap = not self.often.most or cut.change <= most
         return cut if cheap and 100 * stays(cut, 1) <= SCALE.left * area else None
 
 

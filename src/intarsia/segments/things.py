@@ -39,10 +39,22 @@ class Things(NamedTuple):
         The number of the thing that a pixel belongs to, from 1, those that strike most first; 0: none.
     areas : int64 array, shape (n,)
         Pixels of each, in their order.
+    peaks : int64 array, shape (n,)
+        How much each strikes where it strikes most, in 1/256; at least 640.
     """
 
     labels: Labels
     areas: NDArray[np.int64]
+    peaks: NDArray[np.int64]
+
+
+class Strength(NamedTuple):
+    """A thing among others: less what it strikes in all, its number so far, pixels, and what it strikes at most."""
+
+    less: int
+    number: int
+    area: int
+    peak: int
 
 
 def things(exemplar: Exemplar) -> Things:
@@ -53,20 +65,21 @@ def things(exemplar: Exemplar) -> Things:
 def _found(exemplar: Exemplar) -> Things:
     made = features([exemplar])
     strikes = popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)
-    out, strength = np.zeros(strikes.shape, np.int32), list[tuple[int, int, int]]()
+    out, strength = np.zeros(strikes.shape, np.int32), list[Strength]()
     for edge in BOUNDS.edges:
         _add(np.where(out == 0, strikes, 0), edge, exemplar, out, strength)
-    names, areas, room = np.zeros(len(strength) + 1, np.int32), list[int](), out.size * BOUNDS.share // 100
-    for _, number, area in sorted(strength):
-        if area <= room:
-            room -= area
-            areas.append(area)
-            names[number] = len(areas)
-    return Things(names[out], np.array(areas, np.int64))
+    names, known, room = np.zeros(len(strength) + 1, np.int32), list[Strength](), out.size * BOUNDS.share // 100
+    for one in sorted(strength):
+        if one.area <= room:
+            room -= one.area
+            known.append(one)
+            names[one.number] = len(known)
+    areas, peaks = ([one[k] for one in known] for k in (2, 3))
+    return Things(names[out], np.array(areas, np.int64), np.array(peaks, np.int64))
 
 
-def _add(strikes: Array, edge: int, exemplar: Exemplar, out: Labels, strength: list[tuple[int, int, int]]) -> None:
-    """Number the things that strike so much everywhere, after those that are known: (-strength, number, area)."""
+def _add(strikes: Array, edge: int, exemplar: Exemplar, out: Labels, strength: list[Strength]) -> None:
+    """Number the things that strike so much everywhere, after those that are known."""
     part, wrap = np.empty(strikes.shape, np.int32), (exemplar.toroidal, exemplar.toroidal)
     box = np.empty((parts((strikes >= edge).astype(np.int32), wrap, part), 5), np.int64)
     boxes_of_parts(part, wrap, box)
@@ -78,6 +91,6 @@ def _add(strikes: Array, edge: int, exemplar: Exemplar, out: Labels, strength: l
     fits &= BOUNDS.widest * box[:, 2:4].max(axis=1, initial=0) <= min(strikes.shape)
     names = np.zeros(len(box) + 1, np.int32)
     for k in np.flatnonzero(fits).tolist():
-        strength.append((-int(total[k + 1]), len(strength) + 1, int(box[k, 4])))
+        strength.append(Strength(-int(total[k + 1]), len(strength) + 1, int(box[k, 4]), int(top[k + 1])))
         names[k + 1] = len(strength)
     np.maximum(out, names[part], out=out)
