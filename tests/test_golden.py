@@ -194,13 +194,20 @@ def spread_in_step(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize(pixels, (200, 190), method, seed=5, run=run)
 
 
+def thinned(run: ia.Run) -> ia.Synthesis:
+    pixels = texture(120, 110, 3, 3) // 4 + 60
+    pixels[40:50, 30:42] = (230, 60, 20)
+    method = ia.ImageQuilting(patch=20, overlap=6, isometries="180", striking=0.3)
+    return ia.synthesize(Exemplar.of(pixels.astype(np.uint8)), (200, 210), method, seed=6, wrap="y", run=run)
+
+
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
     f.__name__: f
     for f in (
         plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent,
         by_segments, regular, courses, healed, sewn, shifted, corrected, chosen, tried,
         boards, plain_blocks, turned, advected, straightened, flattened, spread,
-        spread_in_step,
+        spread_in_step, thinned,
     )
 }
 
@@ -246,12 +253,12 @@ GOLDEN = {
         "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
     ),
     "chosen": (
-        "6f9d14a605015d12efa98ca1cacf3e841d0dd0595585a5acdc5ec2f8cfd3da27",
-        "3dc7e67991aa6e4b24e67004a6fa4df453536ae51c99a21df94142ecb215d962",
+        "ccdfd7acb3aee716c08bccb53db67149c79609edf31f55b7ad2a22a1c227fd8a",
+        "9131eb91689ff393b3ead897e84b3a9b5ad5114f2e0db42d60f87d8239398e94",
     ),
     "tried": (
-        "89c37ea9af9065fe32de0954888a8b68651b8320b6a24b836a022385cfe1bac2",
-        "5e607b0f6973ab37d11e69ced0f92121573f256cd95c781b236c2b26f2c7b7ed",
+        "28d89fcae144748473d707c06646452edcb587062dcca5f5143d82e53c4dda64",
+        "7332eec633340e086c9a83f6868aec6bd8d8fffd49dd603a699bfb4e712fe38a",
     ),
     "regular": (
         "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
@@ -309,6 +316,10 @@ GOLDEN = {
         "c57c327234c4118ac7200471d71a59f0bc2c594e28dcc0597ae5f2d88d7dd584",
         "84cf0c33668b59a96b223928cc4accb540caaeb86df92e27aa7a792eb2735a1d",
     ),
+    "thinned": (
+        "0e2583d567d5dd7c85f27664ffb993f80510240e006c15cdeb02fc919e2d7fde",
+        "471de19b95c6f5677f7524bf88183d2849c4662cce1b2387ffe102ef14b44016",
+    ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
 
@@ -345,7 +356,7 @@ def newer_features() -> str:
     return " ".join(f for f in umath.__cpu_dispatch__ if umath.__cpu_features__.get(f))
 
 
-SOME = ("plain", "regular", "straightened", "healed", "sewn", "corrected", "chosen", "advected", "spread")
+SOME = ("plain", "regular", "straightened", "healed", "sewn", "corrected", "chosen", "advected", "spread", "thinned")
 """Recipes of patches, blocks, courses, lattices, cuts, corrections, choosing and repeats; the long run takes all."""
 
 

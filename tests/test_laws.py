@@ -10,9 +10,10 @@ from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
 from intarsia.courses.rectified import rectified_for
-from intarsia.covering import spreading
+from intarsia.covering import spreading, striking
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS
+from intarsia.segments import things
 from intarsia.testing import MethodContract
 from intarsia.testing.cases import Case
 
@@ -25,8 +26,10 @@ def requests(thorough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def small_windows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Repeats are spread over windows of 8 px."""
+    """Repeats are spread over windows of 8 px; things may be of few pixels, and are covered by windows of 8 px, too."""
     monkeypatch.setattr(spreading, "SCALE", spreading.SCALE._replace(least=8, windows=((1, 8),) * 2))
+    monkeypatch.setattr(striking, "SCALE", striking.SCALE._replace(least=2, around=0, sides=(8, 12, 16)))
+    monkeypatch.setattr(things, "BOUNDS", things.BOUNDS._replace(sure=300, edges=(270,), least=2, widest=2))
 
 
 def fan(e: Exemplar) -> Exemplar:
@@ -62,6 +65,14 @@ class TestSpreadImageQuilting(MethodContract):
 @pytest.mark.usefixtures("small_windows")
 class TestSpreadGraphcut(MethodContract):
     method = ia.Graphcut(patch=10, overlap=3, seam="sharp", refinements=4, spread=20)
+    examples = 8
+
+
+@pytest.mark.usefixtures("small_windows")
+class TestThinnedGraphcut(MethodContract):
+    """Things are shown but once, or never."""
+
+    method = ia.Graphcut(patch=10, overlap=3, isometries="both", refinements=4, striking=0.1)
     examples = 8
 
 

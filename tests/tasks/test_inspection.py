@@ -73,7 +73,7 @@ class TestTold:
         assert found["file"] == "weave.png"
         assert found["exemplar"]["size"] == [132, 120]
         assert found["suggested"]["method"] == "near-regular"
-        assert found["suggested"]["parameters"] == {"lattice": vectors, "spread": 8.0}
+        assert found["suggested"]["parameters"] == {"lattice": vectors, "spread": 8.0, "striking": 0.5}
         assert found["suggested"]["flatten"] is False
         assert found["suggested"]["why"]
 
