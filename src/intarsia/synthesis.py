@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any
@@ -21,8 +22,9 @@ from .exemplar import Exemplar
 from .geometry import Box, Wrap, spread
 from .guide import Guide
 from .image import Plane
+from .lazy import lazy
 from .levelling import Finish
-from .methods.base import Method, check_abilities, check_method, make, recipe_settings, traits
+from .methods.base import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .methods.memory import memory_of
 from .rendering.magnification import as_meant
 from .rendering.render import render
@@ -32,6 +34,9 @@ from .version import VERSION
 
 if TYPE_CHECKING:
     from .judging.score import Score
+    from .seams import cost
+else:
+    cost = lazy("intarsia.seams.cost")
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -41,8 +46,8 @@ class Synthesis:
     """What a synthesis made: a map, the exemplars that it points into, and the recipe that repeats it.
 
     Pictures are renderings of it: ``render()`` for the base plane, ``render("normal")`` for another. ``choice`` says
-    why the method was chosen, where it was not named, and ``trials`` holds the scores of what was tried; ``canvas`` is
-    what was filled.
+    why the method was chosen, where it was not named. ``energies`` holds what the seams of each variant cost where
+    several were tried, ``trials`` their scores if they were compared by them; ``canvas`` is what was filled.
     """
 
     exemplars: tuple[Exemplar, ...]
@@ -53,6 +58,7 @@ class Synthesis:
     choice: Choice | None = None
     trials: tuple[Score, ...] = ()
     canvas: Canvas | None = None
+    energies: tuple[int, ...] = ()
 
     def render(
         self,
@@ -67,10 +73,15 @@ class Synthesis:
         expect(box, (Box, NoneType), "box", "a Box")
         return render(self.exemplars, self.map, plane, self.blend.but(feather=feather, finish=finish), box, run_of(run))
 
+    @cached_property
+    def energy(self) -> int:
+        """What all seams of the map cost, in knees per million px: less is better, between maps of one exemplar."""
+        return cost.energy(self.exemplars, self.map)
+
     @property
     def recipe_text(self) -> str:
-        """The recipe as JSON, the same bytes for the same recipe."""
-        return json.dumps(self.recipe, sort_keys=True, separators=(",", ":"))
+        """The recipe and the energy of what it makes as JSON, the same bytes for the same recipe."""
+        return json.dumps(self.recipe | {"energy": self.energy}, sort_keys=True, separators=(",", ":"))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return np.asarray(self.render().pixels, dtype=dtype)
@@ -205,19 +216,21 @@ def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
     """Make what is planned."""
     exemplars, canvas, choice, asked = plan.scene.exemplars, plan.scene.canvas, plan.choice, seed
     scores: tuple[Score, ...] = ()
+    energies: tuple[int, ...] = ()
     if choice is None:
         smap = plan.method.synthesize(exemplars, canvas, seed, run)
     else:
         from .choosing.trials import carried_out  # it measures much, and is slow to import
 
-        choice, best, scores = carried_out(choice, exemplars, canvas, seed, run)
+        choice, best, scores, energies = carried_out(choice, exemplars, canvas, seed, run)
         plan, smap, seed = replace(plan, method=best.method), best.map, best.seed
     if bool(smap.holes.any()):
         raise MethodError(f"{plan.method.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
     recipe = _recipe(plan.method, exemplars, canvas, seed, plan.joined)
     if choice is not None:
-        recipe["auto"] = choice.recipe | ({"trials": len(scores), "seed": asked} if scores else {})
-    return Synthesis(exemplars, smap, plan.joined, plan.method, recipe | plan.scene.recipe, choice, scores, canvas)
+        recipe["auto"] = choice.recipe | ({"trials": len(energies), "seed": asked} if energies else {})
+    recipe |= plan.scene.recipe
+    return Synthesis(exemplars, smap, plan.joined, plan.method, recipe, choice, scores, canvas, energies)
 
 
 def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
@@ -260,20 +273,6 @@ def canvas_of(
     if start is not None:
         check_start(start, exemplars)
     return Canvas(height, width, chosen(Wrap, "wrap", wrap), start, guide, rim)
-
-
-def check_start(start: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
-    """A start map must point into the exemplars that are given, at whole pixels."""
-    if not start.exact:
-        raise InputError(
-            "the map's pieces are turned, scaled or moved by fractions of a pixel (frame, sub), which no method can "
-            "continue or repair; give one without."
-        )
-    if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
-        raise InputError(
-            "the start map was made of exemplars of other sizes; give the same exemplars in the same order."
-        )
-    start.check_sources()
 
 
 def check_between(method: Method, blend: Blend) -> None:

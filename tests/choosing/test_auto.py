@@ -16,6 +16,7 @@ import torture
 from click.testing import CliRunner, Result
 
 import intarsia as ia
+from intarsia import files
 from intarsia.analysis.regions import Regions, regions_of
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
@@ -241,6 +242,11 @@ class TestAsked:
         with pytest.raises(ia.ParameterError, match="patch=700 is larger"):
             choice_of(texture(60, 60, 3), given={"patch": 700})
 
+    @pytest.mark.parametrize("by", ["seams", "", None, 1, "Energy"])
+    def test_what_trials_are_compared_by_is_checked(self, by: Any) -> None:
+        with pytest.raises(ia.ParameterError, match="choose one of score, energy"):
+            ia.Auto(trials=2, by=by)
+
     @pytest.mark.parametrize("trials", [0, -1, 65, True, 2.5])
     def test_trials_are_checked(self, trials: Any) -> None:
         with pytest.raises(ia.ParameterError, match="trials="):
@@ -326,6 +332,28 @@ class TestTrials:
         few, many = (ia.synthesize(pixels, 120, ia.Auto(trials=n), seed=1) for n in (2, 6))
         assert [s.total for s in many.trials][:2] == [s.total for s in few.trials]
         assert score_map(many.exemplars, many.map).total >= score_map(few.exemplars, few.map).total
+
+    def test_the_least_energy_of_seeds_is_kept_and_can_be_repeated(self) -> None:
+        pixels = texture(70, 64, 3)
+        made = ia.synthesize(pixels, 120, ia.Auto(trials=5, by="energy"), seed=1)
+        assert made.choice is not None
+        tried = trial_methods(made.choice, CANVAS, 1)
+        assert {m for m, _ in tried} == {made.method}
+        each = [ia.synthesize(pixels, 120, m, seed=seed) for m, seed in tried]
+        assert made.energies == tuple(one.energy for one in each)
+        assert len(set(made.energies)) == 5
+        best = min(each, key=lambda one: one.energy)
+        assert (made.map.digest, made.recipe["seed"]) == (best.map.digest, best.recipe["seed"])
+        assert made.energy == best.energy < each[0].energy
+        assert made.trials == ()
+        assert {k: made.recipe["auto"][k] for k in ("by", "trials", "seed")} == {"by": "energy", "trials": 5, "seed": 1}
+
+    def test_trials_by_score_tell_the_energies_too(self) -> None:
+        made = ia.synthesize(texture(70, 64, 3), 120, ia.Auto(trials=2), seed=1)
+        assert (len(made.trials), len(made.energies)) == (2, 2)
+        assert made.energy in made.energies
+        assert "by" not in made.recipe["auto"]
+        assert ia.synthesize(texture(70, 64, 3), 120, ia.Auto(by="energy"), seed=1).energies == ()
 
     def test_what_was_asked_for_is_never_varied(self) -> None:
         found = choice_of(texture(70, 64, 3), given={"patch": 20, "context": 0.5}, trials=8)
@@ -460,8 +488,8 @@ class TestCommands:
         assert set(plain) == {"rule", "why", "command"}
         told = run("grow", "wall.png", "-mauto", "-o", "b.png", "--json", "--explain", "--trials", 2).stdout
         full = json.loads(told)["auto"]
-        assert set(full) == {"rule", "why", "command", "measurements", "scores"}
-        assert len(full["scores"]) == 2
+        assert set(full) == {"rule", "why", "command", "measurements", "scores", "energies"}
+        assert len(full["scores"]) == len(full["energies"]) == 2
         assert {"value", "confidence", "says"} == set(full["measurements"]["lattice"])
 
     def test_dry_run_explains_without_growing(self) -> None:
@@ -481,6 +509,9 @@ class TestCommands:
             "--trials 0",
             "--method image-quilting --trials 2",
             "--method repeat --explain",
+            "--by energy",
+            "--trials 2 --by seams",
+            "--method repeat --trials 2 --by energy",
             "--tolerance -1",
             "--patch 700",
         ],
@@ -500,6 +531,19 @@ class TestCommands:
             found = json.loads(run("analyze", name, "--json").stdout)["suggested"]
             made = json.loads(run("grow", name, "-mauto", "-o", f"grown_{name}", "--json").stdout)
             assert (found["rule"], found["method"]) == (made["auto"]["rule"], made["method"])
+
+    def test_the_seed_of_least_energy_is_kept(self) -> None:
+        asked = ("-o", "out.png", "--trials", 3, "--by", "energy", "--size", 90, "--json", "--explain")
+        done = run("grow", "blobs.png", *asked)
+        told = json.loads(done.stdout)
+        assert told["energy"] == min(told["auto"]["energies"])
+        assert len(told["auto"]["energies"]) == 3
+        assert "scores" not in told["auto"]
+        for number, energy in enumerate(told["auto"]["energies"], 1):
+            assert f"trial {number}      energy {energy}" in done.stderr
+        recipe = files.read_recipe("out.png")
+        assert recipe is not None
+        assert (recipe["energy"], recipe["auto"]["by"]) == (told["energy"], "energy")
 
     def test_replay_follows_the_recipe(self) -> None:
         run("grow", "blobs.png", "-mauto", "-o", "out.png", "--trials", 3)

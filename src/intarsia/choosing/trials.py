@@ -1,8 +1,10 @@
 """Trials: several variants of the chosen method, of which the one that people would prefer by its score is kept.
 
 Tried are the automatic choice, patches of 1.4 and 1.8 elements, then further seeds of all these; whatever was asked for
-stays. The automatic choice is kept unless another is better by LEAST_GAIN. No clock decides, so the same request gives
-the same picture. Another method is never tried: between methods the score is wrong too often (docs/auto.md).
+stays. The automatic choice is kept unless another is better by LEAST_GAIN. Compared by energy, the first of those whose
+seams cost least is kept, and only seeds are tried: larger patches have fewer seams, however they look. No clock
+decides, so the same request gives the same picture. Another method is never tried: between methods the score is wrong
+too often (docs/auto.md).
 """
 
 from __future__ import annotations
@@ -19,8 +21,9 @@ from ..judging.score import Score, score_map
 from ..methods.base import Method, make
 from ..params import extent, parameters
 from ..run import Run
+from ..seams.cost import energy
 from ..sourcemap import SourceMap
-from .auto import FIXED, Choice
+from .auto import FIXED, By, Choice
 
 STAGE = 4003  # keeps the seeds of trials apart from other draws
 # Of 92 textures 40 have fewer than three sizes to try; halved 89, doubled none.
@@ -31,43 +34,43 @@ LEAST_GAIN = 2.2  # of 100: of bests of four, seven of eight that gained so much
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One variant: its method and seed, the map it made, and its score (None where it is the only one)."""
+    """One variant: its method and seed, and the map it made."""
 
     method: Method
     seed: int
     map: SourceMap
-    score: Score | None = None
 
 
 def carried_out(
     choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
-) -> tuple[Choice, Trial, tuple[Score, ...]]:
+) -> tuple[Choice, Trial, tuple[Score, ...], tuple[int, ...]]:
     """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar.
 
-    Returns the choice that it came of, the best of its trials, and all scores in the order of the trials.
+    Returns the choice that it came of, the best of its trials, and in the order of the trials all scores, if they are
+    compared by them, and energies, if there are several.
     """
     refused: MethodError | ParameterError | None = None
     for one in (choice, *choice.others):
         try:
-            best, scores = _best(one, exemplars, canvas, seed, run)
+            best, scores, energies = _best(one, exemplars, canvas, seed, run)
         except (MethodError, ParameterError) as e:
             refused = refused or e
             continue
         if refused is not None:
             run.notes.append(f"{choice.method.slug} was left: {refused}")
-        return one, best, scores
+        return one, best, scores, energies
     assert refused is not None
     raise refused
 
 
 def _best(
     choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
-) -> tuple[Trial, tuple[Score, ...]]:
+) -> tuple[Trial, tuple[Score, ...], tuple[int, ...]]:
     tried = trial_methods(choice, canvas, seed)
     if len(tried) == 1:
         method, own = tried[0]
-        return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), ()
-    scores: list[Score] = []
+        return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), (), ()
+    scores, energies = list[Score](), list[int]()
     best: Trial | None = None
     least = 0.0
     for number, (method, own) in enumerate(tried):
@@ -80,12 +83,15 @@ def _best(
             if number == 0 or isinstance(e, CancelledError):
                 raise
             continue
-        values = score_map(exemplars, smap)
-        scores.append(values)
-        if best is None or values.total > least:
-            best, least = Trial(resolved, own, smap, values), values.total + (0 if best else LEAST_GAIN)
+        energies.append(energy(exemplars, smap))
+        good, gain = -float(energies[-1]), 0.0
+        if choice.by is By.SCORE:
+            scores.append(score_map(exemplars, smap))
+            good, gain = scores[-1].total, LEAST_GAIN
+        if best is None or good > least:
+            best, least = Trial(resolved, own, smap), good + (0 if best else gain)
     assert best is not None
-    return best, tuple(scores)
+    return best, tuple(scores), tuple(energies)
 
 
 def _part(step: Any, number: int, count: int) -> Any:
@@ -96,7 +102,7 @@ def trial_methods(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Metho
     """Return the methods to try with their seeds: at most as many as are asked for, the automatic one first."""
     if choice.method.slug in FIXED:
         return [(choice.method, seed)]
-    variants = _sizes(choice, canvas)
+    variants = _sizes(choice, canvas) if choice.by is By.SCORE else [choice.method]
     variants[0] = choice.method
     out: list[tuple[Method, int]] = []
     for number in range(choice.trials):

@@ -231,13 +231,15 @@ class Batch:
         if order.times > 1:
             about["magnify"] = order.times
         if grown is not None:
-            about["exemplars"] = grown.recipe["exemplars"]
+            about |= {"exemplars": grown.recipe["exemplars"], "energy": grown.energy}
         if order.choice is None:
             return about
         choice = order.choice if grown is None or grown.choice is None else grown.choice
         auto = as_json(choice, self.wish.explain)
         if grown is not None and grown.trials:
             auto["scores"] = [score.as_dict() for score in grown.trials]
+        if grown is not None and grown.energies:
+            auto["energies"] = list(grown.energies)
         method, seed = (order.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
         auto["command"] = command_of(order, method, seed, self.shelf.inputs, self.wish, self.targets)
         return about | {"auto": auto}

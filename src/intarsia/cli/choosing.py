@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..choosing.auto import AUTO_METHOD, MOST_TRIALS, Auto
+from ..choosing.auto import AUTO_METHOD, MOST_TRIALS, Auto, By
 from ..errors import ParameterError
 from ..methods.base import Method, make, method_class
 from ..params import parameters
@@ -20,7 +20,12 @@ if TYPE_CHECKING:
 
 TRIALS = opt(
     "trials", "--trials", type=click.IntRange(1, MOST_TRIALS), metavar="N",
-    help="Make N variants and keep the best. With --method auto only; the best by its score. Default: 1.",
+    help="Make N variants and keep the best. With --method auto only; the best by what --by says. Default: 1.",
+)  # fmt: skip
+BY = opt(
+    "by", "--by", type=click.Choice([by.value for by in By]),
+    help="What trials are compared by. How good people would find them, or what their seams cost: then only seeds are "
+    "tried, and it is found sooner. Default: score.",
 )  # fmt: skip
 EXPLAIN = opt(
     "explain", "--explain", is_flag=True,
@@ -28,10 +33,13 @@ EXPLAIN = opt(
 )
 
 
-def chosen_of(slug: str, trials: int | None, given: dict[str, Any], union: Union) -> Method | Auto:
+def chosen_of(slug: str, trials: int | None, by: str | None, given: dict[str, Any], union: Union) -> Method | Auto:
     """Make the method that is named, or the choice among those that have the given options."""
+    if by is not None and trials is None:
+        raise ParameterError(f"--by {by} says how trials are compared; give --trials N as well, or drop it.")
     if slug == AUTO_METHOD:
-        return Auto(trials or 1, {n: value_of(union[n][0], t) for n, t in given.items() if t is not None})
+        values = {n: value_of(union[n][0], t) for n, t in given.items() if t is not None}
+        return Auto(trials or 1, values, by=by or By.SCORE)
     if trials is not None:
         raise ParameterError("--trials belongs to --method auto; name that, or drop it.")
     own = {p.name: p for p in parameters(method_class(slug))}
@@ -61,9 +69,16 @@ def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
     lines += [f"{'method':13}{about['method']}"]
     lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(_set(about))]
-    lines += [f"{'trial ' + str(n):13}{s['total']:.3f}" for n, s in enumerate(auto.get("scores", []), 1)]
+    lines += [f"{'trial ' + str(n):13}{line}" for n, line in enumerate(_tried(auto), 1)]
     lines += [f"{'warning':13}{line}" for line in warnings]
     return [*lines, f"{'command':13}{auto['command']}"]
+
+
+def _tried(auto: dict[str, Any]) -> list[str]:
+    """What is said of each variant that was tried."""
+    energies = auto.get("energies", [])
+    scores = [f"{s['total']:.3f}, " for s in auto.get("scores", [])] or [""] * len(energies)
+    return [f"{score}energy {energy}" for score, energy in zip(scores, energies, strict=True)]
 
 
 def _set(about: dict[str, Any]) -> list[tuple[str, Any]]:

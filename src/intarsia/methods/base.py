@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 from .. import params
 from ..arguments import called
-from ..errors import ParameterError
+from ..errors import InputError, ParameterError
 from ..geometry import Wrap
 from ..lazy import lazy
 
@@ -172,6 +172,20 @@ def needed(exemplars: Sequence[Exemplar], canvas: Canvas) -> frozenset[Ability]:
         Ability.SEVERAL: len(exemplars) > 1,
     }
     return frozenset(ability for ability, yes in asked.items() if yes)
+
+
+def check_start(start: SourceMap, exemplars: Sequence[Exemplar]) -> None:
+    """A start map must point into the exemplars that are given, at whole pixels."""
+    if not start.exact:
+        raise InputError(
+            "the map's pieces are turned, scaled or moved by fractions of a pixel (frame, sub), which no method can "
+            "continue or repair; give one without."
+        )
+    if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
+        raise InputError(
+            "the start map was made of exemplars of other sizes; give the same exemplars in the same order."
+        )
+    start.check_sources()
 
 
 def check_abilities(method: Method, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:

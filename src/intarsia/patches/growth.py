@@ -52,6 +52,11 @@ KNEE = 3, 8
 SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
+def knee_of(spread: int) -> int:
+    """Return the cost from which on a seam of the price `sharp` counts more than it differs, by the variance seen."""
+    return max(math.isqrt(spread) * KNEE[0] // KNEE[1], 1)
+
+
 class Turn(NamedTuple):
     """Which growth of a map this is: what it adds to the stage of its draws, its number from 0, and of how many."""
 
@@ -151,8 +156,7 @@ class Growth:
 
     def seam_price(self, seam: str) -> SeamPrice:
         """What seams cost by one of the names that the parameter `seam` of methods knows."""
-        knee = max(math.isqrt(self.variance(seen=True)) * KNEE[0] // KNEE[1], 1) if seam == "sharp" else 0
-        return SeamPrice(seam == "gradient", knee)
+        return SeamPrice(seam == "gradient", knee_of(self.variance(seen=True)) if seam == "sharp" else 0)
 
     def variance(self, seen: bool = False) -> int:
         """Sum of the channels' variances over the usable pixels, of the exemplar that varies most; those seen only."""

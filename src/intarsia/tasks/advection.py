@@ -26,10 +26,10 @@ from ..canvas import Canvas
 from ..corrections import advected, descent, stack
 from ..errors import InputError, IntarsiaError, ParameterError, said
 from ..field import function_name
-from ..methods.base import recipe_settings
+from ..methods.base import check_start, recipe_settings
 from ..methods.parallel_controllable import ParallelControllable
 from ..run import Run, run_of
-from ..synthesis import Synthesis, check_start
+from ..synthesis import Synthesis
 
 FARTHEST = 1 << 24  # px
 MOST_FRAMES = 1 << 40

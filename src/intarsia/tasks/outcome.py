@@ -18,7 +18,8 @@ class Outcome:
     """An output to report on.
 
     ``output`` is its base plane, ``exemplars`` are as they were judged by. ``map`` points into them, reduced ``times``
-    where they are magnified. ``command`` makes the output again; ``missed`` says which gates it misses.
+    where they are magnified, and ``energy`` is what its seams cost. ``command`` makes the output again; ``missed`` says
+    which gates it misses.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Outcome:
     recipe: dict[str, Any] = field(default_factory=dict)
     command: str = ""
     missed: tuple[str, ...] = ()
+    energy: int | None = None
 
     @property
     def score(self) -> Score:
@@ -53,7 +55,7 @@ class Outcome:
         exemplars = tuple(e if times == 1 else _whole(e) for e in made.exemplars)
         told = made.map if made.map.exact and times == 1 else None
         judged = judge(exemplars, Exemplar.of(output, name=name), made.map.wrap, told)
-        return cls(name, output, exemplars, judged, made.map.wrap, made.map, times, made.recipe)
+        return cls(name, output, exemplars, judged, made.map.wrap, made.map, times, made.recipe, energy=made.energy)
 
     def but(self, **facts: Any) -> Outcome:
         """Return the same, of which some is told otherwise."""

@@ -15,10 +15,10 @@ from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..lazy import lazy
-from ..methods.base import Method, keeps_lattice, traits
+from ..methods.base import Method, check_start, keeps_lattice, traits
 from ..run import Run, run_of
 from ..search.sizes import default_patch
-from ..synthesis import Synthesis, check_start
+from ..synthesis import Synthesis
 
 if TYPE_CHECKING:
     from ..covering import repair as repairs

@@ -204,7 +204,7 @@ def facts_of(outcome: Outcome) -> list[tuple[str, str]]:
     if isinstance(values := recipe.get("parameters"), dict):
         said += [(key.replace("_", " "), _value(value)) for key, value in values.items()]
     said += [(key, _value(recipe[key])) for key in ("blend", "inputs", "depth", "repair", "auto") if key in recipe]
-    return said
+    return said + ([] if outcome.energy is None else [("energy", f"{outcome.energy} knees per million px")])
 
 
 def _value(value: Any) -> str:

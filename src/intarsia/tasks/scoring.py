@@ -12,9 +12,11 @@ from ..geometry import Wrap
 from ..judging.mapped import MAPPED, WRAPPED
 from ..judging.parts import PARTS
 from ..judging.score import Score, judge
+from ..methods.base import check_start
 from ..run import Run
+from ..seams.cost import energy
 from ..sourcemap import SourceMap
-from ..synthesis import ExemplarLike, Synthesis, as_exemplars, check_start
+from ..synthesis import ExemplarLike, Synthesis, as_exemplars
 from .outcome import Outcome
 
 RECIPE = "recipe"
@@ -89,7 +91,8 @@ def outcome_of(
         if bool(map.holes.any()):
             raise InputError("the map has holes; fill them first, with synthesize(start=...).")
     across = chosen(Wrap, "wrap", wrap) if wrap is not None else Wrap.NONE if map is None else map.wrap
-    return Outcome(made.name, made.base, exemplars, judge(exemplars, made, across, map), across, map)
+    judged, costs = judge(exemplars, made, across, map), None if map is None else energy(exemplars, map)
+    return Outcome(made.name, made.base, exemplars, judged, across, map, energy=costs)
 
 
 Gates = Sequence[tuple[str, float]]

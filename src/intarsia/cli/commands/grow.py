@@ -14,7 +14,7 @@ from ...errors import ParameterError, ResourceError
 from ...geometry import Wrap
 from ...levelling import Finish, Levelling
 from ...methods.base import METHODS
-from ..choosing import EXPLAIN, TRIALS, chosen_of
+from ..choosing import BY, EXPLAIN, TRIALS, chosen_of
 from ..help import HelpfulCommand
 from ..options import (
     EXEMPLARS,
@@ -62,6 +62,7 @@ OWN = (
     ),
     METHOD,
     TRIALS,
+    BY,
     EXPLAIN,
     opt(
         "wrap", "--wrap", type=click.Choice([w.value for w in Wrap]), default=Wrap.NONE.value, show_default=True,
@@ -88,12 +89,13 @@ def wish_of(
 ) -> Wish:
     """Understand the options on method and canvas; `union` are the parameters of methods that the command knows."""
     size, wrap, trials = given.pop("size", None), given.pop("wrap", "none"), given.pop("trials", None)
+    by = given.pop("by", None)
     finish, repair, labels = finish_of(given.pop("level", None)), given.pop("repair", 0), given.pop("labels", None)
     if explain and method != AUTO_METHOD:
         raise ParameterError("--explain belongs to --method auto; name that, or drop it.")
     pictures = named_pictures(given, (p for p, _ in union.values()))
     return Wish(
-        chosen_of(method, trials, given, union), size, wrap, feather, mixing, labels=labels, explain=explain,
+        chosen_of(method, trials, by, given, union), size, wrap, feather, mixing, labels=labels, explain=explain,
         finish=finish, repair=repair, pictures=pictures,
     )  # fmt: skip
 

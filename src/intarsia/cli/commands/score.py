@@ -100,7 +100,8 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
         outcome = outcome.but(name=output, missed=misses(found, judging.gates, output))
         _tell(outcome, sets, page, judging.force)
     if report.as_json:
-        told = {} if page is None else {"report": page}
+        more = {"energy": outcome.energy, "report": page}
+        told = {name: value for name, value in more.items() if value is not None}
         report.result({"file": output, **found.as_dict(), **told})
     elif not report.quiet:
         say(_in_words(output, found))
