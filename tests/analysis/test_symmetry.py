@@ -9,7 +9,17 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.analysis.symmetry import SUBGROUPS, _directions, allowed_isometries, pose_distances, times_apart
+from intarsia.analysis.symmetry import (
+    LOTS,
+    SAMPLES,
+    SUBGROUPS,
+    _directions,
+    _gradients,
+    _lot,
+    allowed_isometries,
+    pose_distances,
+    times_apart,
+)
 from intarsia.exemplar import Exemplar
 from intarsia.testing import noise
 
@@ -70,6 +80,29 @@ def test_the_answer_is_a_group_and_turns_with_the_exemplar() -> None:
     planks = np.asarray(ia.read("sample:planks").base)
     assert auto(planks) == (0, 2)
     assert auto(np.ascontiguousarray(np.rot90(planks))) == (0, 1)
+
+
+def test_lots_hold_other_patches_of_both_halves_equally_many() -> None:
+    """Of small halves all hold all; at most SAMPLES each, evenly."""
+    halves = (np.arange(9 * SAMPLES)[:, None] * (1, 2), np.arange(5 * SAMPLES)[:, None] * (1, 2))
+    lots = [_lot(halves, k) for k in range(LOTS)]
+    for side in (0, 1):
+        taken = np.concatenate([lot[side][:, 0] for lot in lots])
+        assert len(set(taken.tolist())) == LOTS * SAMPLES == len(taken)
+        steps = np.diff(lots[1][side][:, 0])
+        assert steps.max() - steps.min() <= 1
+    few = _lot((halves[0][:7], halves[1][:3]), 2)
+    assert [len(half) for half in few] == [3, 3]
+    assert all((half == _lot((half, half), 3)[0]).all() for half in few)
+
+
+def test_gradients_are_those_in_the_middle_of_patches() -> None:
+    tone = (noise(12, 13, 4) >> np.uint64(50)).astype(np.int64)
+    at = np.array([[0, 0], [3, 5], [7, 8]])
+    down, right = _gradients(tone, at)
+    for k, (y, x) in enumerate(at.tolist()):
+        patch = tone[y : y + 5, x : x + 5]
+        assert (down[k], right[k]) == (patch[3, 2] - patch[1, 2], patch[2, 3] - patch[2, 1])
 
 
 def test_weights_of_the_inverse_measure_the_transformed_patch() -> None:

@@ -31,6 +31,7 @@ SIDE = 5  # of the patches compared, cells; 3: four, 9: eight
 SCALES = (1, 2, 4)  # px of a cell; without the last three allow more, with 8 none differs
 BLOCKS = (3, 4, 5)  # squares along an axis of the checkerboards; 3 alone: four, 3 to 8: three, 6 to 10: eight
 SAMPLES = 3000  # patches of each half at most; halved: one, doubled: five
+LOTS = 4  # of other patches by which gradients are compared; 1: two of four crops of granite are turnable, it is not
 LEAST_SAMPLES = 50  # fewer have no statistics; 1 to 400: the same, it matters for small exemplars
 DIRECTIONS = 28  # random projections, beside four ramps; halved: three, doubled: one
 SLACK = (4, 3)  # so many times farther apart is still alike; 7 / 6: 13, 5 / 3: seven; 1.2 refuses noise
@@ -82,12 +83,13 @@ def pose_distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
     for number, scale in enumerate(SCALES):
         picture, usable = _reduced(seen, free, scale)
         for squares in BLOCKS:
-            patches = [_patches(picture, at) for at in _halves(usable, squares)]
-            if patches[0].shape[2] < LEAST_SAMPLES:
+            halves = _halves(usable, squares)
+            if min(map(len, halves)) < LEAST_SAMPLES:
                 continue
             if number == 0:
-                out[0] += _of_gradients(patches, feats)
-            out[1 + number] += _of_patches(patches, feats)
+                tone = picture[:, :, _unturned(feats)].sum(axis=2)
+                out[0] += sum(_of_gradients([_gradients(tone, at) for at in _lot(halves, k)]) for k in range(LOTS))
+            out[1 + number] += _of_patches([_patches(picture, at) for at in _lot(halves, 0)], feats)
     return out[:, MIRRORED] if pose in (1, 2) else out
 
 
@@ -113,7 +115,7 @@ def _reduced(picture: Array, usable: Array | None, scale: int) -> tuple[Array, A
 
 
 def _halves(usable: Array, blocks: int) -> tuple[Array, Array]:
-    """First cells (n, 2) of the usable patches in the light and in the dark squares of a checkerboard, equally many.
+    """First cells (n, 2) of the usable patches in the light and in the dark squares of a checkerboard.
 
     A patch lies in one square with all its cells.
     """
@@ -126,10 +128,14 @@ def _halves(usable: Array, blocks: int) -> tuple[Array, Array]:
     first = [blocks * y // h, blocks * x // w]
     whole = (first[0] == blocks * (y + SIDE - 1) // h)[:, None] & (first[1] == blocks * (x + SIDE - 1) // w)[None, :]
     light = (first[0][:, None] + first[1][None, :]) % 2 == 0
-    halves = [np.argwhere(free & whole & (light == side)) for side in (True, False)]
-    count = min(*(len(half) for half in halves), SAMPLES)
-    a, b = (half[np.arange(count) * len(half) // max(count, 1)] for half in halves)
+    a, b = (np.argwhere(free & whole & (light == side)) for side in (True, False))
     return a, b
+
+
+def _lot(halves: tuple[Array, Array], number: int) -> list[Array]:
+    """Take equally many of both halves, evenly and at most SAMPLES; lots of other numbers take those between."""
+    count = min(*(len(half) for half in halves), SAMPLES)
+    return [half[(LOTS * np.arange(count) + number) * len(half) // max(LOTS * count, 1)] for half in halves]
 
 
 def _patches(picture: Array, at: Array) -> Array:
@@ -168,16 +174,14 @@ def _directions(channels: int, normals: tuple[int, ...]) -> Array:
     return np.array(turned, np.float64)
 
 
-def _of_gradients(patches: list[Array], feats: Features) -> Array:
+def _gradients(tone: Array, at: Array) -> tuple[Array, Array]:
+    """How the tone of a picture rises in the middle of the patches that begin at `at`: down, and to the right."""
+    y, x = (at + SIDE // 2).T
+    return tone[y + 1, x] - tone[y - 1, x], tone[y, x + 1] - tone[y, x - 1]
+
+
+def _of_gradients(grads: list[tuple[Array, Array]]) -> Array:
     """Difference of the two histograms of gradient directions, one of them in each isometry: (8,)."""
-    base = _unturned(feats)
-    middle = SIDE // 2
-    grads = []
-    for p in patches:
-        total = p[..., base].sum(axis=3)
-        down = total[middle + 1, middle] - total[middle - 1, middle]
-        right = total[middle, middle + 1] - total[middle, middle - 1]
-        grads.append((down, right))
     strength = np.sort(np.concatenate([d * d + r * r for d, r in grads]))
     steps = strength[[len(strength) // 3, 2 * len(strength) // 3]]
     other = [_histogram(d, r, steps) for d, r in grads[::-1]]
