@@ -370,6 +370,9 @@ class TestTrials:
         assert len({(m.patch, seed) for m, seed in tried}) == 4
         assert {m.slug for m, _ in tried} == {"graphcut"}
         assert sides[0] == min(sides) < max(sides)
+        seeds = trial_methods(choice_of(stones, given={"isometries": "none"}, trials=4, by="energy"), CANVAS, 3)
+        assert [m.patch for m, _ in seeds] == sides[:1] * 4
+        assert len({seed for _, seed in seeds}) == 4
 
     def test_a_method_without_chance_is_made_once(self) -> None:
         tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (6, 6))
