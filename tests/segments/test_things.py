@@ -37,6 +37,8 @@ def test_things_are_few_and_compact() -> None:
     found = things(Exemplar.of(pixels))
     assert (found.labels > 0).mean() <= BOUNDS.share / 100
     assert len(things(Exemplar.of(np.full((64, 64, 3), 90, np.uint8))).areas) == 0
+    start = Exemplar.of(pixels, usable=np.zeros((160, 150), bool))  # the picture under a start, of which nothing is cut
+    assert len(things(start).areas) == 0
 
 
 def test_a_thing_over_the_border_of_a_torus_is_one() -> None:

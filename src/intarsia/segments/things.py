@@ -63,6 +63,8 @@ def things(exemplar: Exemplar) -> Things:
 
 
 def _found(exemplar: Exemplar) -> Things:
+    if exemplar.usable is not None and not exemplar.usable.any():
+        return Things(np.zeros((exemplar.height, exemplar.width), np.int32), *np.zeros((2, 0), np.int64))
     made = features([exemplar])
     strikes = popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)
     out, strength = np.zeros(strikes.shape, np.int32), list[Strength]()
