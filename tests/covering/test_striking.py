@@ -12,7 +12,7 @@ from scipy import ndimage
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.covering.covering import Laying
-from intarsia.covering.striking import SCALE, Often, thinned
+from intarsia.covering.striking import SCALE, Often, Thinning, thinned
 from intarsia.exemplar import Exemplar
 from intarsia.segments.things import things
 from intarsia.sourcemap import HOLE, SourceMap
@@ -51,19 +51,36 @@ def shows(smap: SourceMap, exemplars: list[Exemplar], wrap: str = "none") -> lis
     return out
 
 
-@pytest.mark.parametrize(("share", "most"), [(1.0, 9), (0.5, 5), (0.1, 1), (0.0, 0)])
+@pytest.mark.parametrize(("share", "most"), [(100.0, 900), (1.0, 9), (0.5, 5), (0.1, 1), (0.0, 0)])
 def test_a_thing_is_shown_so_often_at_most(share: float, most: int) -> None:
     """9 times the exemplar: as often as area asks, times the share, once at least if it is not 0; a quarter apart."""
     made = ia.synthesize(spotted(), (288, 270), ia.RandomTiling(patch=40), seed=1, run=ONE)
     before = shows(made.map, made.exemplars)
     out = thinned(share, Laying(), made.exemplars, Canvas(288, 270), made.map, ONE)
     after = shows(out, made.exemplars)
-    assert len(before) > 9, "or nothing is tested"
+    assert len(before) > 16, "more than lie a quarter apart, or nothing is tested"
     assert len(after) <= most
     assert after or not most, "what was shown is not lost"
     apart = min(288, 270) // SCALE.apart
     assert all((a - c) ** 2 + (b - d) ** 2 >= apart**2 for k, (a, b) in enumerate(after) for c, d in after[:k])
     assert not out.holes.any()
+
+
+def test_no_patch_may_show_a_thing() -> None:
+    """In any pose, and over the border of a torus: what may not be taken is what shows a thing, pixel by pixel."""
+    e = Exemplar.of(spotted(), toroidal=True)
+    made = ia.synthesize(e, (96, 100), ia.ImageQuilting(patch=20, overlap=6, isometries="both"), seed=2, run=ONE)
+    often = Often(0.5, [e], Canvas(96, 100), np.zeros((96, 100), bool))
+    work = Thinning(often, Laying(isometries="both"), [e], Canvas(96, 100), made.map, 24)
+    any_, picks = False, [(v, *at) for v in range(len(work.growth.variants)) for at in ((30, 20), (40, 80), (85, 30))]
+    for pick in picks:
+        yx = np.moveaxis(np.indices((24, 24), np.int32), 0, 2) + np.array(pick[1:], np.int32)
+        yx = (yx % work.growth.variants.table[pick[0], 1:3]).astype(np.int32)
+        at, _, _ = work.growth.variants.to_exemplars(yx, np.full((24, 24), pick[0], np.uint8))
+        expected = often.labels[0][at[..., 0], at[..., 1]] > 0
+        assert (work._barred((10, 20, 24, 24), pick) == expected).all()
+        any_ |= bool(expected.any())
+    assert any_, "or nothing is tested"
 
 
 def test_what_does_not_strike_stays() -> None:
