@@ -236,5 +236,7 @@ UNSPREAD = {"pin", "angle", "zoom", "straighten", "variant"}
 """Parameters of pictures that cannot be gone over, or not by the lattice."""
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
-DECIDED = ("lattice", "straighten", "patch", "overlap", "isometries", "context", "usage", "spread", "striking", "whole")
+DECIDED = (
+    "lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "usage", "spread", "striking", "whole",
+)  # fmt: skip
 """Parameters that a rule, a measurement or a trial decides."""

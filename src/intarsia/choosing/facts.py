@@ -26,7 +26,9 @@ from ..analysis.symmetry import allowed_isometries, times_apart
 from ..canvas import Canvas
 from ..courses.rectified import improved
 from ..courses.rectify import Straight
+from ..courses.unequal import Masonry, masonry_of
 from ..courses.wall import brick_share
+from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
@@ -256,6 +258,15 @@ class Facts:
     def packed(self) -> bool:
         """Whether it consists of things side by side, such as stones, whose outlines are known."""
         return segments_wholes.wholes(self.exemplar) is not None
+
+    @cached_property
+    def masonry(self) -> Masonry | None:
+        """Its courses of unequal heights, where their stones are clear enough to be laid one by one; None else."""
+        try:
+            found = masonry_of(self.exemplar) if self.courses is not None else None
+        except MethodError:
+            return None
+        return found if found is not None and found.sure else None
 
     def _laid(self, rows: Lattice) -> bool:
         """Whether rows are courses: of bricks that fill half of them, or of boards that run along."""

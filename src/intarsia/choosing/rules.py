@@ -116,7 +116,7 @@ def _repeats(f: Facts) -> bool:
 
 def _turns(f: Facts) -> bool:
     """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
-    seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered and not f.regions.two
+    seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered
     return seen and set(TURNED) <= set(f.symmetry) and _loose(f)
 
 
@@ -139,6 +139,14 @@ def courses_of(lines: Lines) -> str:
 
 def _kept(f: Facts) -> tuple[str, ...]:
     return () if f.courses is None else (f"{courses_of(f.courses)}: patches keep them.",)
+
+
+def _stones(f: Facts) -> tuple[str, ...]:
+    assert f.masonry is not None
+    return (
+        "It repeats by no lattice.",
+        f"{f.masonry.told}: stones are laid whole, each in a course about as high as it is.",
+    )
 
 
 def _differ(f: Facts) -> str:
@@ -251,6 +259,11 @@ RULES: tuple[ChoiceRule, ...] = (
             ("Few of them" if f.elements < BOUNDS.few else "Spots of its grain")
             + " would return often: repeats are dear.",
         ),
+    ),
+    ChoiceRule(
+        "courses", "near-regular", "no lattice, and lines that run across it between courses of "
+        "stones that are told apart",
+        lambda f: f.lattice is None and f.masonry is not None, lambda f: {"heights": "unequal"}, _stones,
     ),
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",

@@ -13,7 +13,7 @@ from ..draws import below, draw
 from ..lattice.vectors import UNIT
 from . import chain_kernels
 from .brickwork import Brickwork
-from .rows import STAGE, CourseLayout, CourseRows, Piece
+from .rows import STAGE, CourseLayout, Piece, Rows
 from .wall_kernels import OPEN
 
 LONG = 1024  # px from anchor to anchor; halved and doubled: leaps elsewhere, nothing is seen
@@ -38,7 +38,7 @@ LEAPS = Leaps()
 class Boards(CourseLayout):
     """Courses without joints along the rows of an endless canvas; each shows one course of the exemplar."""
 
-    def __init__(self, picture: NDArray[np.int16], work: Brickwork, rows: CourseRows, seed: int) -> None:
+    def __init__(self, picture: NDArray[np.int16], work: Brickwork, rows: Rows, seed: int) -> None:
         super().__init__(rows, seed, LONG * UNIT)
         self.picture, self.work = picture, work
         self._leaps: dict[int, tuple[Array, Array, int]] = {}

@@ -136,7 +136,7 @@ def _costs(distances: list[int], usual: float) -> tuple[NDArray[np.int64], int]:
     count = np.bincount(seen, minlength=reach).astype(np.float64)
     density = gaussian_filter1d(count, max(1.5, BOND.blur * usual), mode="reflect")
     common = int(np.argmax(density))
-    cost = np.clip(-BOND.rare * np.log((density + 1e-9) / density.max()), 0, BOND.unusual)
+    cost = np.clip(-BOND.rare * np.log((density + 1e-9) / max(density.max(), 1e-9)), 0, BOND.unusual)
     low = max(float(np.quantile(np.array(distances), BOND.close)), 1.0)
     d = np.arange(reach)
     cost += np.where(d < low, BOND.stacked * (1 - d / low), 0)

@@ -99,10 +99,22 @@ def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> B
         beds = _beds(faces, line)
     line = _resolved(line, beds, height)
     faces = levelled(faces, line.pitch // UNIT)
-    courses, spans = [], {}
-    out = FINDING.outside * line.pitch / UNIT
+    courses, spans = spans_of(usable, beds, line.pitch)
+    found, of_course = list[Array](), dict[int, list[int]]()
+    for k in courses:
+        across = joints_across(faces, beds[k], beds[k + 1], spans[k])
+        of_course[k] = list(range(len(found), len(found) + len(across)))
+        found += across
+    joints = np.array(found, np.int64).reshape(-1, height)
+    return Brickwork(line, beds, courses, spans, joints, of_course, faces, thickness_of(faces, joints, of_course, beds))
+
+
+def spans_of(usable: NDArray[np.bool_], beds: Array, pitch: int) -> tuple[list[int], dict[int, tuple[int, int]]]:
+    """Which courses are whole, and in which columns; MethodError where none is. `pitch`: 1/256 px."""
+    courses, spans = list[int](), dict[int, tuple[int, int]]()
+    out = FINDING.outside * pitch / UNIT
     for k in range(len(beds) - 1):
-        inside = (beds[k] >= -out) & (beds[k + 1] <= height + out)
+        inside = (beds[k] >= -out) & (beds[k + 1] <= len(usable) + out)
         inside &= _readable(usable, beds[k], beds[k + 1])
         span = _longest(inside)
         if span[1] - span[0] >= FINDING.least_span:
@@ -110,13 +122,7 @@ def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> B
             spans[k] = span
     if not courses:
         raise MethodError("the exemplar holds no whole course; give a larger exemplar, or use method repeat.")
-    found, of_course = list[Array](), dict[int, list[int]]()
-    for k in courses:
-        across = joints_across(faces, beds[k], beds[k + 1], spans[k])
-        of_course[k] = list(range(len(found), len(found) + len(across)))
-        found += across
-    joints = np.array(found, np.int64).reshape(-1, height)
-    return Brickwork(line, beds, courses, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
+    return courses, spans
 
 
 def _resolved(line: Line, beds: Array, height: int) -> Line:
@@ -218,7 +224,7 @@ def _minima(profile: Array, apart: int) -> list[int]:
     return [int(x) - 1 for x in at]
 
 
-def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
+def thickness_of(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
     """The median width of the joints in the middle half of their courses, px."""
     widths: list[int] = []
     for k, some in of_course.items():

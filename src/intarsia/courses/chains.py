@@ -7,6 +7,7 @@ half-way between, then the others: each knows those around it that came before, 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from ..lattice.vectors import UNIT
 from . import chain_kernels
 from .bricks import Bricks
 from .brickwork import Brickwork
-from .rows import STAGE, CourseLayout, CourseRows, Piece
+from .rows import STAGE, CourseLayout, Piece, Rows
 from .wall_kernels import FACE
 
 LONG = 512  # px from anchor to anchor; halved: repeats in brick walls rise from 46 to 59, doubled: they stay
@@ -47,7 +48,9 @@ COSTS = Costs()
 class Chains(CourseLayout):
     """Chains of bricks along the courses of an endless canvas."""
 
-    def __init__(self, work: Brickwork, bricks: Bricks, rows: CourseRows, seed: int) -> None:
+    give, cut = 1, COSTS.cut  # px by which a joint may be wider or narrower, and what a brick costs that is cut to fit
+
+    def __init__(self, work: Brickwork, bricks: Bricks, rows: Rows, seed: int) -> None:
         usual = max(bricks.usual, 1.0)
         super().__init__(rows, seed, round(max(LEAST_LONG, round(LONG / usual)) * usual * UNIT))  # whole bricks
         self.bricks = bricks
@@ -84,12 +87,17 @@ class Chains(CourseLayout):
                 total += table[np.minimum(np.minimum(left, right), len(table) - 1)]
         return total
 
+    def _cards(self, i: int) -> Sequence[int]:
+        """The bricks that a course may show."""
+        return range(len(self.bricks.table))
+
     def _hand(self, i: int, s: int) -> list[int]:
         """The bricks that a chain may show, the first one first: dealt from a shuffled deck, so all are shown."""
-        n = len(self.bricks.table)
+        cards = self._cards(i)
+        n = len(cards)
         held = min(HAND, n)
         number, hand = divmod(i, n // held)
-        order = self.dealt(n, number, s)
+        order = [cards[e] for e in self.dealt(n, number, s)]
         mine = order[hand * held : (hand + 1) * held]
         start = [e for e in mine if self.bricks.table[e, 3] != FACE]
         if not start:
@@ -102,18 +110,26 @@ class Chains(CourseLayout):
         return [first, *[e for e in mine if e != first]]
 
     def _chained(self, i: int, s: int) -> list[Piece]:
+        return self._linked(i, s, None)
+
+    def _linked(self, i: int, s: int, more: dict[tuple[int, int], int] | None) -> list[Piece]:
+        """The cheapest chain; `more` is what some bricks cost one after another, besides."""
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
         length = end - first
         hand = self._hand(i, s)
         around = self._around(i, s)
         sizes = self.bricks.sizes[hand]
-        pair = self._pairs(hand)
         n, t, _ = self.named(i, s + 1)
         following = self._hand(n, t)[0]
         turn = hand.index(following) if following in hand else -1
-        follow = self._pairs([*hand, following])[:-1, -1]
-        slack = 1 + int(length / self.bricks.usual)
-        rules = np.array([0, slack, self.bricks.least, COSTS.cut, COSTS.again, turn], np.int64)
+        pair, follow = self._pairs(hand), self._pairs([*hand, following])[:-1, -1]
+        for (a, b), price in (more or {}).items():
+            if a in hand and b in hand:
+                pair[hand.index(a), hand.index(b)] += price
+            if a in hand and b == following:
+                follow[hand.index(a)] += price
+        slack = 1 + int(self.give * length / self.bricks.usual)
+        rules = np.array([0, slack, self.bricks.least, self.cut, COSTS.again, turn], np.int64)
         joint = self._joints(around, np.arange(length + 1) + first)
         out = np.empty((length + 2, 3), np.int64)
         start = self._starts(hand, around, first, length)

@@ -7,7 +7,7 @@ can be made without the others.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,40 @@ from .brickwork import Line
 
 STAGE = 2012  # keeps the draws of courses apart from those of others
 STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
+
+
+class Rows(Protocol):
+    """Where the courses of an endless canvas lie; course i begins at row ``place(2 i, column)``, in 1/256 px."""
+
+    @property
+    def width(self) -> int:
+        """Columns of a canvas that wraps along the courses, else 0."""
+
+    @property
+    def turn(self) -> int:
+        """Once around along the courses, course i goes on as course i + turn."""
+
+    @property
+    def around(self) -> int:
+        """Courses around a canvas that wraps down the rows, else 0."""
+
+    def row(self, twice: int, u: int) -> int:
+        """The row at which course `twice` / 2 begins in a column."""
+
+    def place(self, twice: int, u: int) -> int:
+        """The same in 1/256 px."""
+
+    def rows(self, i: int, first: int, count: int, y0: int) -> NDArray[np.int64]:
+        """The rows, counted from `y0`, at which course i begins in `count` columns."""
+
+    def course_at(self, y: int, u: int) -> int:
+        """The course that covers a pixel."""
+
+    def named(self, i: int, turns: int) -> int:
+        """The number of a course `turns` times around; around a canvas numbers return."""
+
+    def rank(self, name: int) -> int:
+        """When a course is laid: after those of lower rank, of which at most two lie side by side."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +117,14 @@ class CourseRows:
 
     def rank(self, name: int) -> int:
         """When a course is laid: after those of lower rank, of which at most two lie side by side."""
-        if self.around and name >= self.around - self.around % 4:
-            return 4 + name % 4
-        return (0, 2, 1, 3)[name % 4]
+        return rank_of(name, self.around)
+
+
+def rank_of(name: int, around: int) -> int:
+    """When a course is laid, by its number and how many lie around a canvas (0: it is endless)."""
+    if around and name >= around - around % 4:
+        return 4 + name % 4
+    return (0, 2, 1, 3)[name % 4]
 
 
 class Piece(NamedTuple):
@@ -106,13 +145,13 @@ class Piece(NamedTuple):
 class CourseLayout:
     """What lies where in the courses of an endless canvas; `step`: 1/256 px from anchor to anchor."""
 
-    rows: CourseRows
+    rows: Rows
     seed: int
     step: int
     parts: int = 0
     _known: dict[tuple[int, int], list[Piece]] = field(default_factory=dict)
     _anchors: dict[tuple[int, int], int] = field(default_factory=dict)
-    _decks: dict[tuple[int, int], list[int]] = field(default_factory=dict)
+    _decks: dict[tuple[int, int, int], list[int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.parts = max(1, round(self.rows.width * UNIT / self.step)) if self.rows.width else 0
@@ -151,9 +190,9 @@ class CourseLayout:
 
     def dealt(self, count: int, number: int, s: int) -> list[int]:
         """A shuffled deck of so many cards."""
-        if (number, s) not in self._decks:
-            self._decks[number, s] = deck(count, self.seed, STAGE, 64, number, s)
-        return self._decks[number, s]
+        if (count, number, s) not in self._decks:
+            self._decks[count, number, s] = deck(count, self.seed, STAGE, 64, number, s)
+        return self._decks[count, number, s]
 
     def _late(self, i: int, s: int, place: int, room: int) -> int:
         """How far behind its place an anchor lies, less than `room` so that anchors stay in order."""

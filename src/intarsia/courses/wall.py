@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
@@ -32,11 +33,17 @@ from .bricks import bricks_of
 from .brickwork import Brickwork, brickwork_of
 from .chains import Chains
 from .mortar import FACE
-from .rows import CourseRows, Piece
+from .rows import CourseRows, Piece, Rows
+from .stack import StackedRows
+from .stones import Stones
+from .unequal import masonry_of
 
 Strip = tuple[Array, Array, Array]
 CHUNK = 256  # columns of a bed that are cut at once, so that any window is made of a few; 128 and 512: the same bytes
 RUN_UP = 48  # columns on both sides that decide where the cut crosses to the next chunk; 24 and 96: the same bytes
+
+
+RIM = 4  # joints are so many times as wide as the rims of stones that count as face, too
 
 
 class Reach(NamedTuple):
@@ -83,7 +90,7 @@ class Wall:
 
     work: Brickwork  # what the exemplar holds; its courses run along x
     layout: Chains | Boards  # which piece lies where
-    rows: CourseRows  # where the courses lie
+    rows: Rows  # where the courses lie
     scene: tuple[Any, ...]  # what the kernels show: see :mod:`intarsia.courses.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
@@ -97,10 +104,26 @@ class Wall:
         rows = CourseRows.of(work.line, canvas, upright)
         bricks = bricks_of(work)
         layout = Boards(picture, work, rows, seed) if bricks is None else Chains(work, bricks, rows, seed)
+        return cls._of(picture, usable, upright, work, layout, _weighted(picture, work, work.faces))
+
+    @classmethod
+    def unequal(cls, weights: tuple[float, ...] | None, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
+        """Find courses of unequal heights by lines; MethodError where there are none, ParameterError as above."""
+        found = masonry_of(exemplar, weights)
+        work = found.work
+        rows = StackedRows.of(found.heights, canvas, found.upright, seed)
+        layout = Stones(found, rows, seed)
+        rims = maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
+        return cls._of(found.picture, found.usable, found.upright, work, layout, _weighted(found.picture, work, rims))
+
+    @classmethod
+    def _of(
+        cls, picture: Array, usable: Array, upright: bool, work: Brickwork, layout: Chains | Boards, wrong: Array
+    ) -> Wall:
         spare = 1 if work.thickness > 2 else 0  # so that no sliver of a neighbour is let in
         halves = np.array([(work.thickness + 1) // 2 - spare, work.thickness // 2 - spare], np.int64)
-        scene = (picture, usable, _weighted(picture, work), work.beds, work.joints, halves)
-        return cls(work, layout, rows, scene, upright, nearest(usable))
+        scene = (picture, usable, wrong, work.beds, work.joints, halves)
+        return cls(work, layout, layout.rows, scene, upright, nearest(usable))
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run | None = None
@@ -214,11 +237,11 @@ class Wall:
         return np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64)
 
 
-def _weighted(picture: Array, work: Brickwork) -> NDArray[np.int64]:
+def _weighted(picture: Array, work: Brickwork, shown: Array) -> NDArray[np.int64]:
     """What showing a pixel out of place costs: as much as it differs from mortar, in the units of colour."""
     faces = work.faces
     mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]
     contrast = 0.0
     if len(mortar) and len(face):
         contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0))
-    return np.asarray(faces.astype(np.int64) * int(REACH.dear * contrast) // FACE, np.int64)
+    return np.asarray(shown.astype(np.int64) * int(REACH.dear * contrast) // FACE, np.int64)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..blocks import gap_filling, grid, mosaic, places, pose_sheet
     from ..canvas import Canvas
     from ..courses import rectified as rectification
-    from ..courses import wall
+    from ..courses import unequal, wall
     from ..exemplar import Exemplar
     from ..geometry import Box
     from ..patches import continuation
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from ..tiles import tiling
 else:
     canvas = lazy("intarsia.canvas")
+    unequal = lazy("intarsia.courses.unequal")
     wall = lazy("intarsia.courses.wall")
     features = lazy("intarsia.analysis.features")
     rectification = lazy("intarsia.courses.rectified")
@@ -96,6 +97,11 @@ class NearRegular(MethodBase):
         0, "int", "with variant=mosaic: how far parts of a gap's block may move so that lines meet; 0: stiff",
         low=0, high=8, unit="px",
     )
+    heights: str = param(
+        "equal", "choice", "heights of courses: equal, as the lattice says, or unequal, by the lines that run across "
+        "the exemplar between them; the lattice then is their mean pitch",
+        choices=("equal", "unequal"),
+    )
     variant: str = param(
         "mosaic", "choice", "blocks of whole periods cut in along joints, or the plain square blocks of the source",
         choices=("mosaic", "plain"),
@@ -123,6 +129,8 @@ class NearRegular(MethodBase):
         """Lay the courses straight and find the lattice; MethodError where there is none."""
         parameters.check_finished(self, canvas.endless)
         plain = self.variant == "plain"
+        if self.heights == "unequal":
+            self._check_unequal(canvas)
         border = (10 if plain else 14) if self.border is AUTO else self.border
         block = 40 if plain and self.block is AUTO else self.block
         straighten = self.straighten if canvas.start is None or self.straighten == "on" else "off"
@@ -171,7 +179,22 @@ class NearRegular(MethodBase):
         yx, pose = layer.window(box.y0, box.x0, box.height, box.width, run)
         return sourcemap.SourceMap(rectified.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=blend)
 
+    def _check_unequal(self, canvas: Canvas) -> None:
+        """Refuse what courses of unequal heights have no place for."""
+        for name, usual in (("variant", "mosaic"), ("spread", 0.0)):
+            if getattr(self, name) != usual:
+                raise ParameterError(f"heights=unequal lays stones, not blocks; leave {name} out.")
+        if self.straighten == "on":
+            raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
+        if canvas.start is not None:
+            raise ParameterError("heights=unequal lays a whole canvas; take another method where one is begun.")
+
     def _rectified(self, exemplar: Exemplar) -> rectification.Rectified:
+        if self.heights == "unequal":
+            lattice = (unequal.masonry_of(exemplar, self.channel_weights).pitch,)
+            if self.lattice not in (AUTO, lattice):
+                raise ParameterError("heights=unequal finds every course by itself; leave lattice out.")
+            return rectification.Rectified(exemplar, lattice, None)
         return rectification.rectified_for(exemplar, self.slug, self.lattice, self.straighten, self.channel_weights)
 
     def _layer(
@@ -186,6 +209,8 @@ class NearRegular(MethodBase):
         )
         if self.variant == "plain":
             return rectified, gap_filling.Sampling.of(settings, exemplar, canvas, seed)
+        if self.heights == "unequal":
+            return rectified, wall.Wall.unequal(weights, exemplar, canvas, seed)
         if len(lattice) == 1:
             return rectified, wall.Wall.of(lattice, weights, exemplar, canvas, seed)
         start = start if rectified.straight is None else None

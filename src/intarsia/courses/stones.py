@@ -1,0 +1,85 @@
+"""Which stone lies where in courses of unequal heights: each in a course as high as it is, and no pair twice nearby."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from .chains import Chains
+from .rows import Piece
+from .stack import StackedRows
+from .unequal import Masonry
+from .wall_kernels import FACE
+
+
+class Laying(NamedTuple):
+    """Which stones lie in a course, and what pairs that return cost."""
+
+    lower: float = 0.12  # of a course's height a stone may be lower, or higher
+    higher: float = 0.18
+    fewest: int = 7  # stones to choose from: where they are fewer, those next in height are taken, too,
+    most_off: float = 0.25  # if they are no more than so much lower or higher
+    twice: int = 600  # what a pair costs that is shown nearby already, in the units of `Costs`
+    give: int = 4  # joints are so many times as wide as they may become wider or narrower,
+    most: int = 2  # by so many px at most: a stone that much too long is no cut one
+    cut: int = 1500  # what a stone costs that is cut to fit
+    rounds: int = 6  # times that a chain is laid anew where a pair returns in it
+
+
+LAYING = Laying()
+
+
+class Stones(Chains):
+    """Chains of whole stones along courses of unequal heights."""
+
+    def __init__(self, found: Masonry, rows: StackedRows, seed: int) -> None:
+        super().__init__(found.work, found.bricks, rows, seed)
+        self.stacked = rows
+        self.give, self.cut = min(max(found.work.thickness // LAYING.give, 1), LAYING.most), LAYING.cut
+        self.cards = [self._alike(found, height) for height in found.heights]
+
+    @staticmethod
+    def _alike(found: Masonry, height: int) -> list[int]:
+        """The stones about as high as a course, those that fit best if they are few."""
+        off = found.own - height
+        low, high = int(LAYING.lower * height), int(LAYING.higher * height)
+        beyond = np.maximum(np.maximum(off - high, -low - off), 0)  # px too high or too low
+        order = np.argsort(beyond, kind="stable")
+        near = int((np.abs(off) <= LAYING.most_off * height).sum())
+        whole = int(np.flatnonzero(found.bricks.table[order, 3] != FACE)[0]) + 1
+        count = max(int((beyond == 0).sum()), min(LAYING.fewest, near), whole)
+        return sorted(order[:count].tolist())
+
+    def _cards(self, i: int) -> Sequence[int]:
+        return self.cards[self.stacked.kind(i)]
+
+    def _chained(self, i: int, s: int) -> list[Piece]:
+        """The chain in which the fewest pairs return."""
+        near = Counter[tuple[int, int]]()
+        for _, chain in self._around(i, s):
+            near.update(_pairs(chain))
+        if s % 2:  # every other chain of a course knows those beside it
+            for beside in (s - 1, s + 1):
+                if self.named(i, beside)[1] % 2 == 0:
+                    near.update(_pairs(self.chain(i, beside)))
+        more = {pair: LAYING.twice * n for pair, n in near.items()}
+        best, least = list[Piece](), -1
+        for _ in range(LAYING.rounds):
+            chain = self._linked(i, s, more)
+            own = Counter(_pairs(chain))
+            again = sum(n - 1 for n in own.values()) + sum(n for pair, n in own.items() if pair in near)
+            if least < 0 or again < least:
+                best, least = chain, again
+            if not any(n > 1 for n in own.values()):
+                break
+            for pair, n in own.items():
+                more[pair] = more.get(pair, 0) + LAYING.twice * (n - 1)
+        return best
+
+
+def _pairs(chain: list[Piece]) -> list[tuple[int, int]]:
+    return [(a.brick, b.brick) for a, b in pairwise(chain)]

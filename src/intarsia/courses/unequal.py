@@ -1,0 +1,213 @@
+"""What an exemplar of courses of unequal heights holds, by the lines that run across it.
+
+Lines lie on the outlines of stones, so a wide bed has two. They are drawn together where that makes beds which differ
+most from what lies between; then beds and mortar are found from one another, as in walls of one pitch. How they are
+found is this project's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import grey_closing, grey_opening, uniform_filter
+
+from ..analysis.features import course_lines, features
+from ..arrays import Array
+from ..errors import MethodError
+from ..exemplar import Exemplar
+from ..kernels import paths
+from ..lattice.vectors import UNIT
+from .bricks import Bricks, bricks_of
+from .brickwork import FINDING, Brickwork, Line, joints_across, spans_of, thickness_of
+from .mortar import FACE, levelled, model
+from .wall_kernels import FACE as CUT
+
+
+class Unequal(NamedTuple):
+    """How beds are found by lines."""
+
+    near: int = 24  # the reach of a line is this part of the shorter side, and so many px, or more: as far as lines
+    least: int = 6  # keep away from one another, so that both outlines of a bed meet in it
+    same: float = 0.6  # of that reach apart in the mean, two are one
+    bend: int = 64  # of 255: what a bed pays for each px aside
+    stray: float = 0.3  # of the lowest course a bed may leave its line, when mortar is known
+    wide: int = 3  # px that mortar is smoothed over
+    low: float = 0.4  # of the usual height, and 4 px: what is lower is a wide bed
+    full: int = 200  # of 255: what looks less like faces holds joints, and is no stone; 3 of 80 stones of six walls
+    many: int = 8  # whole stones: where there are so many, none is laid that the border of the exemplar cuts
+    enough: int = 10  # whole stones: fewer are no wall to lay. Of walls, setts and drystone 11 to 29
+    covered: float = 0.45  # of the exemplar is stones that are known; of those 0.53 to 0.73, of a house's front 0.25
+    joints: int = 96  # of 255: what joints look like faces at most; of those 11 to 73, of hexagons 131
+
+
+UNEQUAL = Unequal()
+
+
+class Masonry(NamedTuple):
+    """Courses of unequal heights, which run along x: what the exemplar shows, whole bricks, and heights."""
+
+    picture: NDArray[np.int16]  # (H, W, C): features, axes swapped where courses stand upright
+    usable: NDArray[np.bool_]
+    upright: bool
+    work: Brickwork
+    bricks: Bricks
+    own: NDArray[np.int64]  # of every brick how high it is, px
+    heights: tuple[int, ...]  # of the courses that hold bricks, from top to bottom, px
+    faces: int  # how much joints look like faces in the mean, 0 to 255
+
+    @property
+    def sure(self) -> bool:
+        """Whether its stones and their joints are clear enough to be laid one by one without being asked."""
+        known = int((self.own * self.bricks.sizes).sum()) >= UNEQUAL.covered * self.usable.size
+        whole = int((self.bricks.table[:, 3:] != CUT).all(axis=1).sum())
+        return known and whole >= UNEQUAL.enough and self.faces <= UNEQUAL.joints
+
+    @property
+    def told(self) -> str:
+        """What it is made of, in words."""
+        size = "wide" if self.upright else "high"
+        high = f"{min(self.heights)} to {max(self.heights)}" if len(set(self.heights)) > 1 else f"{self.heights[0]}"
+        return f"{len(self.own)} stones lie in courses {high} px {size}"
+
+    @property
+    def pitch(self) -> tuple[float, float]:
+        """The step from course to course in the mean: (x, y) px."""
+        step = sum(self.heights) / len(self.heights)
+        return (step, 0.0) if self.upright else (0.0, step)
+
+
+def masonry_of(exemplar: Exemplar, weights: tuple[float, ...] | None = None) -> Masonry:
+    """Find the courses of an exemplar by its lines; MethodError where it has none, or they are not made of bricks."""
+    return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
+
+
+def _found(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Masonry:
+    feats = features([exemplar], weights)
+    lines, picture = course_lines(feats, [exemplar]), feats.pictures[0]
+    if not lines:
+        raise MethodError("no lines run across the exemplar between courses.")
+    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
+    upright = lines[0].axis == 1
+    if upright:
+        picture, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, usable))
+    work = work_of(picture, usable, lines[0].at)
+    bricks = bricks_of(work)
+    if bricks is None:
+        raise MethodError("the courses of the exemplar hold no whole brick.")
+    bricks = _sorted_out(work, bricks)
+    own = _heights(work, bricks)
+    mine = [own[bricks.table[:, 0] == k] for k in work.courses]
+    heights = tuple(int(np.sort(some)[len(some) // 2]) for some in mine if len(some))
+    work = replace(work, line=Line(0, min(heights) * UNIT, (0, 1)))
+    return Masonry(picture, usable, upright, work, bricks, own, heights, _faces(work))
+
+
+def _sorted_out(work: Brickwork, bricks: Bricks) -> Bricks:
+    """Leave out what holds joints or lies within a wide bed, and what the border cuts where the rest is enough."""
+    own = _heights(work, bricks)
+    least = max(UNEQUAL.low * np.sort(own)[len(own) // 2], 4)
+    full = [_filled(work, brick) for brick in bricks.table.tolist()]
+    table = bricks.table[(own >= least) & full]
+    whole = (table[:, 3:] != CUT).all(axis=1)
+    table = table[whole] if int(whole.sum()) >= UNEQUAL.many else table
+    if not (table[:, 3] != CUT).any():
+        raise MethodError("the courses of the exemplar hold no whole brick.")
+    return replace(bricks, table=table)
+
+
+def _filled(work: Brickwork, brick: list[int]) -> bool:
+    """Whether a brick looks like one inside, and not like several with joints between."""
+    k, a, b = brick[:3]
+    rim = min(max(work.thickness, 2), (b - a - 1) // 2)
+    top, end = work.beds[k, a + rim : b - rim] + rim, work.beds[k + 1, a + rim : b - rim] - rim
+    y = np.arange(max(int(top.min()), 0), min(int(end.max()), len(work.faces)))[:, None]
+    inside = (y >= top) & (y < end)
+    faces = work.faces[y[:, 0], a + rim : b - rim][inside]
+    return int(faces.sum(dtype=np.int64)) >= UNEQUAL.full * len(faces)
+
+
+def _heights(work: Brickwork, bricks: Bricks) -> NDArray[np.int64]:
+    """How high every brick is, with half of the beds above and below."""
+    between = [work.beds[k + 1, a:b] - work.beds[k, a:b] for k, a, b, _, _ in bricks.table]
+    return np.array([int(high.sum()) // len(high) for high in between], np.int64)
+
+
+def _faces(work: Brickwork) -> int:
+    """How much joints look like faces in the mean, 0 to 255."""
+    (height, width), total, count = work.faces.shape, 0, 0
+    y = np.arange(height)
+    for k, some in work.of_course.items():
+        for x in np.clip(work.joints[some], 0, width - 1):
+            within = (work.beds[k, x] < y) & (y < work.beds[k + 1, x])
+            total += int(work.faces[y, x][within].sum(dtype=np.int64))
+            count += int(within.sum())
+    return total // count if count else FACE
+
+
+def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwork:
+    """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
+    height, reach = len(picture), max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
+    smooth = uniform_filter(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
+    pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
+    beds, best = np.empty((0, 0), np.int64), -1.0
+    for cost in _fields(smooth, reach):
+        some = _apart(_drawn(cost, lines.astype(np.int64), reach), reach)
+        score = model(smooth, usable, some, pitch)[1] if len(some) > 1 else 0.0
+        if score > best * 1.0001:  # no last bit of the linear algebra decides
+            beds, best = some, score
+    if len(beds) < 2:
+        raise MethodError("the lines that run across the exemplar hold no course between them.")
+    lowest = min(int((b - a).sum()) // len(a) for a, b in pairwise(beds))
+    for _ in range(FINDING.rounds):
+        faces, _ = model(smooth, usable, beds, pitch)
+        beds = np.sort(_drawn(faces, beds, max(1, int(UNEQUAL.stray * lowest))), axis=0)
+    faces = levelled(faces, pitch)
+    courses, spans = spans_of(usable, beds, lowest * UNIT)
+    found, of_course = list[Array](), dict[int, list[int]]()
+    for k in courses:
+        across = joints_across(faces, beds[k], beds[k + 1], spans[k])
+        of_course[k] = list(range(len(found), len(found) + len(across)))
+        found += across
+    joints = np.array(found, np.int64).reshape(-1, height)
+    line, thickness = Line(0, lowest * UNIT, (0, 1)), thickness_of(faces, joints, of_course, beds)
+    return Brickwork(line, beds, courses, spans, joints, of_course, faces, thickness)
+
+
+def _fields(smooth: Array, reach: int) -> list[NDArray[np.int64]]:
+    """What pixels cost a bed, 0 to 255: where beds are dark, where they are bright."""
+    light, side = smooth.sum(axis=2), (2 * reach + 1, 2 * reach + 1)
+    found = []
+    for depth in (grey_closing(light, side) - light, light - grey_opening(light, side)):
+        most = max(int(np.sort(depth, axis=None)[19 * (depth.size - 1) // 20]), 1)
+        sure = uniform_filter(np.minimum(depth, most) * FACE // most, reach // 3 * 2 + 1)
+        found.append(np.asarray(FACE - sure, np.int64))
+    return found
+
+
+def _drawn(cost: Array, lines: Array, reach: int) -> NDArray[np.int64]:
+    """The cheapest paths not farther from lines (n, W) than some px."""
+    (height, width), aside, found = cost.shape, np.arange(-reach, reach + 1)[:, None], list[Array]()
+    path = np.empty(width, np.int32)
+    for line in lines:
+        y = line + aside
+        sure = FACE - cost[np.clip(y, 0, height - 1), np.arange(width)].astype(np.int64)
+        sure -= FINDING.pull * aside**2 // reach**2
+        sure[(y < 0) | (y >= height)] = FACE // 2
+        paths.surest_line(np.ascontiguousarray(sure), UNEQUAL.bend, path)
+        found.append(line + path - reach)
+    return np.stack(found)
+
+
+def _apart(beds: Array, reach: int) -> NDArray[np.int64]:
+    """Beds of which no two are the same."""
+    kept: list[Array] = []
+    for bed in np.sort(beds, axis=0):
+        if kept and int((bed - kept[-1]).sum()) < UNEQUAL.same * reach * len(bed):
+            kept[-1] = (kept[-1] + bed) // 2
+        else:
+            kept.append(bed)
+    return np.stack(kept)
