@@ -156,3 +156,11 @@ def part(scene, upper, lower, shift, reach):
             shown += sum(int(lower[1][j, x]) for j in range(k, band))
             cost[x, k] = shown + gaps[x, max(k - 1, 0)] + gaps[x, min(k, band - 1)]
     return cost, gaps
+
+
+def stones_about(own: list[int], height: int, rule) -> list[int]:
+    """The stones about as high as a course; where they are few, those next in height that are not too far off."""
+    beyond = [max(abs(high - height) - int(rule.near * height), 0) for high in own]
+    ranked = sorted(range(len(own)), key=lambda k: (beyond[k], k))
+    near = sum(abs(high - height) <= rule.far * height for high in own)
+    return sorted(ranked[: max(beyond.count(0), min(rule.fewest, near), 1)])

@@ -19,13 +19,12 @@ from .wall_kernels import FACE
 class Laying(NamedTuple):
     """Which stones lie in a course, and what pairs that return cost."""
 
-    lower: float = 0.12  # of a course's height a stone may be lower, or higher
-    higher: float = 0.18
-    fewest: int = 7  # stones to choose from: where they are fewer, those next in height are taken, too,
-    most_off: float = 0.25  # if they are no more than so much lower or higher
+    near: float = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
+    fewest: int = 7  # stones to choose from, or those next in height, too; at 5 twice as many pairs return in a row
+    far: float = 0.2  # of a course's height those may be higher or lower. At 0.25 stones touch across beds
     twice: int = 600  # what a pair costs that is shown nearby already, in the units of `Costs`
     give: int = 4  # joints are so many times as wide as they may become wider or narrower,
-    most: int = 2  # by so many px at most: a stone that much too long is no cut one
+    wider: int = 2  # by so many px at most: a stone that much too long is no cut one
     cut: int = 1500  # what a stone costs that is cut to fit
     rounds: int = 6  # times that a chain is laid anew where a pair returns in it
 
@@ -39,17 +38,16 @@ class Stones(Chains):
     def __init__(self, found: Masonry, rows: StackedRows, seed: int) -> None:
         super().__init__(found.work, found.bricks, rows, seed)
         self.stacked = rows
-        self.give, self.cut = min(max(found.work.thickness // LAYING.give, 1), LAYING.most), LAYING.cut
+        self.give, self.cut = min(max(found.work.thickness // LAYING.give, 1), LAYING.wider), LAYING.cut
         self.cards = [self._alike(found, height) for height in found.heights]
 
     @staticmethod
     def _alike(found: Masonry, height: int) -> list[int]:
         """The stones about as high as a course, those that fit best if they are few."""
-        off = found.own - height
-        low, high = int(LAYING.lower * height), int(LAYING.higher * height)
-        beyond = np.maximum(np.maximum(off - high, -low - off), 0)  # px too high or too low
+        off = np.abs(found.own - height)
+        beyond = np.maximum(off - int(LAYING.near * height), 0)  # px too high or too low
         order = np.argsort(beyond, kind="stable")
-        near = int((np.abs(off) <= LAYING.most_off * height).sum())
+        near = int((off <= LAYING.far * height).sum())
         whole = int(np.flatnonzero(found.bricks.table[order, 3] != FACE)[0]) + 1
         count = max(int((beyond == 0).sum()), min(LAYING.fewest, near), whole)
         return sorted(order[:count].tolist())
