@@ -47,6 +47,7 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     pictures = {
         "near-regular": beside(ia.NearRegular()),
+        "unequal": beside(ia.NearRegular(heights="unequal"), "sample:stones"),
         "straightened": beside(ia.NearRegular(), "sample:brick", 512),
         "best-tile": beside(ia.BestTile()),
         "analyzed": analyzed(),

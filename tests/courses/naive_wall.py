@@ -158,9 +158,9 @@ def part(scene, upper, lower, shift, reach):
     return cost, gaps
 
 
-def stones_about(own: list[int], height: int, rule) -> list[int]:
+def stones_about(own: list[int], height: int, rule, like: float) -> list[int]:
     """The stones about as high as a course; where they are few, those next in height that are not too far off."""
     beyond = [max(abs(high - height) - int(rule.near * height), 0) for high in own]
     ranked = sorted(range(len(own)), key=lambda k: (beyond[k], k))
-    near = sum(abs(high - height) <= rule.far * height for high in own)
+    near = sum(abs(high - height) <= like * height for high in own)
     return sorted(ranked[: max(beyond.count(0), min(rule.fewest, near), 1)])

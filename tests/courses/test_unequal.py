@@ -100,24 +100,27 @@ def test_stones_lie_in_courses_about_as_high_as_they_are() -> None:
     wall = Wall.unequal(None, Exemplar.of(pixels), Canvas(10, 10), 1)
     found = found_in(pixels)
     for height, cards in zip(found.heights, wall.layout.cards, strict=True):
-        assert cards == naive.stones_about(found.own.tolist(), height, LAYING)
+        assert cards == naive.stones_about(found.own.tolist(), height, LAYING, UNEQUAL.like)
     for i in range(-8, 9):
         height = found.heights[wall.rows.kind(i)]
         for piece in wall.layout.pieces(i, 0, 700):
-            assert abs(found.own[piece.brick] - height) <= LAYING.far * height
+            assert abs(found.own[piece.brick] - height) <= UNEQUAL.like * height
 
 
-def test_no_pair_returns_in_its_course_or_the_next_two() -> None:
-    """Where there are stones enough; a wall laid without that rule has many."""
-    pixels, _ = rubble(heights=(44, 40, 42, 46, 43, 41), width=420)
-    wall = Wall.unequal(None, Exemplar.of(pixels), Canvas(10, 10), 1)
-    chains = {i: wall.layout.pieces(i, 0, 420) for i in range(12)}
-    pairs = {i: Counter((a.brick, b.brick) for a, b in pairwise(chain)) for i, chain in chains.items()}
-    total = sum(sum(own.values()) for own in pairs.values())
-    again = sum(n - 1 for own in pairs.values() for n in own.values())
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("heights", "width", "most"), [(HEIGHTS, 300, 2), ((40, 41, 39, 40, 42), 160, 12)])
+def test_no_pair_returns_in_its_course_or_the_next_two(
+    heights: tuple[int, ...], width: int, most: int, seed: int
+) -> None:
+    """Of about 95 pairs of 25 stones two at most, of 90 of eight 12; laid without that rule 4 to 8, and 24 to 36."""
+    wall = Wall.unequal(None, Exemplar.of(rubble(heights, width)[0]), Canvas(10, 10), seed)
+    chains = [wall.layout.pieces(i, 0, 420) for i in range(12)]
+    pairs = [Counter((a.brick, b.brick) for a, b in pairwise(chain)) for chain in chains]
+    again = sum(n - 1 for own in pairs for n in own.values())
     near = sum((pairs[i] & pairs[i + d]).total() for i in range(10) for d in (1, 2))
-    assert again + near <= 0.02 * total
-    for chain in chains.values():
+    assert again + near <= most
+    assert sum(own.total() for own in pairs) > 80
+    for chain in chains:
         assert all(a.brick != b.brick for a, b in pairwise(chain))
 
 

@@ -13,8 +13,8 @@ from ..errors import ParameterError
 from ..lattice.vectors import UNIT
 from .rows import STAGE, STRAIN, rank_of
 
-ORDER, PHASE = 1 << 20, 1 << 21  # keep its draws apart
-SPARE = 64  # px beyond the height of a canvas that sums of heights are looked for
+ORDER, PHASE = 1 << 20, 1 << 21  # keep its draws apart from those of chains
+SPARE = 64  # px above the height of a canvas that sums of heights are looked for: far above what may be strained
 
 
 @dataclass(frozen=True)

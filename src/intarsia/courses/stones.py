@@ -12,7 +12,7 @@ import numpy as np
 from .chains import Chains
 from .rows import Piece
 from .stack import StackedRows
-from .unequal import Masonry
+from .unequal import UNEQUAL, Masonry
 from .wall_kernels import FACE
 
 
@@ -20,13 +20,12 @@ class Laying(NamedTuple):
     """Which stones lie in a course, and what pairs that return cost."""
 
     near: float = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
-    fewest: int = 7  # stones to choose from, or those next in height, too; at 5 twice as many pairs return in a row
-    far: float = 0.2  # of a course's height those may be higher or lower. At 0.25 stones touch across beds
-    twice: int = 600  # what a pair costs that is shown nearby already, in the units of `Costs`
-    give: int = 4  # joints are so many times as wide as they may become wider or narrower,
-    wider: int = 2  # by so many px at most: a stone that much too long is no cut one
-    cut: int = 1500  # what a stone costs that is cut to fit
-    rounds: int = 6  # times that a chain is laid anew where a pair returns in it
+    fewest: int = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
+    twice: int = 600  # what a pair costs that is shown nearby already; at 300 125 return in rows, not 106
+    give: int = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
+    wider: int = 2  # px: a stone that is too long by more is a cut one
+    cut: int = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
+    rounds: int = 6  # times at most that a chain is laid while pairs return in it; 4 and 8: a few pairs more or less
 
 
 LAYING = Laying()
@@ -47,7 +46,7 @@ class Stones(Chains):
         off = np.abs(found.own - height)
         beyond = np.maximum(off - int(LAYING.near * height), 0)  # px too high or too low
         order = np.argsort(beyond, kind="stable")
-        near = int((off <= LAYING.far * height).sum())
+        near = int((off <= UNEQUAL.like * height).sum())
         whole = int(np.flatnonzero(found.bricks.table[order, 3] != FACE)[0]) + 1
         count = max(int((beyond == 0).sum()), min(LAYING.fewest, near), whole)
         return sorted(order[:count].tolist())
@@ -59,16 +58,16 @@ class Stones(Chains):
         """The chain in which the fewest pairs return."""
         near = Counter[tuple[int, int]]()
         for _, chain in self._around(i, s):
-            near.update(_pairs(chain))
+            near.update(neighbours(chain))
         if s % 2:  # every other chain of a course knows those beside it
             for beside in (s - 1, s + 1):
                 if self.named(i, beside)[1] % 2 == 0:
-                    near.update(_pairs(self.chain(i, beside)))
+                    near.update(neighbours(self.chain(i, beside)))
         more = {pair: LAYING.twice * n for pair, n in near.items()}
         best, least = list[Piece](), -1
         for _ in range(LAYING.rounds):
             chain = self._linked(i, s, more)
-            own = Counter(_pairs(chain))
+            own = Counter(neighbours(chain))
             again = sum(n - 1 for n in own.values()) + sum(n for pair, n in own.items() if pair in near)
             if least < 0 or again < least:
                 best, least = chain, again
@@ -79,5 +78,6 @@ class Stones(Chains):
         return best
 
 
-def _pairs(chain: list[Piece]) -> list[tuple[int, int]]:
+def neighbours(chain: list[Piece]) -> list[tuple[int, int]]:
+    """Return the pairs of stones of which the second lies right of the first."""
     return [(a.brick, b.brick) for a, b in pairwise(chain)]

@@ -28,20 +28,22 @@ from .wall_kernels import FACE as CUT
 
 
 class Unequal(NamedTuple):
-    """How beds are found by lines."""
+    """How beds are found by lines, and what walls are. Halved and doubled on 12 exemplars that hold 181 stones."""
 
-    near: int = 24  # the reach of a line is this part of the shorter side, and so many px, or more: as far as lines
-    least: int = 6  # keep away from one another, so that both outlines of a bed meet in it
-    same: float = 0.6  # of that reach apart in the mean, two are one
-    bend: int = 64  # of 255: what a bed pays for each px aside
-    stray: float = 0.3  # of the lowest course a bed may leave its line, when mortar is known
-    wide: int = 3  # px that mortar is smoothed over
-    low: float = 0.4  # of the usual height, and 4 px: what is lower is a wide bed
-    full: int = 200  # of 255: what looks less like faces holds joints, and is no stone; 3 of 80 stones of six walls
-    many: int = 8  # whole stones: where there are so many, none is laid that the border of the exemplar cuts
-    enough: int = 10  # whole stones: fewer are no wall to lay. Of walls, setts and drystone 11 to 29
-    covered: float = 0.45  # of the exemplar is stones that are known; of those 0.53 to 0.73, of a house's front 0.25
-    joints: int = 96  # of 255: what joints look like faces at most; of those 11 to 73, of hexagons 131
+    near: int = 24  # the reach of lines is this part of the shorter side, as lines lie apart; 12: 171 stones, 48: 177
+    least: int = 6  # px at least; 3: the same, 12: 182
+    same: float = 0.6  # of that reach apart in the mean, two beds are one; 0.3 and 1.2: the same
+    bend: int = 64  # of 255 is what a bed pays for each px aside; 32: 180, 128: 185, but beds cut corners of stones
+    stray: float = 0.3  # of the lowest course a bed may leave its line, when mortar is known; halved: 175, doubled: 178
+    wide: int = 3  # px that mortar is smoothed over; 1: 184, 5: 168
+    low: float = 0.4  # of the usual height, and 4 px: what is lower is a wide bed; 0.2: the same, 0.8: 155
+    full: int = 170  # of 255: what looks less like faces holds joints, and is no stone; 180: the same, 220: 174
+    like: float = 0.2  # of a course's height stones may be higher or lower. At 0.25 they touch across beds
+    some: int = 4  # such stones, or the course is left; 2: two stones take turns in a row, 8: three of six are lost
+    many: int = 8  # whole stones: where there are so many, none is laid that the border cuts; 4: 176, 16: 187
+    enough: int = 10  # whole stones: fewer are no wall; 5: one more of cobbles is, 20: five of ten are none
+    covered: float = 0.45  # of the exemplar is stones that are known; of ten 0.53 to 0.73, of a house's front 0.25
+    joints: int = 96  # of 255: what joints look like faces at most; of ten 5 to 68, of hexagons 130
 
 
 UNEQUAL = Unequal()
@@ -56,7 +58,7 @@ class Masonry(NamedTuple):
     work: Brickwork
     bricks: Bricks
     own: NDArray[np.int64]  # of every brick how high it is, px
-    heights: tuple[int, ...]  # of the courses that hold bricks, from top to bottom, px
+    heights: tuple[int, ...]  # of the courses that some bricks are about as high as, from top to bottom, px
     faces: int  # how much joints look like faces in the mean, 0 to 255
 
     @property
@@ -102,6 +104,8 @@ def _found(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Masonry:
     own = _heights(work, bricks)
     mine = [own[bricks.table[:, 0] == k] for k in work.courses]
     heights = tuple(int(np.sort(some)[len(some) // 2]) for some in mine if len(some))
+    often = [int((np.abs(own - height) <= UNEQUAL.like * height).sum()) for height in heights]
+    heights = tuple(h for h, n in zip(heights, often, strict=True) if n >= min(UNEQUAL.some, max(often)))
     work = replace(work, line=Line(0, min(heights) * UNIT, (0, 1)))
     return Masonry(picture, usable, upright, work, bricks, own, heights, _faces(work))
 

@@ -43,7 +43,7 @@ CHUNK = 256  # columns of a bed that are cut at once, so that any window is made
 RUN_UP = 48  # columns on both sides that decide where the cut crosses to the next chunk; 24 and 96: the same bytes
 
 
-RIM = 4  # joints are so many times as wide as the rims of stones that count as face, too
+RIM = 4  # joints are so many times as wide as rims of stones, which count as face, too; without, slivers are seen
 
 
 class Reach(NamedTuple):
