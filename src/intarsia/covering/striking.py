@@ -24,6 +24,7 @@ from ..exemplar import Exemplar
 from ..kernels.parts import boxes_of_parts, parts
 from ..patches.growth import Pick
 from ..run import Run
+from ..seams import placement_kernels
 from ..seams.graphcut import Box, Cut
 from ..search.candidates import Candidates, Prices
 from ..segments.things import things
@@ -45,6 +46,9 @@ class Scale(NamedTuple):
     listed: int = 24  # placements of a window that fit around it,
     tries: int = 12  # those compared by cuts
     rough: int = 3  # px from one to the next where they are compared
+    looked: int = 3  # px from one to the next where it is counted how often they show what is there already,
+    usual: int = 10 * 256  # which costs a placement a tenth of the usual distance for each time,
+    again: int = 8 * 256  # and a cut an eighth of a knee for each px of its outline
     edge: int = 2  # px around a thing go with it
     left: int = 25  # % of it may stay, where all patches show things themselves
     dear: tuple[int, int] = (3, 1280)  # knees for each px of its outline and what it strikes: the most a seam may cost
@@ -246,6 +250,16 @@ class Thinning(Covering):
                 out.update(zip(mine, found, strict=True))
         return [out[k] for k in range(len(wave))]
 
+    def _often(self, job: Job, found: Candidates) -> Array:
+        """How often what a placement would show in place of a thing is shown already, nearby more: 256 = once."""
+        sewn, rows = self.sewing, found.rows.copy()
+        for axis in (0, 1):  # the placements begin with the window
+            away = job.hole[axis] - job.box[axis]
+            rows[:, 2 + axis] += away % sewn.variant.shape[axis] if sewn.wraps[axis] else away
+        out = np.empty(len(rows), np.int64)
+        placement_kernels.repeats(sewn.grown, sewn.pieces, job.hole, rows, SCALE.looked, -1, out)
+        return out
+
     def _best(self, part: Array, job: Job, found: Candidates) -> Cut | None:
         """The patch that covers a showing with the cheapest seams; None where they would be dear, or it would stay."""
         sewn, known, show, box = self.sewing, dict[Box, Array](), job.show, job.box
@@ -259,16 +273,19 @@ class Thinning(Covering):
             return int(((going(cut.box)[::step, ::step] > 0) & (cut.take == 0)).sum()) * step * step
 
         knee, step = max(sewn.price.knee, 1), min(SCALE.rough, self.side // 8)
+        length, often = 2 * (show.box[2] + show.box[3]), self._often(job, found)
         best, least = None, 0
-        for _, variant, u, s in found.rows[: SCALE.tries].tolist():
+        costs = found.rows[:, 0] + often * found.usual // SCALE.usual
+        for k in np.argsort(costs, kind="stable")[: SCALE.tries].tolist():
+            variant, u, s = found.rows[k, 1:].tolist()
             cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
-            price = cut.change * step + stays(cut, step) * knee
+            price = cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // SCALE.again
             if best is None or price < least:
                 best, least = (variant, u, s), price
         if best is None:
             return None
         cut = sewn.cut(box, best, self.margin, saved=going)
-        length, area = 2 * (show.box[2] + show.box[3]), int((part[sewn.index(cut.box)] == show.part).sum())
+        area = int((part[sewn.index(cut.box)] == show.part).sum())
         most = SCALE.dear[0] * int(self.often.peaks[show.thing]) * length * knee // SCALE.dear[1]
         cheap = not self.often.most or cut.change <= most
         return cut if cheap and 100 * stays(cut, 1) <= SCALE.left * area else None
