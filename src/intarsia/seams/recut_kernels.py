@@ -148,8 +148,12 @@ def least_cut(state: Any, terms: Any, saved: Any, out: Any) -> None:
     becomes new.
     """
     h, w = state.shape
-    if not np.any(state == OLD):
-        out[:] = state != ABSENT
+    kept = 0
+    for i in range(h):
+        for j in range(w):
+            kept += state[i, j] == OLD
+            out[i, j] = state[i, j] != ABSENT
+    if kept == 0:
         return
     stride = w + 2
     size = (h + 2) * stride

@@ -183,8 +183,8 @@ def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, 
             found[row, 0], found[row, 1], found[row, 2], found[row, 3] = cost, variant, y, x
             if count == size:
                 worst = costs[size - 1]
-    for k in range(count):
-        best[k] = found[rows[k]]
+    for k in range(4 * count):
+        best[k // 4, k % 4] = found[rows[k // 4], k % 4]
     return count
 
 
