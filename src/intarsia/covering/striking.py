@@ -49,9 +49,12 @@ class Scale(NamedTuple):
     looked: int = 3  # px from one to the next where it is counted how often they show what is there already,
     usual: int = 10 * 256  # which costs a placement a tenth of the usual distance for each time,
     again: int = 8 * 256  # and a cut an eighth of a knee for each px of its outline
+    rarer: tuple[int, int] = (4, 3)  # and shown and striking no more than three quarters as much as the thing
+    plain: int = 192  # of 256: what strikes less does not strike
     edge: int = 2  # px around a thing go with it
     left: int = 25  # % of it may stay, where all patches show things themselves
-    dear: tuple[int, int] = (3, 1280)  # knees for each px of its outline and what it strikes: the most a seam may cost
+    dear: tuple[int, int] = (3, 2)  # knees for each px of its outline: the most that seams may cost more,
+    strong: int = 1600  # and by the square of what it strikes beyond so much of 256
     knee: tuple[int, int] = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
 
 
@@ -108,6 +111,7 @@ class Often:
     def __init__(self, share: float, exemplars: Sequence[Exemplar], canvas: Canvas, locked: Array) -> None:
         self.wraps, self.locked = (canvas.wrap.y, canvas.wrap.x), locked
         found, self.labels, areas = [things(e) for e in exemplars], list[Array](), [np.zeros(1, np.int64)]
+        self.strikes = [mine.strikes for mine in found]
         self.peaks = np.concatenate([areas[0], *(mine.peaks for mine in found)])
         for mine in found:
             self.labels.append(np.where(mine.labels, mine.labels + sum(map(len, areas)) - 1, 0).astype(np.int32))
@@ -185,6 +189,8 @@ class Thinning(Covering):
         variants = self.growth.variants
         posed = zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)
         self.labels = [pose_array(often.labels[e], pose) for e, pose in posed]
+        posed = zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)
+        self.strikes = [pose_array(often.strikes[e], pose) for e, pose in posed]
         self.sewing.bar = self._barred
         shown = [(labels > 0).astype(np.int64) << SHOWN for labels in self.labels]
         self.prices = [Prices(self.over_patches(shown, rim), 1 << 15) for rim in (4, 0)]
@@ -233,9 +239,7 @@ class Thinning(Covering):
 
     def _barred(self, box: Box, pick: Pick) -> Array:
         """Which pixels of a box may not be taken from a patch: those that show a thing, and what limits say."""
-        labels = self.labels[pick[0]]
-        rows, columns = ((at + np.arange(n)) % m for at, n, m in zip(pick[1:], box[2:], labels.shape, strict=True))
-        shows = labels[np.ix_(rows, columns)] > 0
+        shows = self._shown(self.labels[pick[0]], pick[1:], box) > 0
         return shows | self.bars(box, pick) if self.bars.any else shows
 
     def _candidates(self, wave: list[Job], run: Run) -> list[Candidates]:
@@ -250,15 +254,33 @@ class Thinning(Covering):
                 out.update(zip(mine, found, strict=True))
         return [out[k] for k in range(len(wave))]
 
-    def _often(self, job: Job, found: Candidates) -> Array:
-        """How often what a placement would show in place of a thing is shown already, nearby more: 256 = once."""
-        sewn, rows = self.sewing, found.rows.copy()
+    def _often(self, part: Array, job: Job, found: Candidates) -> tuple[Array, int]:
+        """How often what placements would show for a thing, and the thing, are shown elsewhere, and how they strike.
+
+        Once is 256 for what strikes one and a half times as much as usual; nearby it counts up to four times.
+        """
+        sewn, rows, now = self.sewing, found.rows.copy(), np.zeros((1, 4), np.int64)
+        where = sewn.index(job.hole)
+        y, x = np.nonzero(part[where] == job.show.part)
+        if len(y):  # covered by another window's patch since
+            middle = int(y[len(y) // 2]), int(x[len(x) // 2])
+            now[0, 1], now[0, 2:] = sewn.variant[where][middle], sewn.yx[where][middle] - middle
         for axis in (0, 1):  # the placements begin with the window
             away = job.hole[axis] - job.box[axis]
             rows[:, 2 + axis] += away % sewn.variant.shape[axis] if sewn.wraps[axis] else away
+        rows = np.concatenate([rows, now])
         out = np.empty(len(rows), np.int64)
         placement_kernels.repeats(sewn.grown, sewn.pieces, job.hole, rows, SCALE.looked, -1, out)
-        return out
+        for k, (_, v, u, s) in enumerate(rows.tolist()):
+            mean = int(self._shown(self.strikes[v], (u, s), job.hole).mean())
+            out[k] = out[k] * max(mean - SCALE.plain, 1) // SCALE.plain
+        return out[:-1], int(out[-1])
+
+    @staticmethod
+    def _shown(picture: Array, at: Sequence[int], box: Box) -> Array:
+        """What a box shows of a posed exemplar that begins there; beyond its end its beginning."""
+        rows, columns = ((a + np.arange(n)) % m for a, n, m in zip(at, box[2:], picture.shape, strict=True))
+        return picture[np.ix_(rows, columns)]
 
     def _best(self, part: Array, job: Job, found: Candidates) -> Cut | None:
         """The patch that covers a showing with the cheapest seams; None where they would be dear, or it would stay."""
@@ -273,10 +295,11 @@ class Thinning(Covering):
             return int(((going(cut.box)[::step, ::step] > 0) & (cut.take == 0)).sum()) * step * step
 
         knee, step = max(sewn.price.knee, 1), min(SCALE.rough, self.side // 8)
-        length, often = 2 * (show.box[2] + show.box[3]), self._often(job, found)
+        length, (often, now) = 2 * (show.box[2] + show.box[3]), self._often(part, job, found)
         best, least = None, 0
         costs = found.rows[:, 0] + often * found.usual // SCALE.usual
-        for k in np.argsort(costs, kind="stable")[: SCALE.tries].tolist():
+        rarer = np.flatnonzero((often * SCALE.rarer[0] <= now * SCALE.rarer[1]) | (not self.often.most))
+        for k in rarer[np.argsort(costs[rarer], kind="stable")][: SCALE.tries].tolist():
             variant, u, s = found.rows[k, 1:].tolist()
             cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
             price = cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // SCALE.again
@@ -286,7 +309,8 @@ class Thinning(Covering):
             return None
         cut = sewn.cut(box, best, self.margin, saved=going)
         area = int((part[sewn.index(cut.box)] == show.part).sum())
-        most = SCALE.dear[0] * int(self.often.peaks[show.thing]) * length * knee // SCALE.dear[1]
+        strong = max(int(self.often.peaks[show.thing]), SCALE.strong) ** 2
+        most = SCALE.dear[0] * length * knee * strong // (SCALE.dear[1] * SCALE.strong**2)
         cheap = not self.often.most or cut.change <= most
         return cut if cheap and 100 * stays(cut, 1) <= SCALE.left * area else None
 

@@ -41,11 +41,14 @@ class Things(NamedTuple):
         Pixels of each, in their order.
     peaks : int64 array, shape (n,)
         How much each strikes where it strikes most, in 1/256; at least 640.
+    strikes : int32 array, shape (H, W)
+        How much every pixel strikes, in 1/256 of what is usual.
     """
 
     labels: Labels
     areas: NDArray[np.int64]
     peaks: NDArray[np.int64]
+    strikes: NDArray[np.int32]
 
 
 class Strength(NamedTuple):
@@ -64,7 +67,8 @@ def things(exemplar: Exemplar) -> Things:
 
 def _found(exemplar: Exemplar) -> Things:
     if exemplar.usable is not None and not exemplar.usable.any():
-        return Things(np.zeros((exemplar.height, exemplar.width), np.int32), *np.zeros((2, 0), np.int64))
+        nothing = np.zeros((exemplar.height, exemplar.width), np.int32)
+        return Things(nothing, np.zeros(0, np.int64), np.zeros(0, np.int64), nothing)
     made = features([exemplar])
     strikes = popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)
     out, strength = np.zeros(strikes.shape, np.int32), list[Strength]()
@@ -77,7 +81,7 @@ def _found(exemplar: Exemplar) -> Things:
             known.append(one)
             names[one.number] = len(known)
     areas, peaks = ([one[k] for one in known] for k in (2, 3))
-    return Things(names[out], np.array(areas, np.int64), np.array(peaks, np.int64))
+    return Things(names[out], np.array(areas, np.int64), np.array(peaks, np.int64), strikes)
 
 
 def _add(strikes: Array, edge: int, exemplar: Exemplar, out: Labels, strength: list[Strength]) -> None:
