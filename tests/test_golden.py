@@ -253,12 +253,12 @@ GOLDEN = {
         "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
     ),
     "chosen": (
-        "ccdfd7acb3aee716c08bccb53db67149c79609edf31f55b7ad2a22a1c227fd8a",
-        "9131eb91689ff393b3ead897e84b3a9b5ad5114f2e0db42d60f87d8239398e94",
+        "91b5656537c590dc2f3b04891c46124bf3bdfe9008a8403de00add223939ef7a",
+        "b1c713d52fbbee63a88745b5731941858f3e9451509dcd7a824870660e81087d",
     ),
     "tried": (
-        "28d89fcae144748473d707c06646452edcb587062dcca5f5143d82e53c4dda64",
-        "7332eec633340e086c9a83f6868aec6bd8d8fffd49dd603a699bfb4e712fe38a",
+        "89c37ea9af9065fe32de0954888a8b68651b8320b6a24b836a022385cfe1bac2",
+        "5e607b0f6973ab37d11e69ced0f92121573f256cd95c781b236c2b26f2c7b7ed",
     ),
     "regular": (
         "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
@@ -317,8 +317,8 @@ GOLDEN = {
         "84cf0c33668b59a96b223928cc4accb540caaeb86df92e27aa7a792eb2735a1d",
     ),
     "thinned": (
-        "0e2583d567d5dd7c85f27664ffb993f80510240e006c15cdeb02fc919e2d7fde",
-        "471de19b95c6f5677f7524bf88183d2849c4662cce1b2387ffe102ef14b44016",
+        "2366dc16be9bd8d3f4aafbda830bfb807b341a8513d64df556d09b4def5f0f2a",
+        "20812790d8b0b34beb92d9c510edd18aefc9a1ee3455fd0e6183c0a470b95d6f",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
