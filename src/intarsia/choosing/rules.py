@@ -35,7 +35,7 @@ class Bounds(NamedTuple):
     outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
     usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
     spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
-    striking: float = 0.5  # of what area asks for; of 41 pictures 31 were preferred with it, 8 without
+    striking: float = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
     rounds: int = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
     across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
     periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
