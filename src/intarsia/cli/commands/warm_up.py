@@ -20,8 +20,5 @@ def command(report: Report, threads: int | None) -> None:
     from ...run import Run
     from ...tasks.warming import warm_up
 
-    run = Run(threads, None, CANCEL)
-    pictures = warm_up(run)
-    for note in run.notes:
-        report.warn(note)
+    pictures = warm_up(Run(threads, None, CANCEL))
     report.note(f"ready: grew {pictures} tiny textures in {time.perf_counter() - began:.1f} s")
