@@ -100,8 +100,7 @@ def reachable(allowed: Any, factor: int, out: Any) -> None:
             row = allowed[u]
             for x in range(len(row)):
                 near[x] |= row[x]
-        for x in range(width):
-            wide[x] = near[x]
+        wide[:] = near
         for gap in range(1, min(factor, width)):
             before, after = wide[gap:], wide[: width - gap]
             for x in range(len(before)):
