@@ -223,11 +223,11 @@ def case_rendering() -> list[Result]:
 
 
 def case_cuts() -> list[Result]:
-    from intarsia.kernels.cuts import min_cut, seam_costs
+    from intarsia.kernels.cuts import SeamPrice, min_cut, seam_costs
     from intarsia.kernels.maxflow import grid_min_cut
 
     a, b = pixels()[:, :, :].astype(np.int16), np.roll(pixels(), (37, 91), (0, 1)).astype(np.int16)
-    right, down = seam_costs(a, b, False)
+    right, down = seam_costs(a, b, SeamPrice())
     out = np.empty((256, 256), np.uint8)
     strip = np.ones((256, 256), np.uint8)
     strip[:, 0], strip[:, -1] = 0, 2
