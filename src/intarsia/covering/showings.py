@@ -1,0 +1,113 @@
+"""How often striking things are shown on a canvas, and which of their showings are too many."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..kernels.parts import boxes_of_parts, parts
+from ..seams.graphcut import Box
+from ..segments.things import things
+from ..sourcemap import HOLE, SourceMap
+
+Array = NDArray[Any]
+
+
+class Counting(NamedTuple):
+    """When a thing counts as shown: chosen by eye on twelve photographs."""
+
+    seen: int = 30  # % of a thing: less of it is not seen as one
+    least: int = 12  # px, nor is less than this
+    whole: int = 80  # %: so much of it is as good as all
+    apart: int = 4  # no two within the canvas's sides through this
+    around: int = 4  # px on each side of a thing, in the middle of its window, half as wide
+
+
+COUNTING = Counting()
+
+
+class Show(NamedTuple):
+    """One showing of a thing: which thing, where, its number among the parts of the canvas, how much of it."""
+
+    thing: int
+    box: Box
+    part: int
+    percent: int
+
+
+class Often:
+    """How often the things of exemplars are shown, and which of their showings are too many."""
+
+    def __init__(self, share: float, exemplars: Sequence[Exemplar], canvas: Canvas, locked: Array) -> None:
+        self.wraps, self.locked = (canvas.wrap.y, canvas.wrap.x), locked
+        found, self.labels, areas = [things(e) for e in exemplars], list[Array](), [np.zeros(1, np.int64)]
+        self.strikes = [mine.strikes for mine in found]
+        self.peaks = np.concatenate([areas[0], *(mine.peaks for mine in found)])
+        for mine in found:
+            self.labels.append(np.where(mine.labels, mine.labels + sum(map(len, areas)) - 1, 0).astype(np.int32))
+            areas.append(mine.areas)
+        self.areas = np.concatenate(areas)
+        pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in exemplars)
+        asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
+        self.most = max(asked, 1) if share else 0
+        self.begin = np.cumsum([0, *(labels.size for labels in self.labels)])
+        self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
+        self.flat = np.concatenate([labels.ravel() for labels in self.labels])
+
+    def shown(self, smap: SourceMap) -> tuple[Array, list[Show]]:
+        """Number the showings of all things on a canvas, (H, W) int32, and list those that are seen as such."""
+        y, x = smap.yx[..., 0], smap.yx[..., 1]
+        if smap.which is None:
+            thing = self.labels[0][y, x]
+        else:
+            at = np.minimum(smap.which, len(self.labels) - 1)  # of a hole anything
+            thing = np.where(smap.which == HOLE, 0, self.flat[self.begin[at] + y * self.width[at] + x])
+        part = np.empty(thing.shape, np.int32)
+        box = np.empty((parts(thing, self.wraps, part), 5), np.int64)
+        boxes_of_parts(part, self.wraps, box)
+        names = np.zeros(len(box) + 1, np.int32)
+        names[part.ravel()] = thing.ravel()
+        whole = self.areas[names[1:]]
+        out = []
+        for k in np.flatnonzero(box[:, 4] >= np.maximum(whole * COUNTING.seen // 100, COUNTING.least)).tolist():
+            top, left, h, w, area = box[k].tolist()
+            out.append(Show(int(names[k + 1]), (top, left, h, w), k + 1, 100 * area // max(int(whole[k]), 1)))
+        return part, out
+
+    def surplus(self, smap: SourceMap, least: int, most: int) -> tuple[Array, list[Show]]:
+        """The parts of the canvas, and the showings that are too many, in windows above `least`, up to `most` px."""
+        part, shows = self.shown(smap)
+        fixed = set(np.unique(part[self.locked]).tolist())
+        out = []
+        for thing in sorted({show.thing for show in shows}):
+            mine = [show for show in shows if show.thing == thing]
+            stay = self._staying(mine, fixed, part.shape)
+            fit = [s for s in mine if least < 2 * (max(s.box[2:]) + COUNTING.around) <= most]
+            out += [show for show in fit if show not in stay]
+        return part, out
+
+    def _staying(self, shows: list[Show], fixed: set[int], size: tuple[int, ...]) -> list[Show]:
+        """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
+        near, stay = 4 * (min(size) // COUNTING.apart) ** 2, [show for show in shows if show.part in fixed]
+        for least in (COUNTING.whole, 0):
+            others = [show for show in shows if show.percent >= least and show not in stay]
+            while others and len(stay) < self.most:
+                far = [min((self._far(show, other, size) for other in stay), default=near) for show in others]
+                if max(far) < near:
+                    break
+                stay.append(others.pop(far.index(max(far))))
+        return stay
+
+    def _far(self, a: Show, b: Show, size: tuple[int, ...]) -> int:
+        """The square of how far the middles of two showings are apart, in half px."""
+        total = 0
+        for axis in (0, 1):
+            away = abs(2 * (a.box[axis] - b.box[axis]) + a.box[2 + axis] - b.box[2 + axis])
+            total += (min(away % (2 * size[axis]), -away % (2 * size[axis])) if self.wraps[axis] else away) ** 2
+        return total
