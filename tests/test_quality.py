@@ -77,7 +77,7 @@ LOOKS = {
     "grass": Look(
         lambda: cut("grass"), "elements",
         # Cut by patches now, as its blades are outlines; mixed it had joins 16.2, steps 16.9, seams 20.5, unshown 25.6.
-        # Striking things are covered since (preferred on 18 such photographs, worse on 2): before it joins were 6.1 4.8 5.5,
+        # Striking things are covered (preferred on 18 such photographs, worse on 2): without, joins were 6.1 4.8 5.5,
         # steps 8.6 4.9 7.0, seams 2.1 1.5 2.0, and what is strange, lost, blurred and unshown was more.
         # joins 8.1 6.0 8.2, steps 10.4 6.2 10.2, strange 1.2 0.5 1.0, lost 5.7 3.6 5.2, blurred 7.0 1.8 4.6,
         # seams 3.1 2.3 3.5, unshown 37.5 26.2 30.5, near 0.001 0.001 0.005
