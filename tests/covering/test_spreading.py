@@ -26,7 +26,7 @@ from intarsia.patches.growth import Growth
 from intarsia.patches.settings import PatchSettings
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.synthesis import Synthesis
-from intarsia.testing import looked_up, texture
+from intarsia.testing import texture
 
 ONE = ia.Run(1)
 GRAPHCUT = ia.Graphcut(patch=24, overlap=10, refinements=4, tries=1, seam="difference", structure=0)
@@ -157,33 +157,6 @@ def test_every_patch_saves_more_than_it_costs() -> None:
         totals.append(int(work.field.sum()))
     assert laid
     assert all(a >= b for a, b in pairwise(totals))
-
-
-@pytest.mark.parametrize("isometries", ["none", "both"])
-def test_threads_change_no_byte(isometries: str) -> None:
-    """Law 4, in all poses and over wrapped borders, too."""
-    method = ia.ImageQuilting(patch=20, overlap=6, isometries=isometries, spread=8)
-    exemplars = [Exemplar.of(spotted(), toroidal=True), Exemplar.of(spotted(80, 96, 5))]
-    made = [ia.synthesize(exemplars, (190, 180), method, seed=2, wrap="both", run=ia.Run(n)) for n in (1, 2, 4)]
-    assert len({m.map.digest for m in made}) == 1
-    plain = ia.ImageQuilting(patch=20, overlap=6, isometries=isometries)
-    assert ia.synthesize(exemplars, (190, 180), plain, seed=2, wrap="both", run=ONE).map.digest != made[0].map.digest
-    assert made[0].render(feather=0).pixels.tobytes() == looked_up(made[0].exemplars, made[0].map).tobytes()
-
-
-def test_masked_and_translucent_and_deep_exemplars() -> None:
-    """No masked pixel is shown; alpha and 16 bits make the map that 8 bits make."""
-    usable = np.ones((96, 90), bool)
-    usable[60:80, 50:80] = False
-    pixels = spotted()
-    deep = pixels.astype(np.uint16) * 257
-    method = ia.Graphcut(patch=24, overlap=10, refinements=2, spread=8)
-    out = ia.synthesize(Exemplar.of(pixels, usable=usable), (180, 180), method, seed=1, run=ONE).map
-    assert usable[out.yx[..., 0], out.yx[..., 1]].all()
-    assert out.digest == ia.synthesize(Exemplar.of(deep, usable=usable), (180, 180), method, seed=1, run=ONE).map.digest
-    alpha = np.dstack([pixels, (pixels[..., 0] > 60) * np.uint8(255)])
-    made = ia.synthesize(Exemplar.of(alpha), (180, 180), method, seed=1, run=ONE)
-    assert made.render(feather=0).pixels.tobytes() == looked_up(made.exemplars, made.map).tobytes()
 
 
 def test_what_was_given_stays() -> None:

@@ -100,13 +100,20 @@ def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> B
     line = _resolved(line, beds, height)
     faces = levelled(faces, line.pitch // UNIT)
     courses, spans = spans_of(usable, beds, line.pitch)
+    return with_joints(line, beds, courses, spans, faces)
+
+
+def with_joints(
+    line: Line, beds: Array, courses: list[int], spans: dict[int, tuple[int, int]], faces: Array
+) -> Brickwork:
+    """Find the joints of courses whose beds and mortar are known."""
     found, of_course = list[Array](), dict[int, list[int]]()
     for k in courses:
         across = joints_across(faces, beds[k], beds[k + 1], spans[k])
         of_course[k] = list(range(len(found), len(found) + len(across)))
         found += across
-    joints = np.array(found, np.int64).reshape(-1, height)
-    return Brickwork(line, beds, courses, spans, joints, of_course, faces, thickness_of(faces, joints, of_course, beds))
+    joints = np.array(found, np.int64).reshape(-1, len(faces))
+    return Brickwork(line, beds, courses, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
 
 
 def spans_of(usable: NDArray[np.bool_], beds: Array, pitch: int) -> tuple[list[int], dict[int, tuple[int, int]]]:
@@ -224,7 +231,7 @@ def _minima(profile: Array, apart: int) -> list[int]:
     return [int(x) - 1 for x in at]
 
 
-def thickness_of(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
+def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
     """The median width of the joints in the middle half of their courses, px."""
     widths: list[int] = []
     for k, some in of_course.items():

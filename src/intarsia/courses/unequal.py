@@ -22,7 +22,7 @@ from ..exemplar import Exemplar
 from ..kernels import paths
 from ..lattice.vectors import UNIT
 from .bricks import Bricks, bricks_of
-from .brickwork import FINDING, Brickwork, Line, joints_across, spans_of, thickness_of
+from .brickwork import FINDING, Brickwork, Line, spans_of, with_joints
 from .mortar import FACE, levelled, model
 from .wall_kernels import FACE as CUT
 
@@ -154,7 +154,7 @@ def _faces(work: Brickwork) -> int:
 
 def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwork:
     """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
-    height, reach = len(picture), max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
+    reach = max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
     smooth = uniform_filter(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
     pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
     beds, best = np.empty((0, 0), np.int64), -1.0
@@ -171,14 +171,7 @@ def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwor
         beds = np.sort(_drawn(faces, beds, max(1, int(UNEQUAL.stray * lowest))), axis=0)
     faces = levelled(faces, pitch)
     courses, spans = spans_of(usable, beds, lowest * UNIT)
-    found, of_course = list[Array](), dict[int, list[int]]()
-    for k in courses:
-        across = joints_across(faces, beds[k], beds[k + 1], spans[k])
-        of_course[k] = list(range(len(found), len(found) + len(across)))
-        found += across
-    joints = np.array(found, np.int64).reshape(-1, height)
-    line, thickness = Line(0, lowest * UNIT, (0, 1)), thickness_of(faces, joints, of_course, beds)
-    return Brickwork(line, beds, courses, spans, joints, of_course, faces, thickness)
+    return with_joints(Line(0, lowest * UNIT, (0, 1)), beds, courses, spans, faces)
 
 
 def _fields(smooth: Array, reach: int) -> list[NDArray[np.int64]]:

@@ -40,6 +40,11 @@ class Show(NamedTuple):
     part: int
     percent: int
 
+    @property
+    def window(self) -> int:
+        """The side of the smallest window that has it in its middle, px."""
+        return 2 * (max(self.box[2:]) + COUNTING.around)
+
 
 class Often:
     """How often the things of exemplars are shown, and which of their showings are too many."""
@@ -80,16 +85,15 @@ class Often:
             out.append(Show(int(names[k + 1]), (top, left, h, w), k + 1, 100 * area // max(int(whole[k]), 1)))
         return part, out
 
-    def surplus(self, smap: SourceMap, least: int, most: int) -> tuple[Array, list[Show]]:
-        """The parts of the canvas, and the showings that are too many, in windows above `least`, up to `most` px."""
+    def surplus(self, smap: SourceMap) -> tuple[Array, list[Show]]:
+        """The parts of the canvas, and the showings that are too many."""
         part, shows = self.shown(smap)
         fixed = set(np.unique(part[self.locked]).tolist())
         out = []
         for thing in sorted({show.thing for show in shows}):
             mine = [show for show in shows if show.thing == thing]
             stay = self._staying(mine, fixed, part.shape)
-            fit = [s for s in mine if least < 2 * (max(s.box[2:]) + COUNTING.around) <= most]
-            out += [show for show in fit if show not in stay]
+            out += [show for show in mine if show not in stay]
         return part, out
 
     def _staying(self, shows: list[Show], fixed: set[int], size: tuple[int, ...]) -> list[Show]:

@@ -1,7 +1,7 @@
 """Striking things of a finished map, shown so often at most: the others are covered by what goes on around them.
 
 One brown leaf on a lawn is seen each time it returns, however well it is spread. Of each thing (`segments/things.py`)
-as many are kept as area asks for, times a share, no two within a quarter of the canvas, those first that are whole.
+as many are kept as area asks for, times a share, no two within a quarter of the canvas: whole ones, the farthest apart.
 Over every other a patch is cut in that shows none: the thing must go, what is around it may, by maximum flow, and the
 placement is the one with the cheapest seams of those that fit around it.
 
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from ..analysis.features import pose_array
 from ..canvas import Canvas
@@ -76,15 +77,16 @@ def thinned(
     often = Often(share, exemplars, canvas, kept(canvas.start, smap))
     shorter = min(smap.height, smap.width, *(min(e.height, e.width) for e in exemplars))
     fit = [side for side in SCALE.sides if 2 * side <= shorter] if often.areas.size > 1 else []
+    part, many = often.surplus(smap) if fit else (np.empty((0, 0), np.int32), [])
     for number, side in enumerate(fit):
         run.tick(number, len(fit))
         least = fit[number - 2] if number > 1 else 0  # what stayed is tried in the next larger windows
-        most = side if side < fit[-1] else max(smap.height, smap.width)
-        part, shows = often.surplus(smap, least, most)
+        shows = [show for show in many if least < show.window and (show.window <= side or side == fit[-1])]
         if shows:
             work = Thinning(often, laying, exemplars, canvas, smap, side)
             work.cover(part, shows, run)
             smap = work.growth.map(smap.blend)
+            part, many = often.surplus(smap)
     run.tick(1, 1)
     return smap
 
@@ -99,9 +101,8 @@ class Thinning(Covering):
         self.often, self.side, self.lattice = often, side, laying.lattice
         self.sharpen(SCALE.knee)
         variants = self.growth.variants
-        posed = zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)
+        posed = list(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True))
         self.labels = [pose_array(often.labels[e], pose) for e, pose in posed]
-        posed = zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)
         self.strikes = [pose_array(often.strikes[e], pose) for e, pose in posed]
         self.sewing.bar = self._barred
         shown = [(labels > 0).astype(np.int64) << SHOWN for labels in self.labels]
@@ -110,9 +111,9 @@ class Thinning(Covering):
     def cover(self, part: Array, shows: list[Show], run: Run) -> None:
         """Cover showings of things, each once: those first whose windows do not touch, then the others."""
         sewn = self.sewing
-        while shows:
+        while left := [show for show in shows if (part[sewn.index(show.box)] == show.part).any()]:  # some went
             run.check()
-            wave, shows = self._apart(shows)
+            wave, shows = self._apart(left)
             found = self._candidates(wave, run)
             with run.pool() as each:
                 cuts = each(lambda pair: self._best(part, *pair), zip(wave, found, strict=True))
@@ -174,9 +175,8 @@ class Thinning(Covering):
         sewn, rows, now = self.sewing, found.rows.copy(), np.zeros((1, 4), np.int64)
         where = sewn.index(job.hole)
         y, x = np.nonzero(part[where] == job.show.part)
-        if len(y):  # covered by another window's patch since
-            middle = int(y[len(y) // 2]), int(x[len(x) // 2])
-            now[0, 1], now[0, 2:] = sewn.variant[where][middle], sewn.yx[where][middle] - middle
+        middle = int(y[len(y) // 2]), int(x[len(x) // 2])
+        now[0, 1], now[0, 2:] = sewn.variant[where][middle], sewn.yx[where][middle] - middle
         for axis in (0, 1):  # the placements begin with the window
             away = job.hole[axis] - job.box[axis]
             rows[:, 2 + axis] += away % sewn.variant.shape[axis] if sewn.wraps[axis] else away
@@ -200,7 +200,8 @@ class Thinning(Covering):
 
         def going(window: Box, patch: Pick = (0, 0, 0)) -> Array:
             if window not in known:
-                known[window] = _widened(part[sewn.index(window)] == show.part, SCALE.edge) * np.int32(MUST)
+                mine = part[sewn.index(window)] == show.part
+                known[window] = ndimage.binary_dilation(mine, iterations=SCALE.edge) * np.int32(MUST)
             return known[window]
 
         def stays(cut: Cut, step: int) -> int:
@@ -225,16 +226,3 @@ class Thinning(Covering):
         most = SCALE.dear[0] * length * knee * strong // (SCALE.dear[1] * SCALE.strong**2)
         cheap = not self.often.most or cut.change <= most
         return cut if cheap and 100 * stays(cut, 1) <= SCALE.left * area else None
-
-
-def _widened(mask: Array, px: int) -> Array:
-    """A mask, and what lies so few px beside it."""
-    out = mask.copy()
-    for _ in range(px):
-        more = out.copy()
-        more[1:] |= out[:-1]
-        more[:-1] |= out[1:]
-        more[:, 1:] |= out[:, :-1]
-        more[:, :-1] |= out[:, 1:]
-        out = more
-    return out
