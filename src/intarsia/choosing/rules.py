@@ -17,6 +17,7 @@ from ..lattice.vectors import UNIT
 from .facts import Facts
 
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
+HALF = (0, 6)
 VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
 ENLARGED = 1.5  # times the area of the exemplar; less shows hardly anything twice
 MIXED = 1 << 20  # px of an exemplar: 1024 px a side are grown from 512, 768, 1024 px in 8, 9 and 15 s of CPU
@@ -118,6 +119,16 @@ def _turns(f: Facts) -> bool:
     """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
     seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered
     return seen and set(TURNED) <= set(f.symmetry) and _loose(f)
+
+
+def _half(f: Facts) -> bool:
+    """Whether half turns keep the look, where it has no rows, and so much is grown that repeats show."""
+    seen = f.element.found >= BOUNDS.seen and f.enlargement >= ENLARGED and not f.ordered and f.courses is None
+    return seen and set(HALF) <= set(f.symmetry)
+
+
+def _halves(f: Facts) -> dict[str, Any]:
+    return {"isometries": HALF} if _half(f) else {}
 
 
 def _mixed(f: Facts) -> bool:
@@ -267,8 +278,14 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
-        _free, lambda f: {"whole": BOUNDS.rounds} | ({} if f.packed else _rare(f)),
-        lambda f: ("It repeats by no lattice.", f"Patches cut around its elements suit it: {_size(f)}.", *_kept(f)),
+        _free,
+        lambda f: {"whole": BOUNDS.rounds} | ({} if f.packed else _rare(f)) | _halves(f),
+        lambda f: (
+            "It repeats by no lattice.",
+            f"Patches cut around its elements suit it: {_size(f)}.",
+            *_kept(f),
+            *(("Turned by half it looks the same: patches may be, too.",) if _half(f) else ()),
+        ),
     ),
     ChoiceRule(
         "patches", "image-quilting", "everything else",
@@ -287,32 +304,3 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
 )  # fmt: skip
 """First match leads; the methods of the later ones that hold are what remains if it cannot work."""
-
-
-def warnings_of(f: Facts) -> tuple[str, ...]:
-    """What no method can mend, in sentences that say what to do."""
-    out: list[str] = []
-    if f.side < BOUNDS.side:
-        out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
-    if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
-        return tuple(out)
-    if f.side >= BOUNDS.side and f.lattice is not None:
-        longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
-        if f.side < BOUNDS.periods * longest:
-            out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
-    elif f.side >= BOUNDS.side and f.across < BOUNDS.across:
-        out.append(
-            f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
-            "a larger exemplar varies more."
-        )
-    if f.regions.two:
-        out.append(
-            "the exemplar seems to show two textures side by side; crop it to one (--crop), or paint with both "
-            "(intarsia paint)."
-        )
-    if f.light.strong and not f.exemplar.toroidal:
-        out.append(
-            f"{100 * f.light.share:.0f} % of what its parts differ by is one slope of light, {f.light.factor:.1f} "
-            "times brighter on one side: flatten it (--flatten), if that is light and not the texture."
-        )
-    return tuple(out)

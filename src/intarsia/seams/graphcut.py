@@ -26,6 +26,7 @@ from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
+from .apart import Apart
 from .entire_patch import EntireSearch, pieces_of
 from .shifts import shifts_around
 from .worst import WorstSeams
@@ -98,6 +99,7 @@ class GraphcutGrowth:
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
         self.wraps = growth.layout.wraps
         self.grown = Grown(self.variant, self.yx, self.wraps)
+        self.apart = Apart(self.grown, self.pieces, self.variants.turns)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         self._step = max(4, math.isqrt(self.variant.size) // SAMPLES)
         self._course = -1 if growth.features.courses is None else growth.features.courses
@@ -168,22 +170,21 @@ class GraphcutGrowth:
         places = []
         for axis in (0, 1):
             low, high, length = box[axis], box[axis] + box[2 + axis], self.variant.shape[axis]
-            room = (length - box[2 + axis]) // 2 if self.wraps[axis] else length
-            more = min(self.stitch.margin, room)
+            more = min(self.stitch.margin, (length - box[2 + axis]) // 2 if self.wraps[axis] else length)
             low, high = low - more, high + more
             if not self.wraps[axis]:
                 low, high = max(low, 0), min(high, length)
             places.append(np.arange(low, high, EVERY))
         seen = np.ix_(*(at % length for at, length in zip(places, self.variant.shape, strict=True)))
-        return shifts_around(self.variant[seen], self.yx[seen], places, box[:2], self.pieces.table, self.pieces.torus)
+        shifts = shifts_around(self.variant[seen], self.yx[seen], places, box[:2], self.pieces.table, self.pieces.torus)
+        return self.apart.of_picks(box, shifts)
 
     def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
-        valid = self.variants.valid
         if self.stitch.placement == "random":
-            return [random_patch(valid, draw(bits, t)) for t in range(self.stitch.tries)]
-        found = self._found(box) if filling else self._around(box)
+            return [random_patch(self.variants.valid, draw(bits, t)) for t in range(self.stitch.tries)]
+        found = self.apart.of_rows(box, self._found(box) if filling else self._around(box))
         if not len(found.rows):
-            return [random_patch(valid, draw(bits, 0))] if filling else []
+            return [random_patch(self.variants.valid, draw(bits, 0))] if filling else []
         rows, price = found.rows, self.priced(box, found)
         unit = max(round(self.stitch.randomness * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
@@ -231,19 +232,15 @@ class GraphcutGrowth:
     def search_prices(self) -> Prices:
         """How often every patch is shown already, for the short-list."""
         assert self._sub is not None
-        search, step = self._sub, self._step
+        search, step, frames = self._sub, self._step, np.zeros((len(self.variants), 3), np.int64)
         f, (h, w) = search.factor, search.cells
-        variant, yx = self.variant[::step, ::step], self.yx[::step, ::step]
-        counts = []
-        for v, (rows, columns) in enumerate(valid.shape for valid in search.valid):
-            if not rows or not columns:
-                counts.append(np.zeros((rows, columns), np.int32))
-                continue
-            high, wide = rows + h - 1, columns + w - 1
-            cell = yx[variant == v] // f
-            flat = np.minimum(cell[:, 0], high - 1) * wide + np.minimum(cell[:, 1], wide - 1)
-            total = np.bincount(flat, minlength=high * wide).reshape(high, wide)
-            within = window_sums(total, (h, w))
+        for v, valid in enumerate(search.valid):
+            frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
+        ends = np.cumsum(frames[:, 1] * frames[:, 2])
+        frames[1:, 0], shown, counts = ends[:-1], np.zeros(ends[-1], np.int64), []
+        placement_kernels.count_cells(self.grown, frames, step, f, shown)
+        for valid, (begin, high, wide), end in zip(search.valid, frames.tolist(), ends.tolist(), strict=True):
+            within = window_sums(shown[begin:end].reshape(high, wide), (h, w)) if valid.size else np.zeros(valid.shape)
             counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))
         return Prices(counts, round(REPEAT * self.stitch.usage * 65536))
 

@@ -58,6 +58,54 @@ def repeats(grown: Any, pieces: Any, box: Any, rows: Any, step: int, course: int
 
 
 @kernel
+def count_cells(grown: Any, frames: Any, step: int, side: int, out: Any) -> None:
+    """Count how often the canvas shows every cell of side x side px of the variants, by every `step`-th pixel.
+
+    `frames` (V, 3): where the cells of a variant begin in `out`, their rows and columns, the last of which hold what
+    lies beyond, too.
+    """
+    variant, yx, _ = grown
+    for y in range(0, variant.shape[0], step):
+        for x in range(0, variant.shape[1], step):
+            v = variant[y, x]
+            if v == HOLE or frames[v, 1] == 0:
+                continue
+            row, column = min(yx[y, x, 0] // side, frames[v, 1] - 1), min(yx[y, x, 1] // side, frames[v, 2] - 1)
+            out[frames[v, 0] + row * frames[v, 2] + column] += 1
+
+
+@kernel
+def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, out: Any) -> None:
+    """Count for each candidate the pixels that would lie beside themselves in another pose, as beside a mirror.
+
+    Beside: less than half a window away along both axes. `box` and `rows` as in :func:`repeats`, `turns` as
+    ``PosedExemplars.turns``; every `step`-th pixel of the canvas is looked at.
+    """
+    (variant, yx, wrap), table, torus = grown, pieces.table, pieces.torus
+    height, width = variant.shape
+    h, w = box[2], box[3]
+    near = max(h, w) // 2
+    out[:] = 0
+    for a in range(-near, h + near, step):
+        y = canvas_place(box[0] + a, height, wrap[0])
+        for b in range(-near, w + near, step):
+            x = canvas_place(box[1] + b, width, wrap[1])
+            if y < 0 or x < 0 or variant[y, x] == HOLE:
+                continue
+            p, q = yx[y, x]
+            for k in range(len(rows)):
+                turn = turns[variant[y, x], rows[k, 1]]
+                if not turn[6]:
+                    continue
+                i = turn[0] * p + turn[1] * q + turn[4] - rows[k, 2]
+                j = turn[2] * p + turn[3] * q + turn[5] - rows[k, 3]
+                if torus[rows[k, 1]]:
+                    i, j = i % table[rows[k, 1], 1], j % table[rows[k, 1], 2]
+                if 0 <= i < h and 0 <= j < w and abs(i - a) < near and abs(j - b) < near:
+                    out[k] += step * step
+
+
+@kernel
 def shift_cost(grown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
     """Return the mean squared difference, times 256, of the map and a piece where both are known; -1: nowhere.
 

@@ -51,6 +51,21 @@ class PosedExemplars:
         stop = int(self.table[v + 1, 0]) if v + 1 < len(self) else len(self.flat)
         return self.flat[start:stop].reshape(-1, stride, self.channels)
 
+    @cached_property
+    def turns(self) -> NDArray[np.int64]:
+        """Where the pixel that variant v shows at (y, x) lies in variant k: (V, V, 7) of a, b, c, d, e, f, g.
+
+        At (a y + b x + e, c y + d x + f), where g is 1; it is 0 for variants of two exemplars, and for v = k.
+        """
+        out = np.zeros((len(self), len(self), 7), np.int64)
+        posed = [(ISOMETRIES[p], self.table[v, 1:3].tolist()) for v, p in enumerate(self.pose.tolist())]
+        frames = [(np.array(iso.j), np.array(iso.start(*(size[::-1] if iso.swaps else size)))) for iso, size in posed]
+        for v, (j, start) in enumerate(frames):
+            for k, (other, begin) in enumerate(frames):
+                if v != k and self.exemplar[v] == self.exemplar[k]:
+                    out[v, k] = *(other.T @ j).ravel(), *(other.T @ (start - begin)), 1
+        return out
+
     def to_exemplars(
         self, yx: NDArray[np.int32], variant: NDArray[np.uint8]
     ) -> tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]:

@@ -1,0 +1,139 @@
+"""What would lie beside itself in another pose: where pixels lie in other poses, and that such placements are left."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import Wrap
+from intarsia.patches.growth import Growth
+from intarsia.patches.settings import PatchSettings
+from intarsia.search.candidates import Candidates
+from intarsia.seams import graphcut, placement_kernels
+from intarsia.seams.placement_kernels import ONE
+from intarsia.sourcemap import HOLE
+from intarsia.testing import texture
+
+Box = tuple[int, int, int, int]
+
+
+def sewing_of(
+    wrap: Wrap = Wrap.NONE, poses: tuple[int, ...] = tuple(range(8)), toroidal: bool = False, two: bool = False
+) -> graphcut.GraphcutGrowth:
+    """An empty map of one exemplar or two, wider than high."""
+    exemplars = [Exemplar.of(texture(40, 52, 1, seed), toroidal=toroidal) for seed in range(1 + two)]
+    growth = Growth(PatchSettings((16, 16), (6, 6), isometries=poses), exemplars, Canvas(48, 56, wrap))
+    return graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.1, tries=6, margin=4))
+
+
+def scattered(sewing: graphcut.GraphcutGrowth, seed: int) -> None:
+    """Pixels of all variants, drawn, and holes."""
+    rng = np.random.default_rng(seed)
+    shape = sewing.variant.shape
+    sewing.variant[:] = rng.integers(0, len(sewing.variants), shape)
+    sizes = sewing.variants.table[sewing.variant, 1:3]
+    sewing.yx[:] = rng.integers(0, 1 << 20, (*shape, 2)) % sizes
+    sewing.variant[rng.random(shape) < 0.2] = HOLE
+
+
+def test_a_pixel_is_the_same_exemplar_pixel_in_every_pose() -> None:
+    variants = sewing_of(two=True).variants
+    for v, k in product(range(len(variants)), repeat=2):
+        a, b, c, d, e, f, known = variants.turns[v, k].tolist()
+        assert known == (v != k and variants.exemplar[v] == variants.exemplar[k])
+        y, x = np.indices(variants.table[v, 1:3])
+        there = np.stack([a * y + b * x + e, c * y + d * x + f], axis=2).astype(np.int32)
+        if known:
+            mine = variants.to_exemplars(np.stack([y, x], axis=2).astype(np.int32), np.full(y.shape, v, np.uint8))
+            its = variants.to_exemplars(there, np.full(y.shape, k, np.uint8))
+            assert (mine[0] == its[0]).all()
+
+
+def naive_twins(sewing: graphcut.GraphcutGrowth, box: Box, row: tuple[int, ...], step: int) -> int:
+    """Pixel by pixel of the canvas: does the placement show it less than half a window away in another pose?"""
+    _, k, u, s = row
+    size, near, count = sewing.variant.shape, max(box[2:]) // 2, 0
+    shown, which, _ = sewing.variants.to_exemplars(sewing.yx, sewing.variant)
+    for a, b in product(range(-near, box[2] + near, step), range(-near, box[3] + near, step)):
+        at = [box[0] + a, box[1] + b]
+        if any(not sewing.wraps[i] and not 0 <= at[i] < size[i] for i in (0, 1)):
+            continue
+        y, x = (n % m for n, m in zip(at, size, strict=True))
+        if sewing.variant[y, x] in (HOLE, k) or which[y, x] != sewing.variants.exemplar[k]:
+            continue
+        down, across = (range(max(n - near + 1, 0), min(n + near, m)) for n, m in ((a, box[2]), (b, box[3])))
+        for i, j in product(down, across):
+            place = np.array([[[u + i, s + j]]], np.int32)
+            tall, wide = sewing.variants.table[k, 1:3].tolist()
+            if sewing.variants.toroidal[k]:
+                place %= (tall, wide)
+            elif not (0 <= u + i < tall and 0 <= s + j < wide):
+                continue
+            patch = sewing.variants.to_exemplars(place, np.array([[k]], np.uint8))[0]
+            count += bool((patch[0, 0] == shown[y, x]).all())
+    return count * step * step
+
+
+@pytest.mark.parametrize(("seed", "toroidal"), [(0, False), (1, True), (2, False)])
+def test_what_lies_beside_itself_is_counted(seed: int, toroidal: bool) -> None:
+    """Drawn pixels, and large pieces, over borders that wrap or not."""
+    sewing = sewing_of((Wrap.BOTH, Wrap.NONE, Wrap.X)[seed], (0, 1, 5, 6), toroidal, two=seed == 0)
+    scattered(sewing, seed)
+    sewing.variant[4:20, 10:30], sewing.yx[4:20, 10:30] = 0, np.moveaxis(np.indices((16, 20)) + 5, 0, 2)
+    rng = np.random.default_rng(seed)
+    rows = np.array([(0, v, *(int(n) for n in rng.integers(0, 24, 2))) for v in (0, 1, 2, 3, 1, 3)], np.int64)
+    for box, step in (((0, 2, 16, 16), 3), ((38, 46, 8, 8), 1)):
+        out = np.empty(len(rows), np.int64)
+        placement_kernels.twins(sewing.grown, sewing.pieces, sewing.variants.turns, box, rows, step, out)
+        assert out.tolist() == [naive_twins(sewing, box, tuple(row), step) for row in rows.tolist()]
+
+
+def halves() -> graphcut.GraphcutGrowth:
+    """A map whose left half shows the exemplar as it is, and whose right half is empty."""
+    sewing = sewing_of(poses=(0, 1, 6))
+    sewing.variant[:40, :26], sewing.yx[:40, :26] = 0, np.moveaxis(np.indices((40, 26)), 0, 2)
+    return sewing
+
+
+def test_a_mirror_is_left_aside() -> None:
+    """The mirrored exemplar goes on where column 25 is at the mirror: it fits best, and is no placement."""
+    sewing = halves()
+    box = (10, 20, 16, 16)
+    mirror, other = (1, 10, 52 - 32), (1, 20, 0)  # column 32 - x of the exemplar at column x
+    assert sewing.apart.of_picks(box, [mirror, other, (0, 10, 20)]) == [other, (0, 10, 20)]
+    found = Candidates(np.array([(0, *mirror), (9, *other)], np.int64), 1, np.empty(0), np.empty(0))
+    assert sewing.apart.of_rows(box, found).rows.tolist() == [[9, *other]]
+    alone = Candidates(found.rows[:1], 1, found.feats, found.known)
+    assert sewing.apart.of_rows(box, alone) is alone  # nothing else is there
+
+
+def test_what_is_drawn_stands_beside_no_mirror(monkeypatch: pytest.MonkeyPatch) -> None:
+    sewing, box = halves(), (10, 20, 16, 16)
+    rows = np.array([(0, 1, 10, 20), (5, 1, 20, 0), (6, 0, 10, 20)], np.int64)
+    known = np.ones((16, 16), bool)
+    monkeypatch.setattr(sewing, "_found", lambda _: Candidates(rows, 100, np.empty(0), known))
+    for filling in (True, False):
+        assert (1, 10, 20) not in sewing._drawn(box, 7, filling)
+
+
+@pytest.mark.parametrize("step", [4, 5])
+def test_what_is_shown_is_counted_in_cells(step: int) -> None:
+    """As pixel by pixel: every step-th pixel counts for the coarse cell that it lies in, those beyond for the last."""
+    sewing = sewing_of(poses=(0, 5), two=True)
+    scattered(sewing, step)
+    sewing._step = step
+    assert sewing._sub is not None
+    f, (h, w) = sewing._sub.factor, sewing._sub.cells
+    for v, (valid, counts) in enumerate(zip(sewing._sub.valid, sewing.search_prices().counts, strict=True)):
+        cells = np.zeros((valid.shape[0] + h - 1, valid.shape[1] + w - 1), np.int64)
+        for y, x in product(range(0, sewing.variant.shape[0], step), range(0, sewing.variant.shape[1], step)):
+            if sewing.variant[y, x] == v:
+                i, j = (min(int(n) // f, m - 1) for n, m in zip(sewing.yx[y, x], cells.shape, strict=True))
+                cells[i, j] += 1
+        for i, j in product(range(valid.shape[0]), range(valid.shape[1])):
+            want = int(cells[i : i + h, j : j + w].sum()) * step * step * ONE // (h * w * f * f)
+            assert counts[i, j] == want
