@@ -17,6 +17,7 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia import files
+from intarsia.analysis.lines import Lines
 from intarsia.analysis.regions import Regions, regions_of
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
@@ -39,6 +40,17 @@ CANVAS = ia.Canvas(200, 200)
 
 def choice_of(pixels: Any, canvas: ia.Canvas = CANVAS, **asked: Any) -> Any:
     return ia.Auto(**asked).choose([pixels if isinstance(pixels, Exemplar) else Exemplar.of(pixels)], canvas)
+
+
+class _Changed:
+    """Facts of which one is another."""
+
+    def __init__(self, facts: Facts, name: str, value: Any) -> None:
+        self.facts = facts
+        setattr(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.facts, name)
 
 
 def speckle(height: int, width: int, seed: int = 3) -> np.ndarray:
@@ -124,6 +136,22 @@ class TestRules:
         assert found.facts.lattice is None
         assert found.facts.ordered
         assert found.method.slug == "graphcut"
+
+    def test_elements_that_look_the_same_turned_by_half_are_turned(self) -> None:
+        """Not in rows, not between courses, and not where hardly anything returns."""
+        found = choice_of(cells())
+        assert (found.rule, found.method.isometries) == ("elements", (0, 6))
+        assert "Turned by half" in found.why[-1]
+        assert choice_of(cells(), ia.Canvas(140, 140)).method.isometries == "none"
+        elements = next(rule for rule in RULES if rule.name == "elements")
+        lines = Lines(0, np.array([[9], [20]], np.int32), (1.0, 1.0), 1.0)
+        for name, value in (("symmetry", (0, 1)), ("ordered", True), ("courses", lines)):
+            known = Facts(found.facts.exemplars, CANVAS)
+            vars(known).update(vars(found.facts))
+            changed = _Changed(known, name, value)
+            assert "isometries" in elements.parameters(known)
+            assert "isometries" not in elements.parameters(changed)  # type: ignore[arg-type]
+            assert len(elements.why(changed)) == len(elements.why(known)) - (name != "courses")  # type: ignore[arg-type]
 
     def test_a_large_exemplar_is_not_analysed_for_corrections(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """Up to 1024 x 1024 px; beyond 512 x 512 px by the same rule as smaller ones."""

@@ -12,9 +12,9 @@ from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.patches.growth import Growth
 from intarsia.patches.settings import PatchSettings
-from intarsia.search.candidates import Candidates
 from intarsia.seams import graphcut, placement_kernels
 from intarsia.seams.placement_kernels import ONE
+from intarsia.search.candidates import Candidates
 from intarsia.sourcemap import HOLE
 from intarsia.testing import texture
 
