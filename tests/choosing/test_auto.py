@@ -255,10 +255,10 @@ class TestAsked:
         assert choice_of(wall, given={"border": 8}).method.slug == "near-regular"
         assert choice_of(wall, given={"border": 8}).method.border == 8
 
-    def test_a_patch_that_cannot_be_turned_is_laid_upright(self) -> None:
+    def test_a_patch_that_is_not_square_is_turned_by_half_alone(self) -> None:
         found = choice_of(speckle(96, 96), given={"patch": (20, 30)})
         assert (found.method.slug, found.method.patch) == ("graphcut", (20, 30))
-        assert found.method.isometries == "none"
+        assert found.method.isometries == (0, 6)
 
     def test_parameters_that_no_method_has_together_are_refused(self) -> None:
         with pytest.raises(ia.ParameterError, match="no method has all of"):
