@@ -16,6 +16,7 @@ from seams.naive_recut import NaiveMap
 
 import intarsia as ia
 from intarsia.analysis import features
+from intarsia.analysis.variance import variance
 from intarsia.canvas import Canvas
 from intarsia.cli.app import cli
 from intarsia.covering.constraints import Constraints
@@ -24,6 +25,7 @@ from intarsia.covering.repair import Repair, Repairing, repaired
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS, keeps_lattice, make
 from intarsia.patches import growth as patches_growth
+from intarsia.patches.growth import knee_of
 from intarsia.patches.settings import PatchSettings
 from intarsia.seams.worst import WorstSeams
 from intarsia.sourcemap import HOLE, SourceMap, identity
@@ -37,13 +39,14 @@ ONE = ia.Run(1)
 
 
 def naive_total(made: Synthesis) -> int:
-    """What all seams of an upright map cost, pair by pair."""
+    """What all seams of an upright map cost by the price `sharp`, pair by pair."""
     pictures = features.features(made.exemplars).pictures
+    knee = knee_of(max(variance(p, e.usable) for p, e in zip(pictures, made.exemplars, strict=True)))
     usable = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in made.exemplars]
     smap, which = made.map, np.zeros((made.map.height, made.map.width), int)
     which = which if smap.which is None else smap.which
     naive = NaiveMap(list(pictures), usable, [e.toroidal for e in made.exemplars], (smap.height, smap.width),
-                     (smap.wrap.y, smap.wrap.x))  # fmt: skip
+                     (smap.wrap.y, smap.wrap.x), knee=knee)  # fmt: skip
     return naive.total({
         (y, x): (int(which[y, x]), int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1]))
         for y, x in product(range(smap.height), range(smap.width))
@@ -396,7 +399,7 @@ class TestCommand:
             (("paint", "e.png", "-l", "l.png", "-t", "t.png", "--patch", "10"), ("-l", "l.png", "-t", "t.png")),
         ):
             told = self.run(*words, "-o", "out.png", "--repair", "3", "--json", "--force")
-            assert told["repair"]["patches"] > 0, words
+            assert told["repair"]["patches"] > 0 or words[0] == "heal", words  # what is healed was covered anew already
             self.run("replay", "out.png", *again, *more)
             assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
 

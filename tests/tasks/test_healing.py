@@ -16,7 +16,9 @@ from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.image import Transfer
 from intarsia.methods.base import METHODS as METHODS_THERE
-from intarsia.tasks.completion import attempts, patch_for
+from intarsia.seams.cost import energy
+from intarsia.tasks import completion
+from intarsia.tasks.completion import attempts, patch_for, thickness
 from intarsia.tasks.starts import grown_hole, scene_to_heal
 from intarsia.testing.cases import as_depth, noise, texture
 from intarsia.testing.maps import looked_up, which_of
@@ -31,6 +33,7 @@ def hole_of(kind: str, height: int = 48, width: int = 52) -> Mask:
     holes = {
         "pixel": (y == 20) & (x == 31),
         "disc": (y - 20) ** 2 + (x - 25) ** 2 < 90,
+        "blob": (y - 48) ** 2 + (x - 40) ** 2 < 30**2,
         "scratch": abs(y - x // 2 - 9) < 2,
         "right edge": x > width - 9,
         "corners": (np.minimum(y, height - 1 - y) < 6) & (np.minimum(x, width - 1 - x) < 5),
@@ -178,9 +181,44 @@ def test_the_patch_suits_the_hole_and_its_surroundings() -> None:
     assert patch_for(scene_to_heal(e, small)) <= 24
     assert patch_for(scene_to_heal(e, large)) > patch_for(scene_to_heal(e, small))
     assert patch_for(scene_to_heal(e, most)) <= 12
-    assert attempts(scene_to_heal(e, large), QUILTING) == [QUILTING]
-    assert len(attempts(scene_to_heal(e, large), ia.ImageQuilting())) > 1
+    scene = scene_to_heal(e, large)
+    assert (thickness(scene), thickness(scene_to_heal(e, small))) == (99, 7)
+    assert attempts(scene, QUILTING) == [QUILTING]
+    assert attempts(scene, ia.ImageQuilting(usage=0.2)) == [ia.ImageQuilting(usage=0.2, patch=patch_for(scene))]
+    assert len(attempts(scene_to_heal(e, small), ia.ImageQuilting())) > 1
     assert (np.asarray(ia.heal(e, most))[:12] == e.base.pixels[:12]).all()
+
+
+@pytest.mark.parametrize(
+    "method", [ia.ImageQuilting(patch=20), ia.PatchSampling(patch=(20, 16)), ia.Graphcut(patch=20)]
+)
+def test_what_is_filled_is_covered_anew_by_the_cut_that_prices_all_seams(
+    method: ia.Method, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pixels, hole = texture(96, 100, 3, 8), hole_of("blob", 96, 100)
+    seen: list[ia.Synthesis] = []
+    settled = completion.settled
+
+    def both(made: ia.Synthesis, run: ia.Run) -> ia.Synthesis:
+        seen.extend((made, settled(made, run)))
+        return seen[1]
+
+    monkeypatch.setattr(completion, "settled", both)
+    out = ia.heal(pixels, hole, method, seed=3)
+    before, after = (energy(made.exemplars, made.map) for made in seen)
+    assert 0 < after < before
+    for made in seen:  # what must stay stays, and nothing is taken from the hole
+        assert (made.render().pixels[~hole] == pixels[~hole]).all()
+        assert not hole[tuple(made.map.yx[hole].T)].any()
+    assert out.map is seen[1].map
+
+
+def test_neither_pixels_laid_one_by_one_nor_single_patches_are_covered(monkeypatch: pytest.MonkeyPatch) -> None:
+    pixels, hole = texture(40, 44, 1, 8), np.zeros((40, 44), bool)
+    hole[15:20, 15:21] = True
+    monkeypatch.setattr(completion, "settled", lambda made, run: pytest.fail("covered"))
+    ia.heal(pixels, hole, ia.EfrosLeung(), seed=3)
+    ia.heal(pixels, hole, ia.ImageQuilting(), seed=3)  # one patch covers this hole
 
 
 # ---- the command --------------------------------------------------------------------------------------------------

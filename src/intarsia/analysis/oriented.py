@@ -70,7 +70,7 @@ def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) ->
     """
     reach = max(1, round(REACH * min(found.excess.shape)))
     far = _nearest(STRAIGHT * reach * (SURE - found.sure(found.excess)) // SURE, reach, toroidal)
-    return _enlarged(far * found.factor, shape[:2], found.factor)
+    return _enlarged(far.astype(np.int64) * found.factor, shape[:2], found.factor)
 
 
 def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[Array, Array, Array]:
@@ -86,10 +86,14 @@ def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[Array, Array, 
     total, most, along = np.zeros((h, w), np.int64), np.zeros((h, w), np.int64), np.zeros((2, h, w), np.int64)
     for number, one in enumerate(filters):
         answers = scipy.fft.fft2(one, shape)
-        squares = np.zeros((h, w), np.int64)
+        squares = np.zeros((h, w))  # of whole numbers, far below 2**53
         for spectrum in spectra:
-            found = scipy.fft.ifft2(spectrum * answers)[2 * radius : 2 * radius + h, 2 * radius : 2 * radius + w]
-            squares += np.rint(found.real).astype(np.int64) ** 2 + np.rint(found.imag).astype(np.int64) ** 2
+            columns = scipy.fft.ifft(spectrum * answers, axis=0, overwrite_x=True)[2 * radius : 2 * radius + h]
+            found = scipy.fft.ifft(columns, axis=1, overwrite_x=True)[:, 2 * radius : 2 * radius + w]
+            for part in (found.real, found.imag):
+                whole = np.rint(part)
+                whole *= whole
+                squares += whole
         strength = np.sqrt(squares).astype(np.int64)
         total += strength
         np.maximum(most, strength, out=most)
@@ -127,7 +131,7 @@ def _inside(there: NDArray[np.bool_], toroidal: bool) -> NDArray[np.bool_]:
 
 def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
     """The least of `far` and what the pixels around have, a step farther for every px between."""
-    most = int(far.max(initial=0))
+    most, far = int(far.max(initial=0)), far.astype(np.int32)
     for _ in range(steps):
         rows = [_shifted(far, 0, k, toroidal, most) for k in (1, -1)]
         straight = [*rows, *(_shifted(far, 1, k, toroidal, most) for k in (1, -1))]

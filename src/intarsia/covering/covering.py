@@ -27,6 +27,7 @@ from .lattice_steps import Lattice, in_step
 Array = NDArray[Any]
 
 REACH = 6  # a patch reaches 1 / REACH of its side around its window
+PLAIN = GraphcutSettings()
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 
 
@@ -67,7 +68,7 @@ class Covering:
 
     def __init__(
         self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap,
-        distance: int,
+        distance: int, stitch: GraphcutSettings = PLAIN,
     ) -> None:  # fmt: skip
         overlap = (settings.patch[0] // 4, settings.patch[1] // 4)  # around the middle that is to be covered
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
@@ -75,7 +76,7 @@ class Covering:
         self.growth.growing.locked[:] = kept(canvas.start, smap)
         self.bars = Constraints(self.growth, canvas.guide, distance)
         self.margin = min(settings.patch) // REACH
-        stitch = GraphcutSettings(margin=self.margin)
+        stitch = replace(stitch, margin=self.margin)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
 
     @property
@@ -129,7 +130,7 @@ class Covering:
         at = np.array([box[:2] for box in boxes], np.int64)
         size = min(search.batch(), -(-len(boxes) // run.workers))
         chunks = [at[begin : begin + size] for begin in range(0, len(boxes), size)]
-        with sewn.opened(holes), run.pool() as each:
+        with sewn.opened(holes, sewn.locked), run.pool() as each:  # what must stay is what patches must fit
             found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
         return [candidates for part in found for candidates in part]
 

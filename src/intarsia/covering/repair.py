@@ -6,8 +6,9 @@ is sought that fits the pixels around the middle of such a window, and is cut in
 inside the window and around it are remembered. It stays only where all seams together become cheaper by it.
 
 Source: the refinement of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, section 4, for
-maps of any method. Departures: nothing is drawn, the best of a few candidates that helps is taken; a pass covers many
-places, so that threads share the work.
+maps of any method, as ``graphcut`` does it: the price ``sharp``, outlines in the search, pieces nearby that may grow,
+and placements compared by rough cuts. Departures: nothing is drawn; a pass covers many places, so that threads share
+the work.
 """
 
 from __future__ import annotations
@@ -21,13 +22,14 @@ from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.graphcut import Box, Cut, middle
+from ..seams.graphcut import SHOWN, Box, Cut, GraphcutSettings, middle
 from ..seams.worst import Cell, WorstSeams
 from ..search.candidates import Candidates
 from ..sourcemap import SourceMap
 from .covering import Covering
 
-TRIES = 3  # candidates that are cut in for a window until one makes the seams cheaper
+TRIES = 12  # placements that are compared for each window, as graphcut does
+STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut
 
 
 @dataclass(frozen=True)
@@ -86,8 +88,12 @@ class Repairing(Covering):
     """A finished map under repair."""
 
     def __init__(self, repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap) -> None:
-        settings = PatchSettings(repair.patch, (0, 0), weights=repair.weights, isometries=repair.isometries)
-        super().__init__(settings, exemplars, canvas, smap, repair.distance)
+        settings = PatchSettings(
+            repair.patch, (0, 0), weights=repair.weights, structure=STRUCTURE, courses=COURSES,
+            isometries=repair.isometries,
+        )  # fmt: skip
+        stitch = GraphcutSettings(tries=TRIES, seam="sharp")
+        super().__init__(settings, exemplars, canvas, smap, repair.distance, stitch)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
 
     def cover(self, wave: dict[Cell, tuple[int, int]], run: Run) -> int:
@@ -107,11 +113,11 @@ class Repairing(Covering):
         return len(laid)
 
     def _best(self, box: Box, found: Candidates) -> Cut | None:
-        """The first of the best candidates that makes the seams cheaper."""
+        """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
+        picks = self.sewing.shown(box)[: TRIES // SHOWN]
         price = self.sewing.priced(box, found)
-        for k in np.argsort(price, kind="stable")[:TRIES].tolist():
+        for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist():
             _, variant, u, s = found.rows[k].tolist()
-            cut = self.sewing.cut(box, (variant, u, s), self.margin)
-            if cut.change < 0:
-                return cut
-        return None
+            picks.append((variant, u, s))
+        cut = self.sewing.best(box, picks)
+        return cut if cut is not None and cut.change < 0 else None

@@ -153,19 +153,19 @@ class GraphcutGrowth:
     # ---- placing
 
     def cheapest(self, box: Box, bits: int, filling: bool) -> Cut | None:
-        """Draw placements for a window and cut in the one that promises the cheapest seams; None where there is none.
+        """Draw placements for a window, and cut in the best of them; None where there is none."""
+        shown = [] if filling else self.shown(box)[: self.stitch.tries // SHOWN]
+        return self.best(box, shown + self._drawn(box, bits, filling)[: self.stitch.tries - len(shown)])
 
-        They are compared by cuts on every fourth px down and across: a sixteenth of the work, and hardly ever wrong.
-        """
-        shown = [] if filling else self._shown(box)[: self.stitch.tries // SHOWN]
-        picks = shown + self._drawn(box, bits, filling)[: self.stitch.tries - len(shown)]
+    def best(self, box: Box, picks: Sequence[Pick]) -> Cut | None:
+        """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none."""
         step = max(1, min(ROUGH, min(box[2:]) // LEAST))
         if not picks:
             return None
         rough = [self.cut(box, pick, self.stitch.margin, step).change for pick in picks] if len(picks) > 1 else [0]
         return self.cut(box, picks[rough.index(min(rough))], self.stitch.margin)
 
-    def _shown(self, box: Box) -> list[Pick]:
+    def shown(self, box: Box) -> list[Pick]:
         """The pieces that lie about a window, those of which most is seen first."""
         places = []
         for axis in (0, 1):
@@ -217,13 +217,13 @@ class GraphcutGrowth:
             return self._found(box)
 
     @contextmanager
-    def opened(self, boxes: Sequence[Box]) -> Iterator[None]:
-        """Make holes of boxes in the meantime."""
+    def opened(self, boxes: Sequence[Box], keep: Array | None = None) -> Iterator[None]:
+        """Make holes of boxes in the meantime, but for pixels to `keep`, bool (H, W)."""
         holes = [self.index(box) for box in boxes]
         kept = [self.variant[hole] for hole in holes]
         try:
             for hole in holes:
-                self.variant[hole] = HOLE
+                self.variant[hole] = HOLE if keep is None else np.where(keep[hole], self.variant[hole], HOLE)
             yield
         finally:
             for hole, variant in zip(holes, kept, strict=True):

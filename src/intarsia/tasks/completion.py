@@ -23,13 +23,14 @@ from ..errors import IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
 from ..geometry import Wrap
 from ..lazy import lazy
-from ..methods.base import METHODS, Method, check_abilities, make, method_class
+from ..methods.base import METHODS, Method, check_abilities, make, method_class, traits
 from ..params import AUTO, parameters
 from ..run import Run, run_of
 from ..seams.cost import seam_total
 from ..search.sizes import element_patch, supplied
 from ..sourcemap import Blend
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
+from .repair import settled
 from .starts import Margins, extension, grown_hole, scene_to_heal, with_hole
 
 if TYPE_CHECKING:
@@ -38,7 +39,8 @@ else:  # only holes need it
     ndimage = lazy("scipy.ndimage")
 
 LEAST_PATCH = 12
-SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes tried on a hole, relative to the automatic one
+ROOM = 2  # times the thickness of a hole, or more, is a patch that covers it and sees its surroundings
+SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes tried on a hole that one covers, relative to the automatic one
 PIXELWISE = "efros-leung"
 
 
@@ -140,7 +142,8 @@ def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Pla
 def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
     """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel.
 
-    Without a patch size several are tried; the result with the least visible seams is taken.
+    Where one patch covers a hole and no size is given several are tried; the result with the least visible seams is
+    taken. Where it takes several the worst seams between them are covered anew, in smaller and smaller windows.
     """
     scene = plan.scene
     run = run_of(run)
@@ -148,8 +151,11 @@ def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> 
         grow = scene.recipe.get("heal", {}).get("grow", 0) + more
         seen = "pixels at the edge of the hole look like a rim of what was there"
         run.notes.append(f"{seen}; --grow {grow} would cover it.")
-    best = least_seams(scene, attempts(scene, plan.method), seed, run)
-    return _pixelwise(scene, best, seed, run, edge) if edge else best
+    made = least_seams(scene, attempts(scene, plan.method), seed, run)
+    side = min(traits(made.method).footprint or (0, 0))
+    if 0 < side < ROOM * thickness(scene):
+        made = settled(made, run)
+    return _pixelwise(scene, made, seed, run, edge) if edge else made
 
 
 def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) -> Synthesis:
@@ -195,12 +201,13 @@ def exacting(slug: str, values: dict[str, Any]) -> Method:
 
 
 def attempts(scene: Scene, method: Method) -> list[Method]:
-    """The methods to try on the holes of a scene: as given, or in several patch sizes if none is given."""
+    """The methods to try on the holes of a scene: as given, or in patch sizes that suit them if none is given."""
     names = {p.name for p in parameters(method)}
     if "patch" not in names or getattr(method, "patch", None) is not AUTO:
         return [method]
     largest = patch_for(scene)
-    sides = sorted({max(LEAST_PATCH, round(largest * s)) for s in SIZES if largest >= LEAST_PATCH} or {largest})
+    sizes = SIZES if largest >= ROOM * thickness(scene) else SIZES[:1]
+    sides = sorted({max(LEAST_PATCH, round(largest * s)) for s in sizes if largest >= LEAST_PATCH} or {largest})
     given = {p: getattr(method, p) for p in names}
     return [make(method.slug, given | {"patch": side}) for side in reversed(sides)]
 
@@ -210,12 +217,16 @@ def patch_for(scene: Scene) -> int:
 
     At most what the texture's elements need, and there must be enough places in the exemplars to take it from.
     """
+    thick = thickness(scene)
+    side = max(min(max(ROOM * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)
+    return supplied(scene.exemplars, min(side, scene.canvas.height, scene.canvas.width), LEAST_PATCH)
+
+
+def thickness(scene: Scene) -> int:
+    """How thick the holes of a scene are at most, px."""
     start = scene.canvas.start
     assert start is not None
-    holes = np.pad(start.holes, 1)
-    thick = 2 * int(ndimage.distance_transform_cdt(holes, metric="chessboard").max()) - 1
-    side = max(min(max(2 * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)
-    return supplied(scene.exemplars, min(side, scene.canvas.height, scene.canvas.width), LEAST_PATCH)
+    return 2 * int(ndimage.distance_transform_cdt(np.pad(start.holes, 1), metric="chessboard").max()) - 1
 
 
 def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wrap | str) -> Exemplar:

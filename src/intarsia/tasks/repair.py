@@ -26,6 +26,9 @@ else:
     repairs = lazy("intarsia.covering.repair")
 
 LEAST_PATCH = 8
+LEAST_WINDOW = 12  # px
+# What is filled is covered anew in windows of these sides, relative to its patches, in so many passes each.
+FINER = ((1.0, 4), (0.6, 3), (0.375, 2))
 
 
 def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> Synthesis:
@@ -69,6 +72,23 @@ def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthe
     asked = repair_of(made.method, made.exemplars, passes)
     done = repairs.repaired(asked, made.exemplars, canvas, made.map, run)
     return replace(made, map=done.map, recipe=made.recipe | {"repair": passes}), done
+
+
+def settled(made: Synthesis, run: Run) -> Synthesis:
+    """Cover the worst seams of what was filled in smaller and smaller windows; where no patches were laid all stays.
+
+    One fill and this make seams cheaper than the best of four fills with patches of four sizes does.
+    """
+    rows, columns = traits(made.method).footprint or (0, 0)
+    if not min(rows, columns) or not traits(made.method).exact or keeps_lattice(made.method):
+        return made
+    canvas = made.canvas
+    assert canvas is not None
+    for part, passes in FINER:
+        high, wide = (min(n, max(round(n * part), LEAST_WINDOW)) for n in (rows, columns))
+        asked = replace(repair_of(made.method, made.exemplars, passes), patch=(high, wide))
+        made = replace(made, map=repairs.repaired(asked, made.exemplars, canvas, made.map, run).map)
+    return made
 
 
 def check_repair(method: Method, passes: int) -> None:
