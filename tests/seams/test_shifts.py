@@ -71,9 +71,9 @@ def sewing_of(wrap: Wrap, tries: int, toroidal: bool = False) -> graphcut.Graphc
 def test_the_pieces_of_a_window_are_told_by_its_first_pixel(wrap: Wrap) -> None:
     """Both pieces of a map of two, wherever the window lies; over a border that wraps they are other pieces."""
     sewing = sewing_of(wrap, 6)
-    assert sewing._shown((10, 8, 16, 16)) == [(0, 10, 8)]
-    assert set(sewing._shown((10, 22, 16, 16))) == {(0, 10, 22), (0, 10, 26)}
-    at_the_end = set(sewing._shown((40 if wrap is Wrap.BOTH else 32, 10, 16, 16)))
+    assert sewing.shown((10, 8, 16, 16)) == [(0, 10, 8)]
+    assert set(sewing.shown((10, 22, 16, 16))) == {(0, 10, 22), (0, 10, 26)}
+    at_the_end = set(sewing.shown((40 if wrap is Wrap.BOTH else 32, 10, 16, 16)))
     assert at_the_end == ({(0, 40, 10), (0, -8, 10)} if wrap is Wrap.BOTH else {(0, 32, 10)})
 
 
@@ -100,7 +100,7 @@ def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pyt
     monkeypatch.setattr(sewing, "cut", lambda box, pick, *rest: cut.append(pick) or plain(box, pick, *rest))
     box = (10, 22, 16, 16)
     sewing.cheapest(box, 1, filling=False)
-    assert cut[:6] == [*sewing._shown(box), *drawn[:4]]
+    assert cut[:6] == [*sewing.shown(box), *drawn[:4]]
     cut.clear()
     sewing.cheapest(box, 1, filling=True)
     assert cut[:6] == drawn
