@@ -56,7 +56,7 @@ def mending(sewn: GraphcutGrowth) -> Mending:
 
 def shown_damage(work: Mending) -> float:
     """What elements that show in part add up to, told pixel by pixel."""
-    work._number()
+    work.number()
     total = 0.0
     for k in range(1, work.count):
         area, whole = int((work.joined == k).sum()), int(work.shown.whole[k])
@@ -102,7 +102,7 @@ def test_damage_falls_and_is_told_as_counted() -> None:
 
 def test_numbers_kept_are_those_counted_again() -> None:
     work = mending(grown(seed=3))
-    work._number()
+    work.number()
     laid = 0
     for body, part in work._damaged():
         mine = work.shown.body[work.joined[part]] == body

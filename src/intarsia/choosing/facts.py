@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,15 +33,9 @@ from ..exemplar import Exemplar
 from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
 from ..lattice.vectors import UNIT, lattices_of
-from ..lazy import lazy
 from ..search.sizes import elements
 from ..segments.segments import segments
 from ..tiles.tiling import unlikeness
-
-if TYPE_CHECKING:
-    from ..segments import wholes as segments_wholes
-else:
-    segments_wholes = lazy("intarsia.segments.wholes")
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
 MIDDLE = 320  # and segments on its middle;
@@ -253,11 +247,6 @@ class Facts:
         """The lines that run across it between courses, in its own px; None where it has none."""
         found = course_lines(features([self.exemplar]), [self.exemplar])
         return found[0] if found else None
-
-    @cached_property
-    def packed(self) -> bool:
-        """Whether it consists of things side by side, such as stones, whose outlines are known."""
-        return segments_wholes.wholes(self.exemplar) is not None
 
     @cached_property
     def masonry(self) -> Masonry | None:

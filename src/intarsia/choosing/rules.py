@@ -279,7 +279,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
         _free,
-        lambda f: {"whole": BOUNDS.rounds} | ({} if f.packed else _rare(f)) | _halves(f),
+        lambda f: {"whole": BOUNDS.rounds} | _rare(f) | _halves(f),
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",

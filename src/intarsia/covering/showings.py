@@ -46,6 +46,42 @@ class Show(NamedTuple):
         return 2 * (max(self.box[2:]) + COUNTING.around)
 
 
+def asked_for(share: float, exemplars: Sequence[Exemplar], canvas: Canvas) -> int:
+    """How often a thing may be shown: as area asks, times `share`; at least once where that is not 0."""
+    pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in exemplars)
+    asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
+    return max(asked, 1) if share else 0
+
+
+class Staying(NamedTuple):
+    """Which showings of a thing stay on a canvas (height, width) that wraps (y, x), so many of them at most."""
+
+    most: int
+    size: tuple[int, ...]
+    wraps: tuple[bool, bool]
+
+    def of(self, shows: list[Show], fixed: set[int]) -> list[Show]:
+        """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
+        near, stay = 4 * (min(self.size) // COUNTING.apart) ** 2, [show for show in shows if show.part in fixed]
+        for least in (COUNTING.whole, 0):
+            others = [show for show in shows if show.percent >= least and show not in stay]
+            while others and len(stay) < self.most:
+                far = [min((self._far(show, other) for other in stay), default=near) for show in others]
+                if max(far) < near:
+                    break
+                stay.append(others.pop(far.index(max(far))))
+        return stay
+
+    def _far(self, a: Show, b: Show) -> int:
+        """The square of how far the middles of two showings are apart, in half px."""
+        total = 0
+        for axis in (0, 1):
+            away = abs(2 * (a.box[axis] - b.box[axis]) + a.box[2 + axis] - b.box[2 + axis])
+            length = 2 * self.size[axis]
+            total += (min(away % length, -away % length) if self.wraps[axis] else away) ** 2
+        return total
+
+
 class Often:
     """How often the things of exemplars are shown, and which of their showings are too many."""
 
@@ -58,9 +94,7 @@ class Often:
             self.labels.append(np.where(mine.labels, mine.labels + sum(map(len, areas)) - 1, 0).astype(np.int32))
             areas.append(mine.areas)
         self.areas = np.concatenate(areas)
-        pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in exemplars)
-        asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
-        self.most = max(asked, 1) if share else 0
+        self.most = asked_for(share, exemplars, canvas)
         self.begin = np.cumsum([0, *(labels.size for labels in self.labels)])
         self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
         self.flat = np.concatenate([labels.ravel() for labels in self.labels])
@@ -89,29 +123,10 @@ class Often:
         """The parts of the canvas, and the showings that are too many."""
         part, shows = self.shown(smap)
         fixed = set(np.unique(part[self.locked]).tolist())
+        staying = Staying(self.most, part.shape, self.wraps)
         out = []
         for thing in sorted({show.thing for show in shows}):
             mine = [show for show in shows if show.thing == thing]
-            stay = self._staying(mine, fixed, part.shape)
+            stay = staying.of(mine, fixed)
             out += [show for show in mine if show not in stay]
         return part, out
-
-    def _staying(self, shows: list[Show], fixed: set[int], size: tuple[int, ...]) -> list[Show]:
-        """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
-        near, stay = 4 * (min(size) // COUNTING.apart) ** 2, [show for show in shows if show.part in fixed]
-        for least in (COUNTING.whole, 0):
-            others = [show for show in shows if show.percent >= least and show not in stay]
-            while others and len(stay) < self.most:
-                far = [min((self._far(show, other, size) for other in stay), default=near) for show in others]
-                if max(far) < near:
-                    break
-                stay.append(others.pop(far.index(max(far))))
-        return stay
-
-    def _far(self, a: Show, b: Show, size: tuple[int, ...]) -> int:
-        """The square of how far the middles of two showings are apart, in half px."""
-        total = 0
-        for axis in (0, 1):
-            away = abs(2 * (a.box[axis] - b.box[axis]) + a.box[2 + axis] - b.box[2 + axis])
-            total += (min(away % (2 * size[axis]), -away % (2 * size[axis])) if self.wraps[axis] else away) ** 2
-        return total

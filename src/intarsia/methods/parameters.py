@@ -16,12 +16,13 @@ from .base import Method, MethodBase, keeps_lattice, traits
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
-    from ..covering import covering, spreading, striking
+    from ..covering import covering, exchange, spreading, striking
     from ..exemplar import Exemplar
     from ..run import Run
     from ..sourcemap import SourceMap
 else:
     covering = lazy("intarsia.covering.covering")
+    exchange = lazy("intarsia.covering.exchange")
     spreading = lazy("intarsia.covering.spreading")
     striking = lazy("intarsia.covering.striking")
 
@@ -99,7 +100,9 @@ def gone_over(
     if "spread" in asked:
         smap = spreading.spread_out(asked["spread"], laying, exemplars, canvas, smap, run.part(1, parts))
     if "striking" in asked:
-        smap = striking.thinned(asked["striking"], laying, exemplars, canvas, smap, run.part(parts - 1, parts))
+        whole = getattr(method, "whole", 0) and exchange.known(exemplars)
+        less = exchange.exchanged if whole else striking.thinned
+        smap = less(asked["striking"], laying, exemplars, canvas, smap, run.part(parts - 1, parts))
     return smap
 
 

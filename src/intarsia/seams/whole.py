@@ -100,7 +100,7 @@ class Mending:
 
     def cover(self, run: Run) -> int:
         """Cover every damaged body once; returns how many patches were laid."""
-        self._number()
+        self.number()
         laid = 0
         for body, part in self._damaged():
             run.check()
@@ -121,7 +121,7 @@ class Mending:
         self.sewn.note((0, 0, *self.shape))
         return laid
 
-    def _number(self) -> None:
+    def number(self) -> None:
         """Number the pieces of elements that the map shows, and join those that meet inside."""
         sewn, elements = self.sewn, self.elements
         meets = np.zeros((sewn.variant.size // 4, 2), np.int32)
