@@ -12,6 +12,7 @@ from scipy import ndimage
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
+from intarsia.geometry import Wrap, widened
 from intarsia.methods.graphcut import STAGE
 from intarsia.patches.growth import Growth
 from intarsia.seams import whole_kernels
@@ -104,11 +105,11 @@ def test_numbers_kept_are_those_counted_again() -> None:
     work = mending(grown(seed=3))
     work.number()
     laid = 0
-    for body, part in work._damaged():
-        mine = work.shown.body[work.joined[part]] == body
+    for body, box in work._damaged():
+        mine = work.shown.body[work.joined[work.sewn.index(box)]] == body
         if not mine.any():  # covered since
             continue
-        for candidate in work._candidates(body, part, mine):
+        for candidate in work._candidates(body, box, mine):
             cut = work._cut(candidate, 1)
             assert cut.box == candidate.box
             before = told_again(work)
@@ -155,3 +156,28 @@ def test_what_the_canvas_starts_with_stays() -> None:
     sewn.note((0, 0, 150, 140))
     make_whole(sewn, [EXEMPLAR], 2, ONE)
     np.testing.assert_array_equal(sewn.yx[:70], start.yx[:70])
+
+
+@pytest.mark.parametrize(("wrap", "by"), [("both", (90, 70)), ("both", (31, 190)), ("x", (0, 95)), ("y", (101, 0))])
+def test_over_borders_that_wrap_elements_are_mended_as_inside(wrap: str, by: tuple[int, int]) -> None:
+    """A canvas that wraps has no border: rolled, then mended, it is what is mended, then rolled."""
+    canvas = Canvas(200, 190, wrap=Wrap(wrap))
+    sewn, rolled = grown(canvas=canvas), grown(canvas=canvas)
+    for mine in (rolled.variant, rolled.yx):
+        mine[:] = np.roll(mine, by, (0, 1))
+    rolled.note((0, 0, 200, 190))
+    one, two = mending(sewn), mending(rolled)
+    one.number()
+    two.number()
+    told = [sorted((prices, one_or_two.size[k]) for prices, k in damaged(one_or_two)) for one_or_two in (one, two)]
+    assert told[0] == told[1], "the same are counted"
+    over = [box for _, box in two._damaged() if box[0] + box[2] > 200 or box[1] + box[3] > 190]
+    assert over, "some lie over a border"
+    assert make_whole(sewn, [EXEMPLAR], 2, ONE) == make_whole(rolled, [EXEMPLAR], 2, ONE) > 0
+    np.testing.assert_array_equal(np.roll(sewn.yx, by, (0, 1)), rolled.yx)
+
+
+def damaged(work: Mending) -> list[tuple[int, int]]:
+    """What seams about damaged bodies cost, and which they are."""
+    around = [(widened(box, 2, (200, 190), work.sewn.wraps), k) for k, box in work._damaged()]
+    return [(int(work.sewn.prices[work.sewn.index(box)].sum()), k) for box, k in around]

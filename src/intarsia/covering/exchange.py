@@ -20,6 +20,7 @@ from scipy import fft, ndimage
 
 from ..canvas import Canvas
 from ..exemplar import Exemplar
+from ..geometry import widened
 from ..kernels.parts import boxes_of_parts
 from ..patches.growth import Pick
 from ..run import Run
@@ -149,18 +150,9 @@ class Exchange:
         stays = ~self.free[self.sewn.index(box)]
         return stays | self.work.bars(box, pick) if self.work.bars.any else stays
 
-    def _window(self, show: Show) -> Box:
-        out, n = [*show.box], SCALE.outside + 1
-        for axis, length in enumerate(self.map.shape):
-            a, b = out[axis] - n, out[axis] + out[2 + axis] + n
-            if not self.sewn.wraps[axis]:
-                a, b = max(a, 0), min(b, length)
-            out[axis], out[2 + axis] = a % length, min(b - a, length)
-        return out[0], out[1], out[2], out[3]
-
     def _exchange(self, show: Show) -> bool:
         """Fill the outline of a showing with the element that makes the cheapest seams; whether there was one."""
-        box = self._window(show)
+        box = widened(show.box, SCALE.outside + 1, self.map.shape, self.sewn.wraps)
         where = self.sewn.index(box)
         mine = self.map.joined[where] == show.part
         solid = ndimage.binary_fill_holes(mine)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..exemplar import Exemplar
+from ..geometry import apart
 from ..kernels.parts import boxes_of_parts, parts
 from ..seams.graphcut import Box
 from ..segments.things import things
@@ -75,10 +76,9 @@ class Staying(NamedTuple):
     def _far(self, a: Show, b: Show) -> int:
         """The square of how far the middles of two showings are apart, in half px."""
         total = 0
-        for axis in (0, 1):
-            away = abs(2 * (a.box[axis] - b.box[axis]) + a.box[2 + axis] - b.box[2 + axis])
-            length = 2 * self.size[axis]
-            total += (min(away % length, -away % length) if self.wraps[axis] else away) ** 2
+        for axis, (length, wrap) in enumerate(zip(self.size, self.wraps, strict=True)):
+            one, two = (2 * show.box[axis] + show.box[2 + axis] for show in (a, b))
+            total += apart(one, two, 2 * length, wrap) ** 2
         return total
 
 

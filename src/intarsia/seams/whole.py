@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ..exemplar import Exemplar
+from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
+from ..kernels.parts import boxes_of_parts
 from ..patches.growth import Pick
 from ..run import Run
 from ..segments.wholes import wholes
@@ -102,14 +104,14 @@ class Mending:
         """Cover every damaged body once; returns how many patches were laid."""
         self.number()
         laid = 0
-        for body, part in self._damaged():
+        for body, box in self._damaged():
             run.check()
-            mine = self.shown.body[self.joined[part]] == body
+            mine = self.shown.body[self.joined[self.sewn.index(box)]] == body
             room = len(self.shown.area) - self.count > len(self.elements.all)
             if int(mine.sum()) * 4 < 3 * int(self.size[body]) or not room:
                 continue  # covered in part since, or no room
             best, least = None, 0.0
-            for candidate in self._candidates(body, part, mine):
+            for candidate in self._candidates(body, box, mine):
                 price = self._price(candidate, self._cut(candidate, RULE.rough), RULE.rough)
                 if price < least or best is None:
                     best, least = candidate, price
@@ -166,59 +168,63 @@ class Mending:
                         inside &= (at >= 0) & (at < self.shape[axis])
                 self.shown.whole[k] = max(int(inside.sum()), 1)
 
-    def _damaged(self) -> list[tuple[int, tuple[slice, ...]]]:
-        """The damaged bodies and where they lie, those with the dearest seams first."""
+    def _damaged(self) -> list[tuple[int, Box]]:
+        """The damaged bodies and their boxes, those with the dearest seams first."""
         body = self.shown.body[self.joined].astype(np.int32)
         self.size = np.bincount(body.ravel(), minlength=len(self.shown.area))
         missing = np.minimum(self.shown.area, self.shown.whole - self.shown.area)
         hidden = np.bincount(self.shown.body, np.maximum(missing, 0), len(self.size))
-        out = []
-        for k, part in enumerate(ndimage.find_objects(body), 1):
-            if part is None or hidden[k] < RULE.damaged * self.size[k] or self.size[k] < RULE.least:
+        out, boxes = [], np.empty((int(body.max()), 5), np.int64)
+        boxes_of_parts(body, self.sewn.wraps, boxes)
+        for k, (y, x, h, w, area) in enumerate(boxes.tolist(), 1):
+            if not area or hidden[k] < RULE.damaged * area or area < RULE.least:
                 continue
-            if any(5 * (s.stop - s.start) > 3 * n for s, n in zip(part, self.shape, strict=True)):
-                continue  # over a border that wraps, or all one
-            around = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in part)
-            out.append((-int(self.sewn.prices[around].sum()), k, part))
+            if any(5 * side > 3 * n for side, n in zip((h, w), self.shape, strict=True)):
+                continue  # all one
+            around = self.sewn.index(widened((y, x, h, w), 2, self.shape, self.sewn.wraps))
+            out.append((-int(self.sewn.prices[around].sum()), k, (y, x, h, w)))
         self.often: dict[int, list[tuple[int, int]]] = {}
         for k in range(1, self.count):
             if 2 * self.shown.area[k] > self.shown.whole[k]:
                 y, x = self.shown.shift[k].tolist()
                 self.often.setdefault(int(self.shown.element[k]), []).append((y, x))
         self.usual = sum(map(len, self.often.values())) / len(self.elements.boxes)
-        return [(k, part) for _, k, part in sorted(out, key=lambda o: o[:2])]
+        return [(k, box) for _, k, box in sorted(out, key=lambda o: o[:2])]
 
     # ---- candidates
 
-    def _candidates(self, body: int, part: tuple[slice, ...], mine: NDArray[np.bool_]) -> list[Candidate]:
+    def _candidates(self, body: int, box: Box, mine: NDArray[np.bool_]) -> list[Candidate]:
         places = list[tuple[int, int, int]]()
-        pieces, area = np.unique(self.joined[part][mine], return_counts=True)
+        pieces, area = np.unique(self.joined[self.sewn.index(box)][mine], return_counts=True)
         for k in np.argsort(-area, kind="stable")[:3].tolist():  # what shows in part, whole
             number = int(self.shown.element[pieces[k]])
             y, x = self.shown.shift[pieces[k]].tolist()
             if self.elements[number].whole:
                 places.append((number, y + self.elements[number].at[0], x + self.elements[number].at[1]))
-        places += self._others(body, part, mine)
-        found = [self._laid(*place) for place in places] + self._beside(part, mine)
+        places += self._others(body, box, mine)
+        found = [self._laid(*place) for place in places] + self._beside(box, mine)
         return [c for c in found if c is not None]
 
-    def _others(self, body: int, part: tuple[slice, ...], mine: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
+    def _others(self, body: int, box: Box, mine: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
         """The elements that cover a body best: number, first row and column on the canvas."""
-        middle = np.array([s.start + int(at.mean()) for s, at in zip(part, np.nonzero(mine), strict=True)])
+        middle = np.array([box[axis] + int(at.mean()) for axis, at in enumerate(np.nonzero(mine))])
         out, places = np.empty((len(self.elements.boxes), 4), np.int64), list[tuple[int, int, int]]()
-        count = kernels.fits(
-            self.joined, self.shown, body, int(self.size[body]), middle, self.elements.masks, self.elements.boxes, out
-        )
+        which = body, int(self.size[body]), middle
+        masks = self.elements.masks, self.elements.boxes
+        count = kernels.fits(self.joined, self.sewn.wraps, self.shown, which, masks, out)
         for k in np.argsort(out[:count, 0], kind="stable").tolist():
             number, y, x = out[k, 1:].tolist()
             element = self.elements[number]
-            far = RULE.apart * element.side
-            shown = self.often.get(number, ())
-            if not any(abs(y - element.at[0] - a) < far and abs(x - element.at[1] - b) < far for a, b in shown):
+            near, at = RULE.apart * element.side, (y - element.at[0], x - element.at[1])
+            if not any(self._near(at, other, near) for other in self.often.get(number, ())):
                 places.append((number, y, x))
                 if len(places) == RULE.tries:
                     break
         return places
+
+    def _near(self, a: tuple[int, int], b: tuple[int, int], far: float) -> bool:
+        places = zip(a, b, self.shape, self.sewn.wraps, strict=True)
+        return all(apart(one, two, length, wrap) < far for one, two, length, wrap in places)
 
     def _laid(self, number: int, top: int, left: int) -> Candidate | None:
         """An element laid at a place of the canvas, with its joint."""
@@ -242,14 +248,12 @@ class Mending:
         pick = (element.variant, element.at[0] + low[0] - top, element.at[1] + low[1] - left)
         return Candidate((low[0] % self.shape[0], low[1] % self.shape[1], *wanted.shape), pick, wanted, number)
 
-    def _beside(self, part: tuple[slice, ...], mine: NDArray[np.bool_]) -> list[Candidate]:
+    def _beside(self, box: Box, mine: NDArray[np.bool_]) -> list[Candidate]:
         """What the pieces beside a body would show in its place."""
-        sewn, pad = self.sewn, 5
-        low, high = ([f(s.start - pad, 0) if f is max else f(s.stop + pad, n)
-                      for s, n in zip(part, self.shape, strict=True)] for f in (max, min))  # fmt: skip
-        where = (slice(low[0], high[0]), slice(low[1], high[1]))
-        own = np.zeros((high[0] - low[0], high[1] - low[1]), bool)
-        own[part[0].start - low[0] :, part[1].start - low[1] :][: mine.shape[0], : mine.shape[1]] = mine
+        sewn, wide = self.sewn, widened(box, 5, self.shape, self.sewn.wraps)
+        where, own = sewn.index(wide), np.zeros(wide[2:], bool)
+        top, left = ((box[axis] - wide[axis]) % self.shape[axis] for axis in (0, 1))
+        own[top : top + mine.shape[0], left : left + mine.shape[1]] = mine
         if min(own.shape) < 8:
             return []
         y, x = np.nonzero(ndimage.binary_dilation(own, iterations=2) & ~own)
@@ -266,8 +270,9 @@ class Mending:
                 a, b = max(a, -row), max(b, -column)
                 c, d = min(c, size[0] - row), min(d, size[1] - column)
             if min(c - a, d - b) >= 8 and not (own.sum() - own[a:c, b:d].sum()):
-                box, pick = (low[0] + a, low[1] + b, c - a, d - b), (variant, row + a, column + b)
-                out.append(Candidate(box, pick, own[a:c, b:d] * np.int32(MUST), 0))
+                top, left = (wide[0] + a) % self.shape[0], (wide[1] + b) % self.shape[1]
+                pick = (variant, row + a, column + b)
+                out.append(Candidate((top, left, c - a, d - b), pick, own[a:c, b:d] * np.int32(MUST), 0))
         return out
 
     # ---- choosing

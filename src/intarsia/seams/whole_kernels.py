@@ -86,14 +86,16 @@ def number_pieces(grown: Any, pieces: Any, labels: Any, joined: Any, meets: Any)
 
 
 @kernel
-def fits(joined: Any, shown: Any, body: int, size: int, middle: Any, masks: Any, boxes: Any, out: Any) -> int:
-    """Lay every element over a body of `size` px, as it covers the body best and the others least.
+def fits(joined: Any, wrap: Any, shown: Any, which: Any, masks: Any, out: Any) -> int:
+    """Lay every element over a body, as it covers the body best and the others least.
 
-    `masks` (flat), `boxes` (n, 7): where the mask of an element begins, its rows, columns, px, the row and
-    column of its middle, its number. Written are `out` (n, 4): what is missed and clipped, the element, first row and
-    column on the canvas; returns how many. Elements of less than half, or more than 2.2 times the size are left out.
+    `which`: the body, its px, and its middle. `masks`: those of elements (flat), and boxes (n, 7): where the mask of an
+    element begins, its rows, columns, px, the row and column of its middle, its number. Written are `out` (n, 4): what
+    is missed and clipped, the element, first row and column on the canvas; returns how many. Elements of less than
+    half, or more than 2.2 times the size are left out.
     """
     h, w = joined.shape
+    (body, size, middle), (flat, boxes) = which, masks
     reach = max(3, int(np.sqrt(float(size))) // 4)
     n = 0
     for e in range(len(boxes)):
@@ -105,10 +107,12 @@ def fits(joined: Any, shown: Any, body: int, size: int, middle: Any, masks: Any,
             for dx in range(-reach, reach + 1, max(2, reach // 2)):
                 top, left = middle[0] - cy + dy, middle[1] - cx + dx
                 cover, clip = 0, 0
-                for i in range(max(0, -top + top % 2), min(rows, h - top), 2):
-                    for j in range(max(0, -left + left % 2), min(columns, w - left), 2):
-                        if top + i >= 0 and left + j >= 0 and masks[begin + i * columns + j]:
-                            piece = joined[top + i, left + j]
+                for i in range(0, rows, 2):
+                    y = canvas_place(top + i, h, wrap[0])
+                    for j in range(0, columns, 2):
+                        x = canvas_place(left + j, w, wrap[1])
+                        if y >= 0 and x >= 0 and flat[begin + i * columns + j]:
+                            piece = joined[y, x]
                             if piece > 0 and shown.body[piece] == body:
                                 cover += 1
                             elif piece > 0:
@@ -130,8 +134,10 @@ def _damage(area: int, whole: int, sure: float) -> float:
 
 
 @kernel
-def _goes_on(shown: Any, piece: int, element: int, down: int, right: int) -> bool:
-    near = abs(shown.shift[piece, 0] - down) <= NEAR and abs(shown.shift[piece, 1] - right) <= NEAR
+def _goes_on(size: tuple[int, int], shown: Any, piece: int, element: int, down: int, right: int) -> bool:
+    """Whether a piece shows an element about where it would be shown, once round the canvas or not."""
+    near = (shown.shift[piece, 0] - down + NEAR) % size[0] <= 2 * NEAR
+    near = near and (shown.shift[piece, 1] - right + NEAR) % size[1] <= 2 * NEAR
     same: bool = shown.element[piece] == element and near
     return same
 
@@ -163,7 +169,7 @@ def hurt(joined: Any, pieces: Any, labels: Any, known: Any, shown: Any, cut: Any
                         names[m] = element
                         m += 1
                     got[element] += unit
-            elif piece > 0 and element > 0 and _goes_on(shown, piece, element, y0 - r0, x0 - c0):
+            elif piece > 0 and element > 0 and _goes_on((h, w), shown, piece, element, y0 - r0, x0 - c0):
                 on[element] = piece
     total = 0.0
     for k in range(n):
@@ -204,7 +210,7 @@ def renew(joined: Any, pieces: Any, labels: Any, known: Any, shown: Any, cut: An
                 shown.area[piece] -= 1
             else:
                 element = shown.element[piece]
-                if _goes_on(shown, piece, element, y0 - r0, x0 - c0):
+                if _goes_on((h, w), shown, piece, element, y0 - r0, x0 - c0):
                     on[element] = piece
     for i in range(take.shape[0]):
         for j in range(take.shape[1]):
