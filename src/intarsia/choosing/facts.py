@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ from ..exemplar import Exemplar
 from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
 from ..lattice.vectors import UNIT, lattices_of
+from ..lattice.verdict import told_by_peaks
+from ..lazy import lazy
 from ..search.sizes import elements
 from ..segments.segments import segments
 from ..tiles.tiling import unlikeness
@@ -58,19 +60,6 @@ class Signs(NamedTuple):
 
 
 SIGNS = Signs()
-
-
-@dataclass(frozen=True)
-class Measured:
-    """One fact: its value as JSON holds it, how sure it is from 0 to 1, and what it means in a few words."""
-
-    value: Any
-    confidence: float
-    says: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON."""
-        return {"value": self.value, "confidence": round(self.confidence, 3), "says": self.says}
 
 
 def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
@@ -156,6 +145,17 @@ class Facts:
             both = [one for one in self.lattices.ranked if found is not None and _holds_rows(one, found)]
             return both[0] if both else found if found is not None and self._laid(found) else None
         return None if _loose(found) else found
+
+    @property
+    def about(self) -> Lattice | None:
+        """The lattice that its elements lie about, where that is sure enough for patches that can go around them.
+
+        One to grow by, one too loose for that, or, where there are no rows, one that its peaks tell, low as they are.
+        """
+        found = self.lattices.accepted
+        if self.lattice is not None or found is not None:
+            return next((one for one in (self.lattice, found) if one is not None and one.kind == "2-D"), None)
+        return told_by_peaks(self.lattices.ranked)
 
     @property
     def ordered(self) -> bool:

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 from ..analysis.lines import CLEAR
 from ..analysis.symmetry import SLACK
 from ..image import Kind
 from ..lattice.vectors import UNIT
-from .facts import SIGNS, Facts, Measured
+from .facts import SIGNS, Facts
 from .rules import BOUNDS, courses_of
 
 SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
 NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exemplars
 CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers of elements and turned halves
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One fact: its value as JSON holds it, how sure it is from 0 to 1, and what it means in a few words."""
+
+    value: Any
+    confidence: float
+    says: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {"value": self.value, "confidence": round(self.confidence, 3), "says": self.says}
 
 
 def measurements(f: Facts) -> dict[str, Measured]:

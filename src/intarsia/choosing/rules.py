@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ..analysis.lines import Lines
 from ..geometry import Wrap
-from ..lattice.vectors import UNIT
+from ..lattice.vectors import vectors_of
 from .facts import Facts
 
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
@@ -68,7 +68,12 @@ def _nothing(f: Facts) -> dict[str, Any]:
 
 def _lattice(f: Facts) -> dict[str, Any]:
     assert f.lattice is not None
-    return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in f.lattice.vectors)}
+    return {"lattice": vectors_of(f.lattice)}
+
+
+def _steps(f: Facts) -> dict[str, Any]:
+    assert f.about is not None
+    return {"lattice": vectors_of(f.about)}
 
 
 def _rare(f: Facts) -> dict[str, Any]:
@@ -86,12 +91,18 @@ def _spread(f: Facts) -> dict[str, Any]:
 
 def _straight_lattice(f: Facts) -> dict[str, Any]:
     assert f.straight is not None
-    vectors = f.straight[1].vectors
-    return {"lattice": tuple((x / UNIT, y / UNIT) for y, x in vectors), "straighten": "on"}
+    return {"lattice": vectors_of(f.straight[1]), "straighten": "on"}
 
 
 def _two(f: Facts) -> bool:
     return f.lattice is not None and f.lattice.kind == "2-D"
+
+
+def _in_step(f: Facts) -> bool:
+    """Whether its elements lie about a lattice, loosely or not, and patches of free shape can be laid by it."""
+    canvas = f.canvas
+    laid = not canvas.endless and canvas.wrap is Wrap.NONE and canvas.height * canvas.width <= VAST
+    return laid and f.about is not None
 
 
 def _free(f: Facts) -> bool:
@@ -223,6 +234,15 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {BOUNDS.equal}",
         lambda f: _two(f) and f.variation < BOUNDS.equal, _lattice, lambda f: (_differ(f), "So one of them is enough."),
+    ),
+    ChoiceRule(
+        "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about, and a canvas of at most "
+        f"{VAST >> 20} million px that does not wrap",
+        _in_step, lambda f: _steps(f) | _spread(f),
+        lambda f: (
+            _differ(f) if _two(f) else "Its elements lie about a lattice, though it does not repeat by it.",
+            "Patches of free shape, whole steps of it apart, keep in step and go around what crosses.",
+        ),
     ),
     ChoiceRule(
         "periods", "near-regular", "a lattice of two vectors",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..methods.base import Method
+from ..methods.base import Method, keeps_lattice
 from ..params import parameters, words
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def command_of(order: Order, method: Method, seed: int, inputs: Inputs, wish: Wi
         said += given(target=wish.labels.target, weight=wish.labels.weight, reach=wish.labels.reach)
     said += ["-o", next(iter(order.pictures.values()))]
     said += ["--size", "x".join(map(str, order.size))] * (verb == "grow")
-    lattice = any(p.name == "lattice" for p in parameters(method))  # it was not repaired
+    lattice = keeps_lattice(method)  # it was not repaired
     wrap = None if tiled or wish.wrap == "none" else wish.wrap
     meant = order.blend.finish if begin is None else ()  # evened out, as it was chosen
     joined = wish if wish.finish is not None or not meant else replace(wish, finish=meant)

@@ -17,7 +17,8 @@ from ..kernels.cuts import SeamPrice
 from ..patches.growth import Growth
 from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.graphcut import Box, GraphcutGrowth, GraphcutSettings
+from ..seams.graphcut import Box, GraphcutGrowth
+from ..seams.settings import GraphcutSettings
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import SourceMap

@@ -10,6 +10,7 @@ Source: no paper; thresholds set on photographs with and without a lattice, and 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -48,6 +49,8 @@ class Limits(NamedTuple):
     scattered: float = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
     faint: float = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
     exact: float = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
+    doubted: float = 0.025  # confidence of one that its peaks tell; 0.012: the same, 0.05: a weave of bamboo is lost
+    told: float = 4.0  # 10 to this: the odds that tell it; halved: setts in courses get one, doubled: bamboo is lost
 
 
 LIMITS = Limits()
@@ -77,6 +80,8 @@ class Lattice:
         ``faint`` is accepted only where the texture has no courses either.
     repeats : float
         Share of the exemplar that repeats by the vectors, 0 to 1, at least; 1 where that was not looked at.
+    odds : float
+        Against its peaks lying so near to its points by chance: ten to this. 0 where that was not looked at.
     """
 
     vectors: tuple[tuple[int, int], ...]
@@ -87,6 +92,7 @@ class Lattice:
     reasons: tuple[str, ...] = ()
     verdict: Verdict = REFUSED
     repeats: float = 1.0
+    odds: float = 0.0
 
     @property
     def kind(self) -> Literal["2-D", "1-D"]:
@@ -146,7 +152,7 @@ def two_vectors(vectors: NDArray[np.int64], scored: Scored, k: int, one: Fit, pr
         verdict, why = _judge_few(contrast, points, parts)
     else:
         verdict, why = _judge(confidence, near if one.used > ENOUGH else 0.0, odds, parts)
-    return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict, float(parts))
+    return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict, float(parts), odds)
 
 
 def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
@@ -167,6 +173,16 @@ def _judge(confidence: float, near: float, odds: float, parts: float) -> tuple[V
     if confidence >= LIMITS.faint and odds >= LIMITS.exact:
         return FAINT, f"Accepted: the confidence is only {confidence:.3f}, but the peaks lie exactly on the points."
     return REFUSED, f"Refused: the confidence {confidence:.3f} is below {LIMITS.least}."
+
+
+def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
+    """Return the surest lattice whose peaks hardly lie on its points by chance, refused or not; None where none is.
+
+    Things of their own shapes and colours, in step, agree little with each other, and only in parts; what agrees lies
+    where it should all the same. Blocks cut by such a lattice do not fit, but patches may keep to it.
+    """
+    told = (one for one in ranked if one.confidence >= LIMITS.doubted and one.odds >= LIMITS.told)
+    return max(told, key=lambda one: one.confidence, default=None)
 
 
 def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:

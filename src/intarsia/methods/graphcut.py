@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, extent, param
 from . import parameters
@@ -32,10 +33,12 @@ if TYPE_CHECKING:
     from ..analysis import symmetry
     from ..canvas import Canvas
     from ..exemplar import Exemplar
+    from ..lattice import vectors
     from ..patches import growth as patches_growth
     from ..patches import labelled, settings
     from ..run import Run
     from ..seams import graphcut, whole
+    from ..seams import settings as stitching
     from ..search import guide, sizes
 else:
     labelled = lazy("intarsia.patches.labelled")
@@ -44,11 +47,14 @@ else:
     guide = lazy("intarsia.search.guide")
     sizes = lazy("intarsia.search.sizes")
     graphcut = lazy("intarsia.seams.graphcut")
+    stitching = lazy("intarsia.seams.settings")
     whole = lazy("intarsia.seams.whole")
+    vectors = lazy("intarsia.lattice.vectors")
     symmetry = lazy("intarsia.analysis.symmetry")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2403  # keeps this method's draws apart from those of others
+LARGEST = 1 << 16  # px, of a window
 TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
 
 
@@ -65,7 +71,7 @@ class Graphcut(parameters.CutSquares):
 
     patch: int | tuple[int, int] | None = param(
         AUTO, "extent", "side of a window; automatic: one and a half elements of the texture",
-        low=1, high=1 << 16, unit="px",
+        low=1, high=LARGEST, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: half of the patch",
@@ -101,6 +107,11 @@ class Graphcut(parameters.CutSquares):
         0.7, "float", "how much lines that run across the exemplar between courses of stones or boards count in the "
         "search: 1 as much as colour; 0, or where there are none: not", low=0, high=2,
     )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = param(
+        AUTO, "vectors", "two steps by which the texture repeats: patches are laid whole steps from the first, give or "
+        "take 3 px; automatic: anywhere",
+        low=-65536, high=65536, unit="px",
+    )  # fmt: skip
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
     spread: float = parameters.spread_price()
@@ -108,9 +119,9 @@ class Graphcut(parameters.CutSquares):
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
         """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
-        patch = self.patch
+        patch, room = self.patch, self._room(exemplars, canvas)
         if patch is AUTO and canvas.guide is None:
-            patch = sizes.large_patch(exemplars)
+            patch = min(sizes.large_patch(exemplars), room)
         elif patch is AUTO:
             patch = sizes.default_patch(exemplars, canvas.guide)
         rows, columns = extent(patch)
@@ -151,10 +162,39 @@ class Graphcut(parameters.CutSquares):
         return stages.map
 
     @property
-    def stitch(self) -> graphcut.GraphcutSettings:
+    def snap(self) -> str:
+        """Whether patches keep to a lattice."""
+        return "on" if self.lattice else "off"
+
+    def _room(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> int:
+        """The largest window, px, that may lie in every place of a period; what keeps to a lattice is checked."""
+        if not self.lattice:
+            return LARGEST
+        vectors.check_lattice(self.lattice, exemplars[0])
+        for wrong, what in (
+            (len(self.lattice) == 1, "rows of one vector"), (canvas.wrap.y or canvas.wrap.x, "a canvas that wraps"),
+            (canvas.guide is not None, "a guide"), (len(exemplars) > 1, "several exemplars"),
+            (self.placement != "sub", f"placement={self.placement}"),
+            (self.isometries not in ("none", (0,)), f"isometries={self.isometries}"),
+        ):
+            if wrong:
+                raise ParameterError(f"patches in step with a lattice do not go with {what}; leave the lattice out.")
+        room = min(exemplars[0].height, exemplars[0].width) - math.ceil(max(abs(n) for v in self.lattice for n in v))
+        if room < sizes.LEAST:
+            raise ParameterError("the exemplar holds no patch of 16 px beside one period; leave the lattice out.")
+        return room
+
+    @property
+    def _steps(self) -> tuple[vectors.Vector, vectors.Vector] | None:
+        """The vectors as whole numbers."""
+        first, second = vectors.cell_of(self.lattice, (1 << 16, 1 << 16)) if self.lattice else (None, None)
+        return (first, second) if first and second else None
+
+    @property
+    def stitch(self) -> stitching.GraphcutSettings:
         """How patches are placed and joined; known once overreach is."""
-        return graphcut.GraphcutSettings(
-            self.placement, self.randomness, self.tries, self.usage, self.seam, self.overreach or 0
+        return stitching.GraphcutSettings(
+            self.placement, self.randomness, self.tries, self.usage, self.seam, self.overreach or 0, self._steps
         )
 
     def patch_settings(self, usage: float) -> settings.PatchSettings:

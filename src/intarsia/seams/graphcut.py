@@ -28,7 +28,9 @@ from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .apart import Apart
 from .entire_patch import EntireSearch, pieces_of
+from .settings import GraphcutSettings
 from .shifts import shifts_around
+from .steps import in_step
 from .worst import WorstSeams
 
 Array = NDArray[Any]
@@ -43,36 +45,6 @@ SHOWN = 3  # one in so many of the placements that a bad place is covered by is 
 EVERY = 4  # px from one to the next where pieces about a window are counted
 TINY = 1057087571  # exp(-1/64) in 2**-30
 GONE = 64 * 20  # beyond, a chance is none
-
-
-@dataclass(frozen=True)
-class GraphcutSettings:
-    """How patches are placed and joined.
-
-    Attributes
-    ----------
-    placement : str
-        ``sub``: what lies under the window is matched; ``entire``: all that the exemplar would lie over, shifted as
-        a whole; ``random``: nothing is.
-    randomness : float
-        k of exp(-cost / (k sigma^2)), sigma^2 the exemplars' variance.
-    tries : int
-        Placements drawn for a window, of which the cheapest cut is kept.
-    usage : float
-        Price of a repeat, in usual distances.
-    seam : str
-        ``difference``: a seam costs what the colours that meet there differ; ``gradient``: less where there is detail;
-        ``sharp``: what is seen costs more than in proportion, what is not seen less.
-    margin : int
-        How far around its window a patch may replace what is there, px.
-    """
-
-    placement: str = "sub"
-    randomness: float = 0.01
-    tries: int = 2
-    usage: float = 0.05
-    seam: str = "difference"
-    margin: int = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +78,10 @@ class GraphcutGrowth:
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._entire: EntireSearch | None = None
         self._sub: PatchSearch | None = None
+        self.first: tuple[int, int] | None = None  # where patches in step have the canvas's first px
+        known = np.argwhere(self.variant == 0)[:1].tolist()
+        for y, x in known if stitch.lattice else ():
+            self.first = int(self.yx[y, x, 0]) - y, int(self.yx[y, x, 1]) - x
         if stitch.placement == "entire":
             self._entire = EntireSearch(growth.finder, self.pieces)
         elif isinstance(growth.finder, PatchSearch):
@@ -184,7 +160,7 @@ class GraphcutGrowth:
             return [random_patch(self.variants.valid, draw(bits, t)) for t in range(self.stitch.tries)]
         found = self.apart.of_rows(box, self._found(box) if filling else self._around(box))
         if not len(found.rows):
-            return [random_patch(self.variants.valid, draw(bits, 0))] if filling else []
+            return [random_patch(self._allowed(box), draw(bits, 0))] if filling else []
         rows, price = found.rows, self.priced(box, found)
         unit = max(round(self.stitch.randomness * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
@@ -209,7 +185,16 @@ class GraphcutGrowth:
         if self._entire is not None:
             return self._entire.find(self.variant, self.yx, box[:2], self.wraps)
         assert self._sub is not None
-        return self._sub.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices())[0]
+        search = self._sub if self.first is None else self._sub.within(self._allowed(box))
+        return search.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices())[0]
+
+    def _allowed(self, box: Box) -> Sequence[NDArray[np.bool_]]:
+        """Where the patches may lie that go into a window: anywhere, or in step with the first one."""
+        valid, lattice = self.variants.valid, self.stitch.lattice
+        if lattice is None or self.first is None:
+            return valid
+        place = self.first[0] + box[0], self.first[1] + box[1]
+        return [in_step(v, lattice, place) for v in valid]
 
     def _around(self, box: Box) -> Candidates:
         """The candidates that fit around the middle of a window; the middle is to be covered, and does not count."""
@@ -293,6 +278,8 @@ class GraphcutGrowth:
         """Write a cut into the map, and what its seams cost into the prices."""
         recut_kernels.write_cut(self.grown, self.pieces, cut.box, cut.pick, cut.take)
         y, x, h, w = cut.box
+        if self.stitch.lattice is not None and self.first is None:
+            self.first = cut.pick[1] - y, cut.pick[2] - x
         self.note((y - 1, x - 1, h + 1, w + 1))
 
     def note(self, box: Box) -> None:

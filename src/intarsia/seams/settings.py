@@ -1,0 +1,40 @@
+"""How patches are placed and joined where seams are searched for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..lattice.vectors import Vector
+
+
+@dataclass(frozen=True)
+class GraphcutSettings:
+    """How patches are placed and joined.
+
+    Attributes
+    ----------
+    placement : str
+        ``sub``: what lies under the window is matched; ``entire``: all that the exemplar would lie over, shifted as
+        a whole; ``random``: nothing is.
+    randomness : float
+        k of exp(-cost / (k sigma^2)), sigma^2 the exemplars' variance.
+    tries : int
+        Placements drawn for a window, of which the cheapest cut is kept.
+    usage : float
+        Price of a repeat, in usual distances.
+    seam : str
+        ``difference``: a seam costs what the colours that meet there differ; ``gradient``: less where there is detail;
+        ``sharp``: what is seen costs more than in proportion, what is not seen less.
+    margin : int
+        How far around its window a patch may replace what is there, px.
+    lattice : two vectors, (rows, columns) in 1/256 px
+        Patches are laid in step with the first one; none: anywhere.
+    """
+
+    placement: str = "sub"
+    randomness: float = 0.01
+    tries: int = 2
+    usage: float = 0.05
+    seam: str = "difference"
+    margin: int = 16
+    lattice: tuple[Vector, Vector] | None = None
