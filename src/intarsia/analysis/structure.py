@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,3 +80,14 @@ def border_of(picture: NDArray[np.int16], usable: Mask | None) -> Border:
         usual = int(steps[inside].sum()) / max(int(inside.sum()), 1)
         shares.append(float(over.sum()) / len(over) / usual if len(over) and usual else math.inf)
     return Border(*shares)
+
+
+def flat_colours(samples: NDArray[Any], most: int, equal: int) -> bool:
+    """Say whether samples (H, W, C) are of 2 to `most` colours in patches: `equal` neighbours of 10 are alike."""
+    codes = np.zeros(samples.shape[:2], np.uint64)
+    for c in range(samples.shape[2]):
+        codes = codes * np.uint64(65599) + samples[..., c].astype(np.uint64)
+    if not 2 <= len(np.unique(codes)) <= most:
+        return False
+    alike = int((codes[1:] == codes[:-1]).sum()) + int((codes[:, 1:] == codes[:, :-1]).sum())
+    return 10 * alike >= equal * max(2 * codes.size - sum(codes.shape), 1)

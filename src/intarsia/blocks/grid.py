@@ -117,10 +117,19 @@ def block_vectors(
 
 
 def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: int) -> tuple[int, float]:
-    """Find where along an axis cuts are cheapest, and how cheap: there the joints are (0 .. period-1 px).
+    """Find where along an axis cuts are cheapest, and how cheap: there the joints are (0 .. period-1 px)."""
+    costs = phase_costs(features, grid, border, axis)
+    if costs is None:
+        return 0, 0.0
+    at = int(np.argmin(costs))
+    return at, float(costs[at])
+
+
+def phase_costs(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: int) -> NDArray[np.float64] | None:
+    """What cuts along an axis cost wherever they lie in a period, 1/16 of a feature unit a px; None: nothing tells.
 
     For every row (axis 0) the cost of the cheapest path along it is measured, between the exemplar and itself
-    shifted by lattice vectors, and averaged over the rows that are whole periods apart.
+    shifted by lattice vectors, and averaged over the rows that are whole periods apart; infinite where none lies.
     """
     picture = features if axis == 0 else np.ascontiguousarray(features.swapaxes(0, 1))
     period = abs((grid.rows[0], grid.columns[1])[axis]) / UNIT
@@ -128,17 +137,30 @@ def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: 
     if axis == 1:
         shifts = [(dx, dy) for dy, dx in shifts]
     if not shifts or period < 2:
-        return 0, 0.0
+        return None
     total = np.zeros(math.ceil(period), np.int64)
     count = np.zeros(math.ceil(period), np.int64)
     for shift in shifts:
         gap_kernels.add_phase_costs(picture, shift, max(border, 2), period, total, count)
     known = count > 0
-    if not known.any():
-        return 0, 0.0
-    mean = np.rint(np.where(known, total / np.maximum(count, 1), np.inf))
-    at = int(np.argmin(mean))
-    return at, float(mean[at])
+    return np.rint(np.where(known, total / np.maximum(count, 1), np.inf)) if known.any() else None
+
+
+def joints(picture: NDArray[np.int16], cell: Cell, border: int = 14) -> float:
+    """Return how clearly blocks are parted by joints: what cuts in these cost, over what they cost anywhere.
+
+    Of the two axes the dearer one; 0: nothing is cut, 1: it makes no difference where, or nothing tells.
+    """
+    rows, columns = block_vectors(*cell, None, LEAST_SIDE, (int(picture.shape[0]), int(picture.shape[1])))
+    if rows[0] * columns[1] - rows[1] * columns[0] < 0:
+        columns = (-columns[0], -columns[1])
+    grid, worst = BlockGrid(rows, columns, (0, 0), cell), 0.0
+    for axis in (0, 1):
+        costs = phase_costs(picture, grid, border, axis)
+        seen = np.ones(1) if costs is None else costs[np.isfinite(costs)]
+        whole = float(seen.sum())
+        worst = max(worst, float(seen.min()) * len(seen) / whole if whole else 0.0)
+    return worst
 
 
 def phased(

@@ -21,8 +21,9 @@ from ..analysis.light import Slope, slope_of
 from ..analysis.lines import Lines
 from ..analysis.reduction import block_sums, blocks
 from ..analysis.regions import Regions, regions_of
-from ..analysis.structure import Border, Structure, border_of, structure_of
+from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.symmetry import allowed_isometries, times_apart
+from ..blocks.grid import joints
 from ..canvas import Canvas
 from ..courses.rectified import improved
 from ..courses.rectify import Straight
@@ -32,7 +33,7 @@ from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
-from ..lattice.vectors import UNIT, lattices_of
+from ..lattice.vectors import UNIT, cell_of, lattices_of, vectors_of
 from ..lattice.verdict import told_by_peaks
 from ..lazy import lazy
 from ..search.sizes import elements
@@ -120,14 +121,7 @@ class Facts:
         if base.is_float:
             return False
         step = max(1, math.isqrt(self.exemplar.height * self.exemplar.width // SAMPLED))
-        seen = base.samples[::step, ::step]
-        codes = np.zeros(seen.shape[:2], np.uint64)
-        for c in range(seen.shape[2]):
-            codes = codes * np.uint64(65599) + seen[..., c].astype(np.uint64)
-        if not 2 <= len(np.unique(codes)) <= SIGNS.names:
-            return False
-        equal = int((codes[1:] == codes[:-1]).sum()) + int((codes[:, 1:] == codes[:, :-1]).sum())
-        return 10 * equal >= SIGNS.equal * max(2 * codes.size - sum(codes.shape), 1)
+        return flat_colours(base.samples[::step, ::step], SIGNS.names, SIGNS.equal)
 
     @cached_property
     def lattices(self) -> Lattices:
@@ -181,6 +175,13 @@ class Facts:
         if not everywhere[part].any():
             part = _middle(self.picture.shape, max(self.picture.shape))
         return unlikeness(np.ascontiguousarray(self.picture[part]), self.lattice.vectors, everywhere[part].copy())
+
+    @cached_property
+    def joints(self) -> float:
+        """How clearly its periods are parted by joints: 0 by nothing that is cut, 1 not at all, or without periods."""
+        if self.lattice is None or self.lattice.kind == "1-D":
+            return 1.0
+        return joints(self.picture, cell_of(vectors_of(self.lattice), self.picture.shape))
 
     @cached_property
     def element(self) -> ElementSize:
@@ -259,7 +260,7 @@ class Facts:
 
     def _laid(self, rows: Lattice) -> bool:
         """Whether rows are courses: of bricks that fill half of them, or of boards that run along."""
-        share = brick_share(tuple((x / UNIT, y / UNIT) for y, x in rows.vectors), self.exemplar)
+        share = brick_share(vectors_of(rows), self.exemplar)
         return share >= SIGNS.bricks if share else self.structure.coherence >= SIGNS.boards
 
     @cached_property

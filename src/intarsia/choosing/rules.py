@@ -34,6 +34,7 @@ class Bounds(NamedTuple):
     few: int = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
     seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
     outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
+    joints: float = 0.6  # cuts there over cuts anywhere; halved: two walls of tiles are cut, 0.7: three fewer are
     usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
     spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
     striking: float = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
@@ -99,10 +100,13 @@ def _two(f: Facts) -> bool:
 
 
 def _in_step(f: Facts) -> bool:
-    """Whether its elements lie about a lattice, loosely or not, and patches of free shape can be laid by it."""
+    """Whether its elements lie about a lattice, and patches of free shape can be laid by it.
+
+    Where blocks of whole periods are parted by joints they are laid whole, and every one of them is shown as often.
+    """
     canvas = f.canvas
     laid = not canvas.endless and canvas.wrap is Wrap.NONE and canvas.height * canvas.width <= VAST
-    return laid and f.about is not None
+    return laid and f.about is not None and f.joints > BOUNDS.joints
 
 
 def _free(f: Facts) -> bool:
@@ -236,8 +240,8 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: _two(f) and f.variation < BOUNDS.equal, _lattice, lambda f: (_differ(f), "So one of them is enough."),
     ),
     ChoiceRule(
-        "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about, and a canvas of at most "
-        f"{VAST >> 20} million px that does not wrap",
+        "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about, no clear joints "
+        f"between its periods, and a canvas of at most {VAST >> 20} million px that does not wrap",
         _in_step, lambda f: _steps(f) | _spread(f),
         lambda f: (
             _differ(f) if _two(f) else "Its elements lie about a lattice, though it does not repeat by it.",
