@@ -23,7 +23,7 @@ from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
 from intarsia.choosing.facts import Facts
 from intarsia.choosing.report import _lattice_tie, _tie, measurements
-from intarsia.choosing.rules import RULES
+from intarsia.choosing.rules import BOUNDS, RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli.again import options_of
 from intarsia.cli.app import cli
@@ -31,6 +31,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.files.samples import sample
 from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import Lattice
+from intarsia.lattice.vectors import vectors_of
 from intarsia.methods.base import METHODS, method_class
 from intarsia.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture
@@ -71,6 +72,15 @@ def cells(size: int = 128, seed: int = 5) -> np.ndarray:
     return np.where(far[1] - far[0] < 5, 40, 180 + rng.integers(0, 30, (size, size))).astype(np.uint8)
 
 
+def tiles(size: int = 160, seed: int = 8) -> np.ndarray:
+    """Tiles of 32 px, each of its own gray, with light joints of 4 px between them."""
+    rng = np.random.default_rng(seed)
+    y, x = np.indices((size, size))
+    own = rng.integers(20, 160, (size // 32 + 1, size // 32 + 1))[(y + 16) // 32, (x + 16) // 32]
+    joint = ((y + 16) % 32 < 4) | ((x + 16) % 32 < 4)
+    return np.where(joint, 230 + rng.integers(0, 9, (size, size)), own + rng.integers(0, 30, (size, size))).astype(np.uint8)
+
+
 def lines_of_text(height: int = 192, width: int = 200, seed: int = 6) -> np.ndarray:
     """Words of random letters, black on white, in lines 16 px apart."""
     rng = np.random.default_rng(seed)
@@ -88,13 +98,13 @@ def lines_of_text(height: int = 192, width: int = 200, seed: int = 6) -> np.ndar
 
 
 CLASSES = {
-    "brick_colours": "periods",
+    "brick_colours": "in-step",
     "weave": "equal-periods",
     "checkerboard": "equal-periods",
     "constant": "one-colour",
     "stripes": "rows",
     "noise_pink": "mixed",
-    "pebbles_black": "elements",
+    "pebbles_black": "in-step",  # they lie about a grid of 14 px
     "noise_white": "mixed",
 }
 
@@ -114,10 +124,25 @@ class TestRules:
         assert found.rule == CLASSES[name], found.why
         assert found.why
 
-    def test_a_brick_wall_leads_to_near_regular_and_its_lattice(self) -> None:
+    def test_a_brick_wall_is_laid_in_step_with_its_lattice(self) -> None:
         found = choice_of(picture("brick_colours"))
-        assert found.method.slug == "near-regular"
-        assert found.method.lattice == found.decided["lattice"]
+        assert found.method.slug == "graphcut"
+        assert found.method.lattice == found.decided["lattice"] == vectors_of(found.facts.lattice)
+
+    def test_blocks_lead_where_joints_part_them_or_patches_cannot_be_laid(self) -> None:
+        clear = choice_of(tiles())
+        assert (clear.rule, clear.method.slug) == ("periods", "near-regular")
+        assert clear.facts.joints < BOUNDS.joints < choice_of(picture("brick_colours")).facts.joints
+        for canvas in (ia.Canvas(256, 256, "both"), ia.Canvas(2049, 2048)):
+            assert choice_of(picture("brick_colours"), canvas).rule == "periods"
+
+    def test_a_lattice_that_only_its_peaks_tell_keeps_patches_in_step(self) -> None:
+        found = choice_of(picture("pebbles_black"))
+        assert found.facts.lattice is None
+        assert found.facts.about is not None
+        assert found.facts.about.verdict == "refused"
+        assert found.method.lattice == vectors_of(found.facts.about)
+        assert choice_of(cells()).facts.about is None
 
     def test_noise_is_mixed_in_pieces_of_every_size(self) -> None:
         found = choice_of(speckle(96, 96))
@@ -247,7 +272,7 @@ class TestRules:
 class TestAsked:
     def test_a_parameter_restricts_the_choice(self) -> None:
         wall = picture("brick_colours")
-        assert choice_of(wall, given={"patch": 20}).method.slug == "image-quilting"
+        assert choice_of(wall, given={"patch": 20}).method.slug == "graphcut"
         assert choice_of(speckle(96, 96), given={"patch": 20}).method.slug == "graphcut"
         assert choice_of(wall, given={"tolerance": 0.2}).method.slug == "image-quilting"
         assert choice_of(wall, given={"candidates": 3}).method.slug == "patch-sampling"
@@ -499,7 +524,7 @@ class TestCommands:
         said = run("grow", "wall.png", "-mauto", "-o", "out.png", "--size", 150, "--explain").stderr
         for word in ("lattice", "elements", "rule", "method", "parameters", "command"):
             assert f"\n{word} " in said
-        assert "near-regular" in said
+        assert "in-step" in said
 
     @pytest.mark.parametrize("exemplar", ["wall.png", "blobs.png"])
     def test_the_command_repeats_the_picture_without_auto(self, exemplar: str) -> None:
@@ -530,7 +555,7 @@ class TestCommands:
 
     def test_an_option_restricts_the_choice(self) -> None:
         told = json.loads(run("grow", "wall.png", "-mauto", "-o", "out.png", "--patch", 20, "--json").stdout)
-        assert told["method"] == "image-quilting"
+        assert told["method"] == "graphcut"
         assert told["parameters"]["patch"] == 20
 
     @pytest.mark.parametrize(
@@ -555,7 +580,7 @@ class TestCommands:
 
     def test_the_method_is_part_of_the_name(self) -> None:
         run("grow", "wall.png", "-mauto", "-o", "{method}.png", "--size", 140)
-        assert Path("near-regular.png").exists()
+        assert Path("graphcut.png").exists()
 
     def test_analyze_suggests_what_auto_chooses(self) -> None:
         for name in ("wall.png", "blobs.png"):

@@ -8,7 +8,8 @@ from typing import Any
 from ..analysis.lines import CLEAR
 from ..analysis.symmetry import SLACK
 from ..image import Kind
-from ..lattice.vectors import UNIT
+from ..lattice.vectors import UNIT, vectors_of
+from ..lattice.verdict import Lattice
 from .facts import SIGNS, Facts
 from .rules import BOUNDS, courses_of
 
@@ -46,11 +47,15 @@ def _lattice(f: Facts) -> Measured:
     tie = _lattice_tie(f)
     if f.lattice is None:
         best = max((one.confidence for one in f.lattices.ranked), default=0.0)
-        return Measured(None, max(0.0, 1 - best / SURE), f"none (best candidate {best:.2f}){tie}")
+        about = "" if f.about is None else f", but elements lie about steps of {_shown(f.about)} px"
+        return Measured(None, max(0.0, 1 - best / SURE), f"none (best candidate {best:.2f}){tie}{about}")
     vectors = [[x / UNIT, y / UNIT] for y, x in f.lattice.vectors]
-    shown = " and ".join(f"{x:.2f},{y:.2f}" for x, y in vectors)
-    said = f"{shown} px, confidence {f.lattice.confidence:.2f}{tie}"
+    said = f"{_shown(f.lattice)} px, confidence {f.lattice.confidence:.2f}{tie}"
     return Measured(vectors, min(1.0, f.lattice.confidence / SURE), said)
+
+
+def _shown(found: Lattice) -> str:
+    return " and ".join(f"{x:.2f},{y:.2f}" for x, y in vectors_of(found))
 
 
 def _tie(value: float, bound: float, said: str) -> str:
@@ -72,7 +77,7 @@ def _lattice_tie(f: Facts) -> str:
 def _variation(f: Facts) -> Measured:
     if f.lattice is None or f.lattice.kind == "1-D":
         return Measured(None, 1.0, "no periods to compare")
-    said = f"periods differ by {100 * f.variation:.0f} % of the contrast"
+    said = f"periods differ by {100 * f.variation:.0f} % of the contrast; cuts in joints cost {f.joints:.2f} of others"
     return Measured(round(f.variation, 4), min(1.0, f.lattice.confidence / SURE), said)
 
 

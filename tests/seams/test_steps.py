@@ -1,0 +1,111 @@
+"""Patches in step: where they may lie, and that they lie nowhere else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.methods.base import keeps_lattice
+from intarsia.seams import steps
+from intarsia.sourcemap import HOLE, SourceMap
+from intarsia.testing import texture
+
+from .naive_steps import in_step
+
+LATTICE = ((13.25, 1.5), (-2.0, 17.75))
+VECTORS = ((384, 3392), (4544, -512))
+
+
+def off(smap: SourceMap) -> np.ndarray:
+    """How far, px, every pixel lies off the steps from the first: the larger of rows and columns."""
+    away = (smap.yx - np.moveaxis(np.indices(smap.yx.shape[:2]), 0, 2)).astype(float)
+    away -= away[0, 0]
+    steps_of = np.array([(y, x) for x, y in LATTICE])
+    least = np.full(away.shape[:2], np.inf)
+    nearest = np.rint(away @ np.linalg.inv(steps_of))
+    for m in (-1, 0, 1):
+        for n in (-1, 0, 1):
+            least = np.minimum(least, np.abs(away - (nearest + (m, n)) @ steps_of).max(axis=2))
+    return least
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
+    dice = np.random.default_rng(seed)
+    vectors = [(int(dice.integers(256, 6000)), int(dice.integers(-900, 900))),
+               (int(dice.integers(-900, 900)), int(dice.integers(1024, 6000)))]  # fmt: skip
+    valid = dice.random((int(dice.integers(1, 40)), int(dice.integers(1, 40)))) < 0.8
+    place = int(dice.integers(-90, 90)), int(dice.integers(-90, 90))
+    slack = int(dice.integers(0, 4))
+    first, second = vectors[:: 1 if seed % 2 else -1]
+    found = steps.in_step(valid, (first, second), place, slack)
+    assert (found == in_step(valid, (first, second), place, slack)).all()
+    assert found.any() == valid.any()
+    assert not (found & ~valid).any()
+
+
+def test_a_place_is_in_step_with_itself_and_with_nothing_between() -> None:
+    valid = np.ones((40, 40), bool)
+    found = steps.in_step(valid, VECTORS, (20, 20), 0)
+    assert found[20, 20]
+    assert abs(found.sum() - 40 * 40 * 65536 / (4544 * 3392 + 384 * 512)) < 4
+
+
+def test_where_nothing_is_in_step_the_slack_grows() -> None:
+    found = steps.in_step(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
+    assert found.any()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_all_of_a_picture_is_in_step_with_its_first_pixel(seed: int) -> None:
+    exemplar = Exemplar.of(texture(72, 80))
+    made = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30, lattice=LATTICE), seed=seed)
+    assert off(made.map).max() <= 2 * steps.SLACK + 1  # the first patch, too, may be off by its rounding
+    away = made.map.yx - np.moveaxis(np.indices((150, 130)), 0, 2)
+    assert len(np.unique(away.reshape(-1, 2), axis=0)) > 9
+    free = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30), seed=seed)
+    assert off(free.map).max() > 2 * steps.SLACK + 1
+
+
+def test_what_is_there_is_gone_on_with_in_step() -> None:
+    exemplar = Exemplar.of(texture(72, 80))
+    yx, which = np.zeros((60, 110, 2), np.int32), np.full((60, 110), HOLE, np.uint8)
+    yx[:, :40], which[:, :40] = np.moveaxis(np.indices((60, 40)), 0, 2) + (5, 7), 0
+    start = SourceMap(yx, which, None, (exemplar.source,))
+    made = ia.synthesize(exemplar, method=ia.Graphcut(patch=30, lattice=LATTICE), seed=1, start=start)
+    assert off(made.map).max() <= 2 * steps.SLACK + 1
+
+
+@pytest.mark.parametrize(
+    ("given", "canvas", "said"),
+    [
+        ({}, Canvas(90, 90, "x"), "a canvas that wraps"),
+        ({"placement": "entire"}, Canvas(90, 90), "placement=entire"),
+        ({"isometries": "180"}, Canvas(90, 90), "isometries=180"),
+        ({"lattice": ((0.0, 13.0),)}, Canvas(90, 90), "rows of one vector"),
+        ({"lattice": ((0.0, 13.0), (70.0, 0.0))}, Canvas(90, 90), "no patch of 16 px"),
+    ],
+)
+def test_what_does_not_go_with_steps_is_refused(given: dict[str, object], canvas: Canvas, said: str) -> None:
+    exemplar = Exemplar.of(texture(72, 80))
+    with pytest.raises(ia.ParameterError, match=said):
+        ia.Graphcut(**{"lattice": LATTICE, **given}).resolved([exemplar], canvas)  # type: ignore[arg-type]
+
+
+def test_several_exemplars_have_no_steps_together() -> None:
+    exemplars = [Exemplar.of(texture(72, 80, s)) for s in (1, 2)]
+    with pytest.raises(ia.ParameterError, match="several exemplars"):
+        ia.Graphcut(lattice=LATTICE).resolved(exemplars, Canvas(90, 90))
+
+
+def test_windows_leave_room_for_a_period() -> None:
+    exemplar = Exemplar.of(texture(72, 80))
+    assert ia.Graphcut(lattice=((40.0, 0.0), (3.0, 50.0))).resolved([exemplar], Canvas(90, 90)).patch <= 22
+
+
+def test_a_lattice_is_kept_only_where_it_is_given() -> None:
+    assert keeps_lattice(ia.Graphcut(lattice=LATTICE))
+    assert not keeps_lattice(ia.Graphcut())
