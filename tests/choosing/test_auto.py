@@ -78,7 +78,8 @@ def tiles(size: int = 160, seed: int = 8) -> np.ndarray:
     y, x = np.indices((size, size))
     own = rng.integers(20, 160, (size // 32 + 1, size // 32 + 1))[(y + 16) // 32, (x + 16) // 32]
     joint = ((y + 16) % 32 < 4) | ((x + 16) % 32 < 4)
-    return np.where(joint, 230 + rng.integers(0, 9, (size, size)), own + rng.integers(0, 30, (size, size))).astype(np.uint8)
+    shades = np.where(joint, 230, own) + rng.integers(0, 20, (size, size))
+    return shades.astype(np.uint8)
 
 
 def lines_of_text(height: int = 192, width: int = 200, seed: int = 6) -> np.ndarray:

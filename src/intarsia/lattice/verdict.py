@@ -49,7 +49,7 @@ class Limits(NamedTuple):
     scattered: float = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
     faint: float = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
     exact: float = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
-    doubted: float = 0.025  # confidence of one that its peaks tell; 0.012: the same, 0.05: a weave of bamboo is lost
+    doubted: float = 0.025  # confidence of one that its peaks tell; halved: jeans get one, doubled: bamboo loses its
     told: float = 4.0  # 10 to this: the odds that tell it; halved: setts in courses get one, doubled: bamboo is lost
 
 
@@ -181,7 +181,8 @@ def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
     Things of their own shapes and colours, in step, agree little with each other, and only in parts; what agrees lies
     where it should all the same. Blocks cut by such a lattice do not fit, but patches may keep to it.
     """
-    told = (one for one in ranked if one.confidence >= LIMITS.doubted and one.odds >= LIMITS.told)
+    enough = (one for one in ranked if one.points >= ENOUGH and one.confidence >= LIMITS.doubted)
+    told = (one for one in enough if one.odds >= LIMITS.told)
     return max(told, key=lambda one: one.confidence, default=None)
 
 
