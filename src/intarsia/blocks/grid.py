@@ -118,11 +118,11 @@ def block_vectors(
 
 def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: int) -> tuple[int, float]:
     """Find where along an axis cuts are cheapest, and how cheap: there the joints are (0 .. period-1 px)."""
-    costs = phase_costs(features, grid, border, axis)
-    if costs is None:
+    mean = phase_costs(features, grid, border, axis)
+    if mean is None:
         return 0, 0.0
-    at = int(np.argmin(costs))
-    return at, float(costs[at])
+    at = int(np.argmin(mean))
+    return at, float(mean[at])
 
 
 def phase_costs(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: int) -> NDArray[np.float64] | None:
