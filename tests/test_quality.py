@@ -100,7 +100,7 @@ LOOKS = {
          "near": 0.09},
     ),
     "cloth": Look(
-        cloth, "periods",
+        cloth, "in-step",
         # joins 8.4 8.9 8.2, steps 16.7 16.7 16.9, strange 11.4 16.3 13.5, lost 31.6 29.9 30.2,
         # blurred 0.0 0.0 0.0, seams 12.0 12.0 10.7, unshown 34.7 26.9 29.3, near 0.004 0.005 0.009,
         # bent 0.000 0.000 0.000

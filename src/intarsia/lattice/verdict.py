@@ -50,7 +50,7 @@ class Limits(NamedTuple):
     faint: float = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
     exact: float = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
     doubted: float = 0.025  # confidence of one that its peaks tell; halved: jeans get one, doubled: bamboo loses its
-    told: float = 4.0  # 10 to this: the odds that tell it; halved: setts in courses get one, doubled: bamboo is lost
+    told: float = 4.0  # 10 to this: the odds that tell it; halved: the same, doubled: bamboo and lizards lose it
 
 
 LIMITS = Limits()
@@ -179,9 +179,10 @@ def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
     """Return the surest lattice whose peaks hardly lie on its points by chance, refused or not; None where none is.
 
     Things of their own shapes and colours, in step, agree little with each other, and only in parts; what agrees lies
-    where it should all the same. Blocks cut by such a lattice do not fit, but patches may keep to it.
+    where it should all the same, at twice as many points as are asked of others (with four boards of planks get one).
+    Blocks cut by such a lattice do not fit, but patches may keep to it.
     """
-    enough = (one for one in ranked if one.points >= ENOUGH and one.confidence >= LIMITS.doubted)
+    enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= LIMITS.doubted)
     told = (one for one in enough if one.odds >= LIMITS.told)
     return max(told, key=lambda one: one.confidence, default=None)
 
