@@ -28,7 +28,7 @@ def off(smap: SourceMap, first: tuple[int, int] | None = None) -> np.ndarray:
     nearest = np.rint(away @ np.linalg.inv(steps_of))
     for m in (-1, 0, 1):
         for n in (-1, 0, 1):
-            least = np.minimum(least, np.abs(away - (nearest + (m, n)) @ steps_of).max(axis=2))
+            least = np.minimum(least, np.abs(away - (nearest + np.array((m, n))) @ steps_of).max(axis=2))
     return least
 
 
@@ -74,7 +74,7 @@ def test_what_is_there_is_gone_on_with_in_step() -> None:
     exemplar = Exemplar.of(texture(72, 80))
     yx, which = np.zeros((60, 110, 2), np.int32), np.full((60, 110), HOLE, np.uint8)
     there = np.s_[2:8, 2:8]  # the last corner of the exemplar: no patch goes on with it as it does itself
-    yx[there], which[there] = np.moveaxis(np.indices((6, 6)), 0, 2) + (66, 74), 0
+    yx[there], which[there] = np.moveaxis(np.indices((6, 6)), 0, 2) + np.array((66, 74)), 0
     start = SourceMap(yx, which, None, (exemplar.source,))
     made = ia.synthesize(exemplar, method=ia.Graphcut(patch=30, lattice=LATTICE), seed=1, start=start)
     assert off(made.map, (64, 72)).max() <= steps.SLACK + 1
