@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,6 @@ from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
 from ..lattice.vectors import UNIT, cell_of, lattices_of, vectors_of
 from ..lattice.verdict import told_by_peaks
-from ..lazy import lazy
 from ..search.sizes import elements
 from ..segments.segments import segments
 from ..tiles.tiling import unlikeness

@@ -22,7 +22,8 @@ from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.graphcut import SHOWN, Box, Cut, GraphcutSettings, middle
+from ..seams.graphcut import SHOWN, Box, Cut, middle
+from ..seams.settings import GraphcutSettings
 from ..seams.worst import Cell, WorstSeams
 from ..search.candidates import Candidates
 from ..sourcemap import SourceMap
