@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numba
 import pytest
 from hostile import caches
 
 import intarsia.kernels.cache as kept
 from intarsia.kernels.cache import HEADER, KernelCache, cache_folder
+from intarsia.kernels.compiling import Kernel
 
 posix = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and rights as of POSIX")
 root = pytest.mark.skipif(getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give files away")
@@ -38,7 +38,7 @@ def untroubled(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def loaded(function: Callable[..., Any], folder: Path | None) -> Any:
     """Return a function as another process would find it: nothing of it compiled, the cache on disk."""
-    compiled: Any = numba.njit(nogil=True)(function)
+    compiled: Any = Kernel(function)
     compiled._cache = KernelCache(function, lambda: folder and str(folder))
     return compiled
 

@@ -25,6 +25,9 @@ from typing import Any
 import numba
 from numba.core import caching, serialize
 from numba.core.compiler import CompileResult
+from numba.core.runtime import nrt
+
+from .symbols import all_known, asked_of_others
 
 KEPT = 3
 MARK = b"intarsia kernel1"
@@ -35,6 +38,7 @@ ROOT = Path(__file__).parents[1]
 _key_of: Any = caching.FunctionCache._index_key
 _rebuild: Any = CompileResult._rebuild
 _dumps: Any = serialize.dumps
+_runtime: Any = nrt.rtsys
 
 _READ = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_BINARY", "O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC"))
 _WRITE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
@@ -100,10 +104,10 @@ class KernelCache(caching._Cache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the function compiled for a signature, or None where no whole entry is kept."""
-        target_context.refresh()
         folder = self._folder() if self._enabled else None
         if folder is None:
             return None
+        _runtime.initialize(target_context)  # all that ready machine code needs; numba's own refresh takes 0.2 s
         path, identity = self._entry(folder, sig, target_context.codegen())
         try:
             payload = _read(path, identity)
@@ -115,12 +119,14 @@ class KernelCache(caching._Cache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled function; what cannot be kept is compiled again in the next process."""
-        folder = self._folder() if self._enabled else None
+        folder = self._folder() if self._enabled and data.library._finalized else None
         if folder is None or any(not loop.can_cache for loop in data.lifted) or data.library.has_dynamic_globals:
             return
         path, identity = self._entry(folder, sig, data.codegen)
         try:
-            _write(path, identity, _dumps(data._reduce()))
+            *whole, environments = data._reduce()
+            needed = tuple(e for e in environments if e.consts)  # one without would hide that of a kernel of its own
+            _write(path, identity, _dumps((asked_of_others(data.library._final_module), (*whole, needed))))
         except OSError as e:
             _not_kept(folder, (e.strerror or str(e)).lower())
 
@@ -140,7 +146,15 @@ class KernelCache(caching._Cache):
     @staticmethod
     def _rebuilt(payload: bytes, target_context: Any) -> Any:
         try:
-            return _rebuild(target_context, *pickle.loads(payload))
+            names, whole = pickle.loads(payload)
+            if not all_known(names, target_context):
+                target_context.refresh()
+                if not all_known(names, target_context):
+                    raise _Unfit  # to load it would end the process
+            found = _rebuild(target_context, *whole)
+            if not found.library.get_pointer_to_function(found.fndesc.llvm_cpython_wrapper_name):
+                raise _Unfit  # nothing that Python could call
+            return found
         except MemoryError:
             raise
         except Exception as e:  # whole, but of a numba that calls itself as this one does and is another
@@ -172,7 +186,7 @@ def _read(path: str, identity: bytes) -> bytes | None:
 
 def _write(path: str, identity: bytes, payload: bytes) -> None:
     """Make an entry, all or nothing: also while others make the same one, or take the folder away."""
-    hidden = f"{path}.{uuid.uuid4().hex[:16]}"
+    hidden = f"{path}.{os.getpid():x}-{uuid.uuid4().hex[:16]}"
     try:
         handle = os.open(hidden, _WRITE, 0o600)
     except FileNotFoundError:
@@ -186,6 +200,11 @@ def _write(path: str, identity: bytes, payload: bytes) -> None:
         with suppress(OSError):
             os.unlink(hidden)
         raise
+
+
+def unfinished(folder: str, process: int) -> list[Path]:
+    """Return the files that a process had not finished, which has ended."""
+    return list(Path(folder).glob(f"*.kernel.{process:x}-*"))
 
 
 def _header(identity: bytes, payload: bytes) -> bytes:

@@ -9,39 +9,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
+from numba.core import config
 
-from .cache import KernelCache, cache_folder, troubled
+from .cache import KernelCache, cache_folder
+from .compiling import Kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def kernel(function: F) -> F:
     """Compile `function` at its first call, or load what was compiled before (see :mod:`.cache`)."""
-    compiled: Any = numba.njit(nogil=True)(function)
-    if hasattr(compiled, "enable_caching"):  # not so under NUMBA_DISABLE_JIT
-        compiled._cache = KernelCache(function, cache_folder)
+    settings: Any = config
+    if settings.DISABLE_JIT:
+        return function
+    compiled: Any = Kernel(function)
+    compiled._cache = KernelCache(function, cache_folder)
     return cast(F, compiled)
-
-
-def on_first_compilation(announce: Callable[[], None]) -> None:
-    """Call `announce` once, just before the first kernel that no cache holds is compiled in this process.
-
-    It is not called where a line on the cache was said: that tells of the compilation, too.
-    """
-    from numba.core import event
-
-    class _Listener(event.Listener):
-        announced = False
-
-        def on_start(self, event: Any) -> None:
-            if not self.announced:
-                self.announced = True
-                if not troubled():
-                    announce()
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    register: Any = event.register
-    register("numba:compile", _Listener())

@@ -100,7 +100,8 @@ def reachable(allowed: Any, factor: int, out: Any) -> None:
             row = allowed[u]
             for x in range(len(row)):
                 near[x] |= row[x]
-        wide[:] = near
+        for x in range(width):
+            wide[x] = near[x]
         for gap in range(1, min(factor, width)):
             before, after = wide[gap:], wide[: width - gap]
             for x in range(len(before)):
