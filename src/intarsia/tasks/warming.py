@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -10,20 +12,63 @@ import numpy as np
 from ..exemplar import Exemplar
 from ..guide import Guide
 from ..image import Kind, Plane
+from ..kernels.listed import compile_line
 from ..lattice.vectors import lattice_of
 from ..levelling import Levelling
 from ..methods.base import METHODS, Ability, make, method_class
 from ..params import parameters
 from ..run import Run
 from ..synthesis import synthesize
+from .ahead import END, Beside, beside, share
 
 
 def warm_up(run: Run) -> int:
-    """Compile every kernel for this computer, where it is not yet; return how many textures were grown for it."""
-    jobs = list(_jobs())
-    for job in jobs:
-        _grow(job, run)
-    return len(jobs)
+    """Compile every kernel for this computer, where it is not yet; return how many textures were grown for it.
+
+    Each thread of the run is a process here: numba compiles one function at a time.
+    """
+    parts = run.workers
+    helpers: list[Beside | None] = [beside() for _ in range(parts - 1)]
+    try:
+        for part, helper in enumerate(helpers, 1):
+            if helper is not None:
+                helper.compile(f"{part}/{parts}")
+        _compile_share(0, parts, run)
+        grow_share(0, parts, run)
+        for part, helper in enumerate(helpers, 1):
+            if helper is None or not _finished(helper, run):
+                if helper is not None:
+                    run.notes.append("a process that compiled beside this one ended early; its part was done here.")
+                grow_share(part, parts, run)
+    finally:
+        for helper in helpers:
+            if helper is not None:
+                helper.close()
+    return len(list(_jobs()))
+
+
+def _compile_share(part: int, parts: int, run: Run) -> None:
+    for line in share(part, parts):
+        run.check()
+        with suppress(ValueError):  # of a list that is older than the kernel
+            compile_line(line)
+
+
+def _finished(helper: Beside, run: Run) -> bool:
+    """Wait for a process; tell whether it did its part."""
+    helper.compile(END)
+    while helper.running():
+        run.check()
+        time.sleep(0.05)
+    return helper.close() == 0
+
+
+def grow_share(part: int, parts: int, run: Run) -> None:
+    """Grow one of so many shares of the tiny textures, which run all kernels."""
+    for number, job in enumerate(_jobs()):
+        if number % parts == part:
+            run.check()
+            _grow(job, run)
 
 
 ASKED: dict[Ability, dict[str, Any]] = {

@@ -20,5 +20,8 @@ def command(report: Report, threads: int | None) -> None:
     from ...run import Run
     from ...tasks.warming import warm_up
 
-    pictures = warm_up(Run(threads, None, CANCEL))
+    run = Run(threads, None, CANCEL)
+    pictures = warm_up(run)
+    for note in run.notes:
+        report.warn(note)
     report.note(f"ready: grew {pictures} tiny textures in {time.perf_counter() - began:.1f} s")

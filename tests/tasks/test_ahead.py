@@ -1,0 +1,138 @@
+"""Kernels compiled beside the work: the list of them, and the process that does it, which leaves nothing behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from long import but_some
+
+import intarsia as ia
+from intarsia.cli.report import Helper, Report
+from intarsia.kernels.cache import cache_folder
+from intarsia.kernels.listed import kernel_of, line_of
+from intarsia.methods.base import METHODS
+from intarsia.tasks import ahead, warming
+
+ROOT = Path(__file__).parents[2]
+EVERY = sorted({line for lines in ahead.lists().values() for line in lines})
+
+
+def test_every_line_names_a_kernel_and_its_types_and_is_what_would_be_written() -> None:
+    assert len(EVERY) > 100
+    assert [line_of(*kernel_of(line)) for line in EVERY] == EVERY
+
+
+@pytest.mark.parametrize(
+    "line", ["", "1", "x", "os.system(int64)", "kernels.paths.nothing()", "kernels.paths.trace(array(int64, 2, X))",
+             "kernels.paths.trace(text)", "kernels.paths.trace(array(int64))", "kernels.paths.BARRED(int64)", "x."],
+)  # fmt: skip
+def test_a_line_that_names_no_kernel_is_refused(line: str) -> None:
+    with pytest.raises(ValueError, match="no kernel"):
+        kernel_of(line)
+
+
+@pytest.mark.parametrize("name", but_some([*METHODS, "grow stones", "grow tiles"], "grow stones", "repeat"))
+def test_the_list_holds_what_a_command_runs(name: str) -> None:
+    """Where this fails a kernel has other types than before, or is new: `make tables` writes the list anew."""
+    command = [sys.executable, str(ROOT / "tools" / "list_kernels.py"), "--run", name]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    needed = set(json.loads(done.stdout.splitlines()[-1]))
+    words = (name, *("auto", "auto-graphcut", "auto-near-regular") * name.startswith("grow"))
+    kept = {line for word in words for line in ahead.lists().get(word, ())}
+    assert not needed - kept
+    if name in METHODS:
+        assert not kept - needed
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3, 7])
+def test_shares_are_disjoint_and_make_the_whole(parts: int) -> None:
+    shares = [ahead.share(part, parts) for part in range(parts)]
+    assert sorted(line for share in shares for line in share) == EVERY
+
+
+def gone(pid: int) -> bool:
+    """Whether a process has ended, or does so within ten seconds."""
+    for _ in range(200):
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return True
+        state = Path(f"/proc/{pid}/stat")
+        if state.exists() and state.read_text().rpartition(")")[2].split()[0] == "Z":
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_what_was_begun_is_swept_when_the_process_is_ended() -> None:
+    process = ahead.Beside()
+    folder = Path(cache_folder() or pytest.skip("no folder"))
+    begun = folder / f"x.kernel.{process.process:x}-0123456789abcdef"
+    begun.write_bytes(b"half")
+    assert process.close() is None
+    assert not begun.exists()
+    assert gone(process.process)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="asks for processes as of POSIX")
+def test_the_process_ends_with_the_one_that_it_works_for() -> None:
+    script = "import os\nfrom intarsia.tasks.ahead import Beside\nprint(Beside().process, flush=True)\nos._exit(9)"
+    done = subprocess.run([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, check=False)
+    assert gone(int(done.stdout))
+
+
+def test_a_process_that_dies_is_told_of_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ahead, "ALONE", "raise SystemExit(3)")
+    monkeypatch.setattr("intarsia.run.cores", lambda: 2)
+    report = Report(quiet=True)
+    helper = Helper("graphcut", None, report)
+    helper.begin()
+    assert helper._process is not None
+    helper._process._process.wait()
+    helper.turn_to("near-regular")  # into a pipe that nobody reads
+    helper.close()
+    assert report.warnings == ["a process that compiled beside this one ended early (3); this one did it instead."]
+
+
+@pytest.mark.parametrize(("slug", "threads"), [("repeat", None), ("graphcut", 1)])
+def test_no_process_is_started_for_little_or_where_one_thread_is_asked_for(slug: str, threads: int | None) -> None:
+    helper = Helper(slug, threads, Report(quiet=True))
+    helper.begin()
+    assert helper._process is None
+
+
+def test_warming_up_does_itself_what_a_process_left_that_died(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ahead, "ALONE", "raise SystemExit(3)")
+    monkeypatch.setattr(warming, "share", lambda part, parts: [])
+    monkeypatch.setattr(warming, "_jobs", lambda: [{"method": slug} for slug in ("repeat", "random-tiling", "repeat")])
+    grown: list[str] = []
+    monkeypatch.setattr(warming, "_grow", lambda job, run: grown.append(job["method"]))
+    run = ia.Run(2)
+    assert warming.warm_up(run) == 3
+    assert sorted(grown) == ["random-tiling", "repeat", "repeat"]
+    assert run.notes == ["a process that compiled beside this one ended early; its part was done here."]
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as of Linux")
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_a_first_run_that_is_stopped_leaves_no_process_and_no_file(stop: signal.Signals, tmp_path: Path) -> None:
+    around = {**os.environ, "INTARSIA_CACHE": str(tmp_path / "c")}
+    words = [sys.executable, "-m", "intarsia", "grow", "sample:stones", "-q", "--threads", "2"]
+    words += ["-o", str(tmp_path / "o.png")]
+    work = subprocess.Popen(words, env=around, stderr=subprocess.DEVNULL)
+    children = Path(f"/proc/{work.pid}/task/{work.pid}/children")
+    while not (beside := children.read_text().split()) or not list((tmp_path / "c").rglob("*.kernel")):
+        assert work.poll() is None
+        time.sleep(0.02)
+    work.send_signal(stop)
+    assert work.wait(60) == 130
+    assert all(gone(int(pid)) for pid in beside)
+    assert [p.name for p in (tmp_path / "c").rglob("*") if p.is_file() and p.suffix != ".kernel"] == []
+    assert not (tmp_path / "o.png").exists()
