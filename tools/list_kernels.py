@@ -37,9 +37,10 @@ def run(name: str) -> list[str]:
 
     KernelCache.load_overload = noted  # type: ignore[method-assign]
     if name == "all":
-        from intarsia.tasks.warming import grow_share
+        from intarsia.tasks.tiny_textures import grow_tiny, kinds
 
-        grow_share(0, 1, ia.Run())
+        for number in range(len(kinds())):
+            grow_tiny(number, ia.Run())
     elif name.startswith("choose "):
         choose(name.removeprefix("choose "))
     else:

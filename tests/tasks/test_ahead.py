@@ -18,10 +18,10 @@ from intarsia.cli.report import Helper, Report
 from intarsia.kernels.cache import cache_folder
 from intarsia.kernels.listed import kernel_of, line_of
 from intarsia.methods.base import METHODS
-from intarsia.tasks import ahead, warming
+from intarsia.tasks import ahead, tiny_textures, warming
 
 ROOT = Path(__file__).parents[2]
-EVERY = sorted({line for lines in ahead.lists().values() for line in lines})
+EVERY = ahead.every_kernel()
 
 
 def test_every_line_names_a_kernel_and_its_types_and_is_what_would_be_written() -> None:
@@ -49,12 +49,6 @@ def test_the_list_holds_what_a_command_runs(name: str) -> None:
     assert not needed - kept
     if name in METHODS:
         assert not kept - needed
-
-
-@pytest.mark.parametrize("parts", [1, 2, 3, 7])
-def test_shares_are_disjoint_and_make_the_whole(parts: int) -> None:
-    shares = [ahead.share(part, parts) for part in range(parts)]
-    assert sorted(line for share in shares for line in share) == EVERY
 
 
 def gone(pid: int) -> bool:
@@ -108,16 +102,48 @@ def test_no_process_is_started_for_little_or_where_one_thread_is_asked_for(slug:
     assert helper._process is None
 
 
-def test_warming_up_does_itself_what_a_process_left_that_died(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ahead, "ALONE", "raise SystemExit(3)")
-    monkeypatch.setattr(warming, "share", lambda part, parts: [])
-    monkeypatch.setattr(warming, "_jobs", lambda: [{"method": slug} for slug in ("repeat", "random-tiling", "repeat")])
-    grown: list[str] = []
-    monkeypatch.setattr(warming, "_grow", lambda job, run: grown.append(job["method"]))
+@pytest.fixture
+def three_tiny(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Have warming up grow three textures, on two cores; what is grown by this process is noted."""
+    grown: list[int] = []
+    monkeypatch.setattr(warming, "cores", lambda: 2)
+    monkeypatch.setattr(warming, "every_kernel", list)
+    monkeypatch.setattr(warming, "kinds", lambda: [{}, {}, {}])
+    monkeypatch.setattr(tiny_textures, "grow_tiny", lambda number, run: grown.append(number))
+    return grown
+
+
+def test_warming_up_does_itself_what_a_process_left_that_died(
+    monkeypatch: pytest.MonkeyPatch, three_tiny: list[int]
+) -> None:
+    monkeypatch.setattr(ahead, "ALONE", "import sys\nsys.stdin.readline()\nraise SystemExit(3)")
     run = ia.Run(2)
     assert warming.warm_up(run) == 3
-    assert sorted(grown) == ["random-tiling", "repeat", "repeat"]
+    assert sorted(three_tiny) == [0, 1, 2]
     assert run.notes == ["a process that compiled beside this one ended early; its part was done here."]
+
+
+def test_a_process_beside_takes_from_the_end(monkeypatch: pytest.MonkeyPatch, three_tiny: list[int]) -> None:
+    """And none of it is done twice: here it waits until the last is taken, and the other does the rest."""
+    answering = "import sys\nfor line in sys.stdin:\n print(line, flush=True)\n print(flush=True)"
+    monkeypatch.setattr(ahead, "ALONE", answering)
+    monkeypatch.setattr(tiny_textures, "grow_tiny", lambda number, run: (three_tiny.append(number), time.sleep(0.5)))
+    run = ia.Run(2)
+    assert warming.warm_up(run) == 3
+    assert three_tiny == [0]
+    assert run.notes == []
+
+
+@pytest.mark.parametrize(("threads", "cores", "processes"), [(1, 4, 0), (2, 4, 1), (1000, 3, 2), (1000, 99, 7)])
+def test_no_more_processes_warm_up_than_there_are_cores(
+    monkeypatch: pytest.MonkeyPatch, three_tiny: list[int], threads: int, cores: int, processes: int
+) -> None:
+    started: list[int] = []
+    monkeypatch.setattr(warming, "cores", lambda: cores)
+    monkeypatch.setattr(warming, "beside", lambda: started.append(1))
+    warming.warm_up(ia.Run(threads))
+    assert len(started) == processes
+    assert three_tiny == [0, 1, 2]
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as of Linux")

@@ -11,6 +11,7 @@ import json
 import subprocess
 import sys
 import time
+from collections import deque
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -18,7 +19,7 @@ from threading import Thread
 from typing import Any
 
 LIST = Path(__file__).with_name("kernels.json")
-END, WITHOUT = "end", "without"
+WITHOUT, ONLY, GROW = "without", "only", "grow"
 FEW = 6  # kernels, which take about two seconds
 ALONE = f"""import sys
 sys.path.append({str(Path(__file__).parents[2])!r})
@@ -35,20 +36,9 @@ def lists() -> dict[str, list[str]]:
     return {name: [kernels[n] for n in numbers] for name, numbers in kept["lists"].items()}
 
 
-def share(part: int, parts: int) -> list[str]:
-    """Return one of so many shares of all kernels, those of a file together, all shares about as large."""
-    rooms: dict[str, list[str]] = {}
-    for line in sorted({line for lines in lists().values() for line in lines}):
-        rooms.setdefault(line.partition("(")[0].rpartition(".")[0], []).append(line)
-    source = Path(__file__).parents[1]
-    weight = {room: (source / f"{room.replace('.', '/')}.py").stat().st_size * len(rooms[room]) for room in rooms}
-    full, mine = [0] * parts, list[str]()
-    for room in sorted(rooms, key=lambda room: (-weight[room], room)):
-        least = full.index(min(full))
-        full[least] += weight[room]
-        if least == part:
-            mine += rooms[room]
-    return mine
+def every_kernel() -> list[str]:
+    """Return all lines of all lists once, those of a file together: they call the same functions."""
+    return sorted({line for lines in lists().values() for line in lines})
 
 
 class Beside:
@@ -63,7 +53,8 @@ class Beside:
             [sys.executable, "-P", "-c", ALONE], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL, start_new_session=True, text=True,
         )  # fmt: skip
-        self._now = ""
+        self._now, self.taken = "", ""
+        self._work: deque[str] | None = None
         self._listener = Thread(target=self._listen, daemon=True)
         self._listener.start()
 
@@ -73,8 +64,16 @@ class Beside:
         return self._process.pid
 
     def compile(self, *words: str) -> None:
-        """Go on with the lists of these names, or with ``part/parts`` of all kernels and of what warms up."""
+        """Go on with the lists of these names."""
         self._tell(" ".join(words))
+
+    def take_from(self, work: deque[str]) -> None:
+        """Take one line after another from the end and do what it says, until none is left.
+
+        ``taken`` is the one at hand, empty when there is none; a process that ends leaves it undone.
+        """
+        self._work = work
+        self._take()
 
     def share_work(self) -> None:
         """From now on kernels that this process needs are not made twice."""
@@ -111,7 +110,18 @@ class Beside:
     def _listen(self) -> None:
         for line in self._process.stdout:  # type: ignore[union-attr]
             self._now = line.strip()
+            if not self._now and self._work is not None:
+                self._take()
         self._now = ""
+
+    def _take(self) -> None:
+        assert self._work is not None
+        try:
+            self.taken = self._work.pop()
+        except IndexError:
+            self.taken = ""
+        else:
+            self._tell(f"{ONLY} {self.taken}")
 
     def _wait(self, kernel: Any, types: tuple[Any, ...]) -> None:
         from ..kernels.listed import line_of

@@ -13,7 +13,7 @@ from threading import Thread
 from ..kernels.compiling import process_is_brief
 from ..kernels.listed import compile_line
 from ..run import Run
-from .ahead import END, WITHOUT, lists, share
+from .ahead import GROW, ONLY, WITHOUT, lists
 
 
 def work() -> None:
@@ -33,37 +33,33 @@ def work() -> None:
         try:
             words = told.get(block=not left)
         except Empty:
-            _compile(left.pop())
+            _do(left.pop())
             continue
         if words is None:
             os._exit(0)
-        if words == [END]:
-            while left:
-                _compile(left.pop())
-            return
-        without = " ".join(words[1:])
-        left = [line for line in left if line != without] if words[0] == WITHOUT else _lines(words)
-
-
-def _lines(words: Iterable[str]) -> list[str]:
-    lines: list[str] = []
-    for word in reversed(list(words)):
-        if "/" in word:
-            part, parts = map(int, word.split("/"))
-            lines += [f"warm {part}/{parts}", *share(part, parts)]
+        name, line = words[0], " ".join(words[1:])
+        if name == WITHOUT:
+            left = [other for other in left if other != line]
         else:
-            lines += lists().get(word, [])
-    return lines
+            left = [line] if name == ONLY else _lines(words)
 
 
-def _compile(line: str) -> None:
-    if line.startswith("warm "):
-        from .warming import grow_share
+def _lines(names: Iterable[str]) -> list[str]:
+    return [line for name in reversed(list(names)) for line in lists().get(name, ())]
 
-        part, parts = map(int, line.removeprefix("warm ").split("/"))
-        grow_share(part, parts, Run(1))
-        return
+
+def do(line: str, run: Run) -> None:
+    """Do what one line says: compile a kernel, or grow a tiny texture."""
+    if line.startswith(GROW):
+        from .tiny_textures import grow_tiny
+
+        grow_tiny(int(line.removeprefix(GROW)), run)
+    else:
+        with suppress(ValueError):  # of a list that is older than the kernel
+            compile_line(line)
+
+
+def _do(line: str) -> None:
     print(line, flush=True)
-    with suppress(ValueError):  # of a list that is older than the kernel
-        compile_line(line)
+    do(line, Run(1))
     print(flush=True)

@@ -1,157 +1,58 @@
-"""Compiling beforehand: tiny textures, grown with every method and every option that runs other kernels."""
+"""Compiling beforehand: every kernel that a list names, then tiny textures, which run what no list names."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import suppress
-from typing import Any
+from collections import deque
+from dataclasses import replace
 
-import numpy as np
+from ..run import Run, cores
+from .ahead import GROW, Beside, beside, every_kernel
+from .helper import do
+from .tiny_textures import kinds
 
-from ..exemplar import Exemplar
-from ..guide import Guide
-from ..image import Kind, Plane
-from ..kernels.listed import compile_line
-from ..lattice.vectors import lattice_of
-from ..levelling import Levelling
-from ..methods.base import METHODS, Ability, make, method_class
-from ..params import parameters
-from ..run import Run
-from ..synthesis import synthesize
-from .ahead import END, Beside, beside, share
+MOST = 8  # processes: each needs a second to start and 200 MB, and the longest kernel takes three seconds
 
 
 def warm_up(run: Run) -> int:
     """Compile every kernel for this computer, where it is not yet; return how many textures were grown for it.
 
-    Each thread of the run is a process here: numba compiles one function at a time.
+    Each thread of the run is a process here, as many as there are cores at most: numba compiles one function at a time.
     """
-    parts = run.workers
-    helpers: list[Beside | None] = [beside() for _ in range(parts - 1)]
+    pictures = len(kinds())
+    started = (beside() for _ in range(min(run.workers, cores(), MOST) - 1))
+    helpers = [helper for helper in started if helper is not None]
     try:
-        for part, helper in enumerate(helpers, 1):
-            if helper is not None:
-                helper.compile(f"{part}/{parts}")
-        _compile_share(0, parts, run)
-        grow_share(0, parts, run)
-        for part, helper in enumerate(helpers, 1):
-            if helper is None or not _finished(helper, run):
-                if helper is not None:
-                    run.notes.append("a process that compiled beside this one ended early; its part was done here.")
-                grow_share(part, parts, run)
+        for lines in (every_kernel(), [f"{GROW} {number}" for number in range(pictures)]):
+            _do_all(deque(lines), helpers, run)
     finally:
         for helper in helpers:
-            if helper is not None:
-                helper.close()
-    return len(list(_jobs()))
+            helper.close()
+    return pictures
 
 
-def _compile_share(part: int, parts: int, run: Run) -> None:
-    for line in share(part, parts):
+def _do_all(work: deque[str], helpers: list[Beside], run: Run) -> None:
+    """Do what all lines say, from the first on, while the processes beside do so from the last on."""
+    silent = replace(run, notes=[])  # nobody sees the textures
+    for helper in helpers:
+        helper.take_from(work)
+    while line := _first(work):
         run.check()
-        with suppress(ValueError):  # of a list that is older than the kernel
-            compile_line(line)
-
-
-def _finished(helper: Beside, run: Run) -> bool:
-    """Wait for a process; tell whether it did its part."""
-    helper.compile(END)
-    while helper.running():
-        run.check()
-        time.sleep(0.05)
-    return helper.close() == 0
-
-
-def grow_share(part: int, parts: int, run: Run) -> None:
-    """Grow one of so many shares of the tiny textures, which run all kernels."""
-    for number, job in enumerate(_jobs()):
-        if number % parts == part:
+        do(line, silent)
+    for helper in helpers[:]:
+        while helper.taken and helper.running():
             run.check()
-            _grow(job, run)
+            time.sleep(0.02)
+        if not helper.running():
+            helpers.remove(helper)
+            helper.close()
+            run.notes.append("a process that compiled beside this one ended early; its part was done here.")
+            if helper.taken:
+                do(helper.taken, silent)
 
 
-ASKED: dict[Ability, dict[str, Any]] = {
-    Ability.WRAP: {"wrap": "both"},
-    Ability.SEVERAL: {"several": True},
-    Ability.MASK: {"mask": True},
-    Ability.GUIDE: {"guide": True},
-}
-"""What is asked of methods that can do it."""
-
-
-def _jobs() -> Iterator[dict[str, Any]]:
-    """Every method, and every option that runs other kernels."""
-    for slug in METHODS:
-        cls = method_class(slug)
-        yield {"method": slug}
-        known = {p.name: p for p in parameters(cls)}
-        options: list[dict[str, Any]] = [{n: c} for n, p in known.items() for c in p.choices if c != p.default]
-        more = ("isometries", "both"), ("min_repeat_distance", 2), ("angle", 30)
-        options += [{n: v} for n, v in more if n in known]
-        for values in options:
-            if "heights" in values:  # they need a wall, which is laid by the kernels of courses
-                continue
-            if values.get("search") == "pyramid":
-                values |= {"patch": 12, "overlap": 4}
-            if "fit" in values:  # only looked at by the plain variant
-                values |= {"variant": "plain"}
-            yield {"method": slug, "values": values}
-        yield from ({"method": slug} | asked for ability, asked in ASKED.items() if ability in cls.supports)
-
-
-def _grow(job: dict[str, Any], run: Run) -> None:
-    rows, columns = np.mgrid[:24, :24]
-    noise = (rows * 73 + columns * 151 + rows * columns * 7) % 251
-    colour = np.stack([noise, noise // 2, 250 - noise], axis=2).astype(np.uint8)
-    normal = np.dstack([colour[:, :, :2], np.full((24, 24), 250, np.uint8)])
-    planes: dict[str, Any] = {
-        "albedo": colour,
-        "deep": colour.astype(np.uint16) * 257,
-        "light": colour.astype(np.float32) / 255,
-        "clear": np.dstack([colour, colour[:, :, :1]]),
-        "glow": np.dstack([colour, colour[:, :, :1]]).astype(np.float32) / 255,
-        "height": noise.astype(np.uint16),
-        "normal": normal,
-        "normals": normal.astype(np.float32) / 255,
-        "id": (noise // 90).astype(np.uint8),
-    }
-    usable = noise > 3 if job.get("mask") else None
-    exemplars = [Exemplar.of(planes, usable=usable)]
-    if job.get("several"):
-        exemplars.append(Exemplar.of({name: plane[::-1] for name, plane in planes.items()}))
-    names = {p.name for p in parameters(method_class(job["method"]))}
-    patch: dict[str, Any] = {"patch": 6} if "patch" in names else {}
-    if "lattice" in names:
-        _find_lattice()
-        _lay_courses(run)
-        sizes: dict[str, dict[str, Any]] = {"block": {"block": 4, "border": 2}, "band": {"band": 2}}
-        patch |= next((values for name, values in sizes.items() if name in names), {})
-        if job.get("values", {}).get("snap") != "off":
-            patch |= {"lattice": ((5, 0), (0, 5))}
-    method = make(job["method"], patch | job.get("values", {}))
-    marks = Plane((columns > 11).astype(np.uint8), Kind.LABEL)
-    guide = Guide(marks, Plane(marks.pixels[:20, 2:22], Kind.LABEL)) if job.get("guide") else None
-    grown = synthesize(exemplars, (20, 20), method, wrap=job.get("wrap", "none"), guide=guide, run=run)
-    for plane in planes:
-        for feather in (0, 3):
-            grown.render(plane, feather=feather, run=run)
-        if grown.map.exact:
-            grown.render(plane, finish=(Levelling(8),), run=run)
-
-
-def _find_lattice() -> None:
-    """Look for a lattice where there is one."""
-    rows, columns = np.mgrid[:48, :48]
-    pixels = (rows % 8 * 20 + columns % 6 * 15 + (rows * 73 + columns * 151) % 11).astype(np.uint8)
-    lattice_of(Exemplar.of(pixels), "near-regular")
-
-
-def _lay_courses(run: Run) -> None:
-    """Grow bricks, and boards without joints, from one lattice vector."""
-    rows, columns = np.mgrid[:48, :64]
-    grain = (rows * 73 + columns * 151) % 31
-    beds, joints = rows % 12 < 2, (columns + rows // 12 * 8) % 16 < 2
-    for mortar in (beds | joints, beds):
-        pixels = np.where(mortar, 10, 150 + grain).astype(np.uint8)
-        synthesize(pixels, (24, 40), make("near-regular", {"lattice": ((0, 12),)}), run=run)
+def _first(work: deque[str]) -> str:
+    try:
+        return work.popleft()
+    except IndexError:  # the last was taken by another process
+        return ""
