@@ -17,6 +17,7 @@ from ..errors import MethodError
 from ..kernels import paths
 from ..lattice.vectors import UNIT, Vector
 from .mortar import FACE, levelled, model, mortar_at
+from .peaks import peaks
 
 
 class Finding(NamedTuple):
@@ -225,10 +226,7 @@ def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
 def _minima(profile: Array, apart: int) -> list[int]:
     """Where a profile of crossing costs has a deep valley between walls of faces."""
     padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)
-    from scipy.signal import find_peaks  # it is slow to import
-
-    at, _ = find_peaks(FACE - padded, height=FACE - FINDING.low, prominence=FINDING.depth, distance=max(1, apart))
-    return [int(x) - 1 for x in at]
+    return [x - 1 for x in peaks(FACE - padded, FACE - FINDING.low, FINDING.depth, max(1, apart))]
 
 
 def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:

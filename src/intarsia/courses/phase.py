@@ -48,7 +48,7 @@ FOLLOWING = Following()
 
 @dataclass(frozen=True)
 class Spectra:
-    """Powers of windows (n, F, F / 2), their middles (n, 2) px, frequencies (F, 1) and (F / 2,) per px."""
+    """Powers of windows (n, F, F / 4), their middles (n, 2) px, frequencies (F, 1) and (F / 4,) per px."""
 
     powers: Floats
     middles: Floats
@@ -108,22 +108,24 @@ def _layers(prepared: CorrelatedPictures) -> Floats | None:
 
 
 def _spectra(layers: Floats) -> Spectra:
-    """Transform overlapping windows, each without its mean."""
-    from scipy.fft import fftfreq, fftshift, rfft2
+    """Transform overlapping windows, each without its mean; columns end where no wave is looked for."""
+    from scipy.fft import fft, fftfreq, fftshift, rfft
 
     height, width = layers.shape[1:]
     side = max(16, min(height, width) // 2)
+    n = FOLLOWING.finer * side
+    most = min(n // 2, int(n * (1 + FOLLOWING.spread) / FOLLOWING.shortest) + 1) + 1
     hann = np.sin(np.pi * (np.arange(side) + 0.5) / side) ** 2
     powers, middles = [], []
     for y in np.linspace(0, height - side, FOLLOWING.windows).astype(int):
         for x in np.linspace(0, width - side, FOLLOWING.windows).astype(int):
             part = layers[:, y : y + side, x : x + side]
             part = (part - part.mean(axis=(1, 2), keepdims=True)) * (hann[:, None] * hann)
-            power = (np.abs(rfft2(part, (FOLLOWING.finer * side, FOLLOWING.finer * side))) ** 2).sum(axis=0)
-            powers.append(fftshift(power, axes=0))
+            waves = fft(rfft(part, n)[:, :, :most], n, axis=1)
+            powers.append(fftshift((waves.real**2 + waves.imag**2).sum(axis=0), axes=0))
             middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
-    rows = fftshift(fftfreq(FOLLOWING.finer * side))
-    return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1])
+    rows = fftshift(fftfreq(n))
+    return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1][:most])
 
 
 def _waves(spectra: Spectra, shape: tuple[int, ...]) -> list[tuple[float, float]]:
