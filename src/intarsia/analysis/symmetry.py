@@ -149,8 +149,12 @@ def _of_patches(patches: list[Array], feats: Features) -> Array:
     axes = _directions(patches[0].shape[3], feats.normals)
     # Whole numbers below 2**53: exact in any order of summation.
     flat = [p.transpose(0, 1, 3, 2).reshape(-1, p.shape[2]).astype(np.float64) for p in patches]
-    a, b = (np.sort((axes @ f).reshape(8, -1, f.shape[1]), axis=2) for f in flat)
-    return np.asarray((np.abs(a - b[0]) + np.abs(b - a[0])).astype(np.int64).sum(axis=(1, 2)))
+    a, b = ((axes @ f).reshape(8, -1, f.shape[1]) for f in flat)
+    a.sort(axis=2)
+    b.sort(axis=2)
+    apart, other = a - b[0], b - a[0]
+    np.add(np.abs(apart, out=apart), np.abs(other, out=other), out=apart)
+    return np.asarray(apart.sum(axis=2).astype(np.int64).sum(axis=1))
 
 
 @cache

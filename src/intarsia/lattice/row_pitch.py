@@ -34,7 +34,7 @@ class Turning(NamedTuple):
     turn: float = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
     finer: int = 8  # of the steps by which the direction is made exact; 4: two move, 16: one
     turns: int = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; 2: one moves
-    waves: int = 6  # best waves that are refined; 3 and 12: the same
+    waves: int = 3  # best waves that are refined; 6 and 12: the same
     stretch: int = 12  # steps by which the pitch is made longer and shorter; 6: one moves, 24: the same
     step: int = 400  # of them in a pitch: 1/4 %; 200 and 800: the same on eight
     reach: float = 0.24  # half px a px of pitch: peaks are looked for within an eighth of it; halved, doubled: as is
@@ -82,7 +82,7 @@ def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> tuple[RowPitch
     turn = 0.0
     for step in (TURNING.turn, TURNING.turn / TURNING.finer):
         middle = turn
-        for k in range(-TURNING.turns, TURNING.turns + 1):
+        for k in (*range(-TURNING.turns, 0), *range(1, TURNING.turns + 1)):  # 0 is known
             one = _turned(found, v, middle + k * step)
             if one is not None and one.contrast > best.contrast:
                 best, turn = one, middle + k * step
