@@ -15,6 +15,7 @@ from long import but_some
 
 import intarsia as ia
 from intarsia.cli.report import Helper, Report
+from intarsia.kernels import announcing
 from intarsia.kernels.cache import cache_folder
 from intarsia.kernels.listed import kernel_of, line_of
 from intarsia.methods.base import METHODS
@@ -93,6 +94,19 @@ def test_a_process_that_dies_is_told_of_in_one_line(monkeypatch: pytest.MonkeyPa
     helper.turn_to("near-regular")  # into a pipe that nobody reads
     helper.close()
     assert report.warnings == ["a process that compiled beside this one ended early (3); this one did it instead."]
+
+
+def test_what_compiled_nothing_starts_no_process_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that carries out many commands would start one for each at the first kernel that is missing."""
+    started: list[str] = []
+    monkeypatch.setattr(announcing, "_waiting", [])
+    monkeypatch.setattr(Helper, "begin", lambda helper: started.append(helper._slug))
+    report = Report(quiet=True)
+    with report.compiling("graphcut", None):
+        pass
+    with report.compiling("near-regular", None):
+        announcing.compilation_begins()
+    assert started == ["near-regular"]
 
 
 @pytest.mark.parametrize(("slug", "threads"), [("repeat", None), ("graphcut", 1)])

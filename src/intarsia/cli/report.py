@@ -160,7 +160,10 @@ class Helper:
             self._process.compile(f"auto-{slug}", slug)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process, and start none from now on."""
+        from ..kernels.announcing import no_longer
+
+        no_longer(self.begin)
         process, self._process = self._process, None
         if process is not None and (code := process.close()) is not None:
             self._report.warn(f"a process that compiled beside this one ended early ({code}); this one did it instead.")

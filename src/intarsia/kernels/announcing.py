@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 _waiting: list[Callable[[], None]] = []
 
@@ -10,6 +11,12 @@ _waiting: list[Callable[[], None]] = []
 def on_first_compilation(announce: Callable[[], None]) -> None:
     """Call `announce` once, just before the first kernel that no cache holds is compiled in this process."""
     _waiting.append(announce)
+
+
+def no_longer(announce: Callable[[], None]) -> None:
+    """Leave out who waited, if nothing was compiled."""
+    with suppress(ValueError):
+        _waiting.remove(announce)
 
 
 def compilation_begins() -> None:
