@@ -166,7 +166,8 @@ def test_a_first_run_that_is_stopped_leaves_no_process_and_no_file(stop: signal.
     around = {**os.environ, "INTARSIA_CACHE": str(tmp_path / "c")}
     words = [sys.executable, "-m", "intarsia", "grow", "sample:stones", "-q", "--threads", "2"]
     words += ["-o", str(tmp_path / "o.png")]
-    work = subprocess.Popen(words, env=around, stderr=subprocess.DEVNULL)
+    work = subprocess.Popen(words, env=around, stderr=subprocess.DEVNULL,
+                            preexec_fn=lambda: signal.signal(stop, signal.SIG_DFL))  # fmt: skip
     children = Path(f"/proc/{work.pid}/task/{work.pid}/children")
     while not (beside := children.read_text().split()) or not list((tmp_path / "c").rglob("*.kernel")):
         assert work.poll() is None
