@@ -35,7 +35,7 @@ class Bounds(NamedTuple):
     few: int = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
     seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
     outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
-    joints: float = 0.6  # cuts there over cuts anywhere; halved: two walls of tiles are cut, 0.7: three fewer are
+    joints: float = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
     usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
     spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
     striking: float = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
