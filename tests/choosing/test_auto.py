@@ -17,7 +17,6 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia import files
-from intarsia.analysis.lines import Lines
 from intarsia.analysis.regions import Regions, regions_of
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
@@ -163,22 +162,6 @@ class TestRules:
         assert found.facts.ordered
         assert found.method.slug == "graphcut"
 
-    def test_elements_that_look_the_same_turned_by_half_are_turned(self) -> None:
-        """Not in rows, not between courses, and not where hardly anything returns."""
-        found = choice_of(cells())
-        assert (found.rule, found.method.isometries) == ("elements", (0, 6))
-        assert "Turned by half" in found.why[-1]
-        assert choice_of(cells(), ia.Canvas(140, 140)).method.isometries == "none"
-        elements = next(rule for rule in RULES if rule.name == "elements")
-        lines = Lines(0, np.array([[9], [20]], np.int32), (1.0, 1.0), 1.0)
-        for name, value in (("symmetry", (0, 1)), ("ordered", True), ("courses", lines)):
-            known = Facts(found.facts.exemplars, CANVAS)
-            vars(known).update(vars(found.facts))
-            changed = _Changed(known, name, value)
-            assert "isometries" in elements.parameters(known)
-            assert "isometries" not in elements.parameters(changed)  # type: ignore[arg-type]
-            assert len(elements.why(changed)) == len(elements.why(known)) - (name != "courses")  # type: ignore[arg-type]
-
     def test_a_large_exemplar_is_not_analysed_for_corrections(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """Up to 1024 x 1024 px; beyond 512 x 512 px by the same rule as smaller ones."""
         assert choice_of(speckle(513, 512)).rule == choice_of(speckle(512, 512)).rule == "mixed"
@@ -281,10 +264,10 @@ class TestAsked:
         assert choice_of(wall, given={"border": 8}).method.slug == "near-regular"
         assert choice_of(wall, given={"border": 8}).method.border == 8
 
-    def test_a_patch_that_is_not_square_is_turned_by_half_alone(self) -> None:
+    def test_a_patch_that_cannot_be_turned_is_laid_upright(self) -> None:
         found = choice_of(speckle(96, 96), given={"patch": (20, 30)})
         assert (found.method.slug, found.method.patch) == ("graphcut", (20, 30))
-        assert found.method.isometries == (0, 6)
+        assert found.method.isometries == "none"
 
     def test_parameters_that_no_method_has_together_are_refused(self) -> None:
         with pytest.raises(ia.ParameterError, match="no method has all of"):

@@ -152,7 +152,8 @@ class TestGrow:
         assert sorted(p.name for p in Path().iterdir() if p.name.startswith(".")) == []
 
     def test_json_says_what_was_done(self) -> None:
-        told = answer("grow", "a.png", "-q", "-o", "out.png", "--size", "64x50", "--patch", "14x12", "--overlap", "3x4")
+        told = answer("grow", "a.png", "-q", "-o", "out.png", "-m", "image-quilting", "--size", "64x50",
+                      "--patch", "14x12", "--overlap", "3x4")  # fmt: skip
         assert told["size"] == [64, 50]
         assert told["parameters"]["patch"] == [14, 12]
         assert (told["pitch"], told["footprint"]) == ([11, 8], [14, 12])
@@ -198,7 +199,8 @@ class TestGrow:
         picture = exemplar.copy()
         picture[5, 5] = 255, 0, 255
         files.write("pink.png", ia.Plane(picture))
-        told = answer("grow", "pink.png", "-q", "--patch", 9, "--avoid", "#FF00FF", "-o", "out2.png")
+        given = "-q", "-m", "image-quilting", "--patch", 9, "--avoid", "#FF00FF"
+        told = answer("grow", "pink.png", *given, "-o", "out2.png")
         assert told["warnings"] == []
         assert not (pixels(Path("out2.png")) == [255, 0, 255]).all(axis=2).any()
         assert "#010203" in answer(*GROW, "--avoid", "#010203", "-o", "out3.png")["warnings"][0]
@@ -316,8 +318,9 @@ class TestSets:
         assert len(told["results"]) == 2
 
     def test_batch_with_sheet(self) -> None:
-        told = answer("grow", "a.png", "b.png", "--patch", 12, "-o", "{stem}-{method}-{w}x{h}-{seed}.png",
-                      "--seeds", "1..2", "--sheet", "sheet.png", "--save-map", "{stem}{seed}.npz")  # fmt: skip
+        told = answer("grow", "a.png", "b.png", "-m", "image-quilting", "--patch", 12, "--seeds", "1..2",
+                      "-o", "{stem}-{method}-{w}x{h}-{seed}.png", "--sheet", "sheet.png",
+                      "--save-map", "{stem}{seed}.npz")  # fmt: skip
         assert [r["files"][0]["path"] for r in told["results"]] == [
             f"{s}-image-quilting-96x80-{n}.png" for s in "ab" for n in (1, 2)
         ]

@@ -18,7 +18,6 @@ from .begun import closes, goes_on
 from .facts import Facts
 
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
-HALF = (0, 6)  # goes on in itself around a point alone; of 20 pictures 12 were preferred with it, 4 without
 VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
 ENLARGED = 1.5  # times the area of the exemplar; less shows hardly anything twice
 MIXED = 1 << 20  # px of an exemplar: 1024 px a side are grown from 512, 768, 1024 px in 8, 9 and 15 s of CPU
@@ -104,10 +103,13 @@ def _in_step(f: Facts) -> bool:
     """Whether its elements lie about a lattice, and patches of free shape can be laid by it.
 
     Where blocks of whole periods are parted by joints they are laid whole, and every one of them is shown as often.
+    Stones between lines lie where a lattice says, too, but not surely: they are laid by their courses.
     """
     canvas = f.canvas
     laid = not canvas.endless and canvas.wrap is Wrap.NONE and canvas.height * canvas.width <= VAST
-    return laid and f.about is not None and f.joints > BOUNDS.joints
+    if not laid or f.about is None or f.joints <= BOUNDS.joints:
+        return False
+    return f.lattice is not None or f.masonry is None
 
 
 def _free(f: Facts) -> bool:
@@ -135,16 +137,6 @@ def _turns(f: Facts) -> bool:
     """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
     seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered
     return seen and set(TURNED) <= set(f.symmetry) and _loose(f)
-
-
-def _half(f: Facts) -> bool:
-    """Whether half turns keep the look, where it has no rows, and so much is grown that repeats show."""
-    seen = f.element.found >= BOUNDS.seen and f.enlargement >= ENLARGED and not f.ordered and f.courses is None
-    return seen and set(HALF) <= set(f.symmetry)
-
-
-def _halves(f: Facts) -> dict[str, Any]:
-    return {"isometries": HALF} if _half(f) else {}
 
 
 def _mixed(f: Facts) -> bool:
@@ -225,8 +217,9 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: _two(f) and f.variation < BOUNDS.equal, _lattice, lambda f: (_differ(f), "So one of them is enough."),
     ),
     ChoiceRule(
-        "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about, no clear joints "
-        f"between its periods, and a canvas of at most {VAST >> 20} million px that does not wrap",
+        "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
+        "between lines, no clear joints between its periods, and a canvas of at most "
+        f"{VAST >> 20} million px that does not wrap",
         _in_step, lambda f: _steps(f) | _spread(f),
         lambda f: (
             _differ(f) if _two(f) else "Its elements lie about a lattice, though it does not repeat by it.",
@@ -288,12 +281,11 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
         _free,
-        lambda f: {"whole": BOUNDS.rounds} | _rare(f) | _halves(f),
+        lambda f: {"whole": BOUNDS.rounds} | _rare(f),
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",
             *_kept(f),
-            *(("Turned by half it looks the same: patches may be, too.",) if _half(f) else ()),
         ),
     ),
     ChoiceRule(
