@@ -273,8 +273,8 @@ GOLDEN = {
         "30dcbf3ae9d1d9467d6088c8e776c83b46965fd6f4e7885f1f438fb9c4442da4",
     ),
     "sewn": (
-        "89e13aa0a4908ef42bfcf77aadd1010f35af08e0f54b84ecc1e394bc220cbaf2",
-        "db8b82206c8bac591b9f7e9321f07d1da948df5594ddd0d44670bd2bc215a556",
+        "767fbc94a6d75a267e09d4fb561e160decefe504aa2ecc0cd4ef80962acc0df1",
+        "879a8328c25cc88bf21fbc9284c2a8fb641b82af3bc8943a13889f2ee810983c",
     ),
     "shifted": (
         "46b9d7a2118f3d1f27fc0f6669a873be1b6bcdd2f77ec0e4819a368d1fe393e5",
@@ -317,8 +317,8 @@ GOLDEN = {
         "84cf0c33668b59a96b223928cc4accb540caaeb86df92e27aa7a792eb2735a1d",
     ),
     "thinned": (
-        "2366dc16be9bd8d3f4aafbda830bfb807b341a8513d64df556d09b4def5f0f2a",
-        "20812790d8b0b34beb92d9c510edd18aefc9a1ee3455fd0e6183c0a470b95d6f",
+        "ab5d7596545b1f3835071879bbac93d5dd482c303bec75eb47a4fd0f5a9cd03f",
+        "f0f77c826c90773397f8cb7b36c9219dc2973914f5c17c4bbbe6b4553dd30969",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

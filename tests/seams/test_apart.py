@@ -120,9 +120,51 @@ def test_what_is_drawn_stands_beside_no_mirror(monkeypatch: pytest.MonkeyPatch) 
         assert (1, 10, 20) not in sewing._drawn(box, 7, filling)
 
 
+def posed_alike(sewing: graphcut.GraphcutGrowth, y: int, x: int, k: int) -> tuple[int, int] | None:
+    """Where variant k shows what the map shows at (y, x): found among all its pixels; None: nowhere."""
+    if sewing.variant[y, x] == HOLE:
+        return None
+    here = np.s_[y : y + 1, x : x + 1]
+    shown, which, _ = sewing.variants.to_exemplars(sewing.yx[here], sewing.variant[here])
+    if which[0, 0] != sewing.variants.exemplar[k]:
+        return None
+    tall, wide = sewing.variants.table[k, 1:3].tolist()
+    own = np.moveaxis(np.indices((tall, wide)), 0, 2).astype(np.int32)
+    its = sewing.variants.to_exemplars(own, np.full((tall, wide), k, np.uint8))[0]
+    ((i, j),) = np.argwhere((its == shown[0, 0]).all(axis=2)).tolist()
+    return i, j
+
+
+@pytest.mark.parametrize(("seed", "toroidal"), [(0, False), (1, True)])
+def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) -> None:
+    """As pixel by pixel: it counts as much as in the same pose, more near by; only in the same one it may go on."""
+    sewing = sewing_of((Wrap.NONE, Wrap.X)[seed], (0, 1, 5, 6), toroidal, two=not seed)
+    scattered(sewing, seed)
+    rng, step, (height, width) = np.random.default_rng(seed), 7, sewing.variant.shape
+    rows = np.array([(0, v, *(int(n) for n in rng.integers(0, 24, 2))) for v in (0, 1, 2, 3)], np.int64)
+    box, out = (9, 20, 16, 16), np.empty(4, np.int64)
+    placement_kernels.repeats(sewing.grown, sewing.pieces, sewing.variants.turns, box, rows, step, -1, out)
+    for total, (_, k, u, s) in zip(out.tolist(), rows.tolist(), strict=True):
+        want, reach, (tall, wide) = 0, 3 * 16 // 2 + 1, sewing.variants.table[k, 1:3].tolist()
+        for y, x in product(range(step // 2, height, step), range(step // 2, width, step)):
+            place = posed_alike(sewing, y, x, k)
+            if place is None:
+                continue
+            dy, dx = y - 17, x - 28
+            if sewing.wraps[1]:
+                dx = (dx + width // 2) % width - width // 2
+            i, j = place[0] - u, place[1] - s
+            i, j = (i % tall, j % wide) if sewing.variants.toroidal[k] else (i, j)
+            goes_on = sewing.variant[y, x] == k and (i, j) == (dy + 8, dx + 8)
+            if 0 <= i < 16 and 0 <= j < 16 and not goes_on:
+                far = max(abs(dy), abs(dx))
+                want += ONE + (3 * ONE * (reach - far) // reach if far < reach else 0)
+        assert total == want * step * step // 256
+
+
 @pytest.mark.parametrize("step", [4, 5])
 def test_what_is_shown_is_counted_in_cells(step: int) -> None:
-    """As pixel by pixel: every step-th pixel counts for the coarse cell that it lies in, those beyond for the last."""
+    """As pixel by pixel: every step-th pixel counts for the coarse cell it lies in, in every pose, or for the last."""
     sewing = sewing_of(poses=(0, 5), two=True)
     scattered(sewing, step)
     sewing._step = step
@@ -131,8 +173,9 @@ def test_what_is_shown_is_counted_in_cells(step: int) -> None:
     for v, (valid, counts) in enumerate(zip(sewing._sub.valid, sewing.search_prices().counts, strict=True)):
         cells = np.zeros((valid.shape[0] + h - 1, valid.shape[1] + w - 1), np.int64)
         for y, x in product(range(0, sewing.variant.shape[0], step), range(0, sewing.variant.shape[1], step)):
-            if sewing.variant[y, x] == v:
-                i, j = (min(int(n) // f, m - 1) for n, m in zip(sewing.yx[y, x], cells.shape, strict=True))
+            place = posed_alike(sewing, y, x, v)
+            if place is not None:
+                i, j = (min(n // f, m - 1) for n, m in zip(place, cells.shape, strict=True))
                 cells[i, j] += 1
         for i, j in product(range(valid.shape[0]), range(valid.shape[1])):
             want = int(cells[i : i + h, j : j + w].sum()) * step * step * ONE // (h * w * f * f)

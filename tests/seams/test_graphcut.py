@@ -222,7 +222,8 @@ def test_repeats_are_counted(seed: int) -> None:
     rows = np.array([(0, *(int(n) for n in rng.integers(0, (2, 4, 4)))) for _ in range(4)], np.int64)
     for step, course in ((1, -1), (2, -1), (1, 0), (2, 1)):
         out = np.empty(4, np.int64)
-        placement_kernels.repeats(scene.shown, scene.pieces, box, rows, step, course, out)
+        turns = np.zeros((2, 2, 7), np.int64)  # two exemplars
+        placement_kernels.repeats(scene.shown, scene.pieces, turns, box, rows, step, course, out)
         want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), step, course) for row in rows]
         assert out.tolist() == want
 

@@ -182,7 +182,7 @@ class Thinning(Covering):
             rows[:, 2 + axis] += away % sewn.variant.shape[axis] if sewn.wraps[axis] else away
         rows = np.concatenate([rows, now])
         out = np.empty(len(rows), np.int64)
-        placement_kernels.repeats(sewn.grown, sewn.pieces, job.hole, rows, SCALE.looked, -1, out)
+        placement_kernels.repeats(sewn.grown, sewn.pieces, sewn.apart.turns, job.hole, rows, SCALE.looked, -1, out)
         for k, (_, v, u, s) in enumerate(rows.tolist()):
             mean = int(self._shown(self.strikes[v], (u, s), job.hole).mean())
             out[k] = out[k] * max(mean - SCALE.plain, 1) // SCALE.plain

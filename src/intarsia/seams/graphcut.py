@@ -176,7 +176,8 @@ class GraphcutGrowth:
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
         count = np.empty(len(found.rows), np.int64)
-        placement_kernels.repeats(self.grown, self.pieces, box, found.rows, self._step, self._course, count)
+        turns, rows = self.apart.turns, found.rows
+        placement_kernels.repeats(self.grown, self.pieces, turns, box, rows, self._step, self._course, count)
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(found.rows[:, 0] + count * price // placement_kernels.ONE)
 
@@ -223,7 +224,7 @@ class GraphcutGrowth:
             frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
         ends = np.cumsum(frames[:, 1] * frames[:, 2])
         frames[1:, 0], shown, counts = ends[:-1], np.zeros(ends[-1], np.int64), []
-        placement_kernels.count_cells(self.grown, frames, step, f, shown)
+        placement_kernels.count_cells(self.grown, self.apart.turns, frames, step, f, shown)
         for valid, (begin, high, wide), end in zip(search.valid, frames.tolist(), ends.tolist(), strict=True):
             within = window_sums(shown[begin:end].reshape(high, wide), (h, w)) if valid.size else np.zeros(valid.shape)
             counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))

@@ -14,13 +14,22 @@ STRETCH = 3  # along a course so many px count as one
 
 
 @kernel
-def repeats(grown: Any, pieces: Any, box: Any, rows: Any, step: int, course: int, out: Any) -> None:
+def posed_place(turn: Any, y: int, x: int) -> tuple[int, int]:
+    """Where a pixel of a variant lies in another one of the same exemplar."""
+    return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
+
+
+@kernel
+def repeats(
+    grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, course: int, out: Any
+) -> None:
     """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
     the candidates. Every `step`-th pixel of the canvas is looked at. Within one and a half windows of the middle a
     repeat counts up to NEAR times more; `course` is the axis along which courses run, where nearness reaches STRETCH
-    times as far, or -1. What merely goes on from the canvas is no repeat.
+    times as far, or -1. What merely goes on from the canvas is no repeat; what is shown in another pose is one, by
+    `turns` as ``PosedExemplars.turns``.
     """
     (variant, yx, wrap), table, torus = grown, pieces.table, pieces.torus
     height, width = variant.shape
@@ -46,32 +55,42 @@ def repeats(grown: Any, pieces: Any, box: Any, rows: Any, step: int, course: int
             far = max(down, across)
             weight = ONE + (NEAR * ONE * (reach - far) // reach if far < reach else 0)
             for k in range(len(rows)):
-                if rows[k, 1] != v:
-                    continue
-                i, j = yx[y, x, 0] - rows[k, 2], yx[y, x, 1] - rows[k, 3]
-                if torus[v]:
-                    i, j = i % table[v, 1], j % table[v, 2]
-                if 0 <= i < h and 0 <= j < w and not (i == dy + h // 2 and j == dx + w // 2):
+                u, i, j = rows[k, 1], yx[y, x, 0], yx[y, x, 1]
+                if u != v:
+                    if not turns[v, u, 6]:
+                        continue
+                    i, j = posed_place(turns[v, u], i, j)
+                i, j = i - rows[k, 2], j - rows[k, 3]
+                if torus[u]:
+                    i, j = i % table[u, 1], j % table[u, 2]
+                goes_on = u == v and i == dy + h // 2 and j == dx + w // 2
+                if 0 <= i < h and 0 <= j < w and not goes_on:
                     out[k] += weight
     for k in range(len(rows)):
         out[k] = out[k] * step * step // (h * w)
 
 
 @kernel
-def count_cells(grown: Any, frames: Any, step: int, side: int, out: Any) -> None:
+def count_cells(grown: Any, turns: Any, frames: Any, step: int, side: int, out: Any) -> None:
     """Count how often the canvas shows every cell of side x side px of the variants, by every `step`-th pixel.
 
-    `frames` (V, 3): where the cells of a variant begin in `out`, their rows and columns, the last of which hold what
-    lies beyond, too.
+    What is shown in another pose counts, too, by `turns` as ``PosedExemplars.turns``. `frames` (V, 3): where the cells
+    of a variant begin in `out`, their rows and columns, the last of which hold what lies beyond, too.
     """
     variant, yx, _ = grown
     for y in range(0, variant.shape[0], step):
         for x in range(0, variant.shape[1], step):
             v = variant[y, x]
-            if v == HOLE or frames[v, 1] == 0:
+            if v == HOLE:
                 continue
-            row, column = min(yx[y, x, 0] // side, frames[v, 1] - 1), min(yx[y, x, 1] // side, frames[v, 2] - 1)
-            out[frames[v, 0] + row * frames[v, 2] + column] += 1
+            for u in range(len(frames)):
+                if frames[u, 1] == 0 or (u != v and not turns[v, u, 6]):
+                    continue
+                p, q = yx[y, x, 0], yx[y, x, 1]
+                if u != v:
+                    p, q = posed_place(turns[v, u], p, q)
+                row, column = min(p // side, frames[u, 1] - 1), min(q // side, frames[u, 2] - 1)
+                out[frames[u, 0] + row * frames[u, 2] + column] += 1
 
 
 @kernel
@@ -92,13 +111,12 @@ def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, o
             x = canvas_place(box[1] + b, width, wrap[1])
             if y < 0 or x < 0 or variant[y, x] == HOLE:
                 continue
-            p, q = yx[y, x]
             for k in range(len(rows)):
                 turn = turns[variant[y, x], rows[k, 1]]
                 if not turn[6]:
                     continue
-                i = turn[0] * p + turn[1] * q + turn[4] - rows[k, 2]
-                j = turn[2] * p + turn[3] * q + turn[5] - rows[k, 3]
+                i, j = posed_place(turn, yx[y, x, 0], yx[y, x, 1])
+                i, j = i - rows[k, 2], j - rows[k, 3]
                 if torus[rows[k, 1]]:
                     i, j = i % table[rows[k, 1], 1], j % table[rows[k, 1], 2]
                 if 0 <= i < h and 0 <= j < w and abs(i - a) < near and abs(j - b) < near:
