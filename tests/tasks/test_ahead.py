@@ -17,7 +17,7 @@ import intarsia as ia
 from intarsia.cli.report import Helper, Report
 from intarsia.kernels import announcing
 from intarsia.kernels.cache import cache_folder
-from intarsia.kernels.listed import kernel_of, line_of
+from intarsia.kernels.listed import compile_line, kernel_of, line_of
 from intarsia.methods.base import METHODS
 from intarsia.tasks import ahead, tiny_textures, warming
 
@@ -32,7 +32,8 @@ def test_every_line_names_a_kernel_and_its_types_and_is_what_would_be_written() 
 
 @pytest.mark.parametrize(
     "line", ["", "1", "x", "os.system(int64)", "kernels.paths.nothing()", "kernels.paths.trace(array(int64, 2, X))",
-             "kernels.paths.trace(text)", "kernels.paths.trace(array(int64))", "kernels.paths.BARRED(int64)", "x."],
+             "kernels.paths.trace(text)", "kernels.paths.trace(array(int64))", "kernels.paths.BARRED(int64)", "x.",
+             "kernels.union_find.find_root(int64)"],
 )  # fmt: skip
 def test_a_line_that_names_no_kernel_is_refused(line: str) -> None:
     with pytest.raises(ValueError, match="no kernel"):
@@ -50,6 +51,12 @@ def test_the_list_holds_what_a_command_runs(name: str) -> None:
     assert not needed - kept
     if name in METHODS:
         assert not kept - needed
+
+
+def test_types_that_a_kernel_cannot_take_are_refused() -> None:
+    """A list may be older than a kernel; it must end nothing."""
+    with pytest.raises(ValueError, match="no types of this kernel"):
+        compile_line("kernels.union_find.find_root(int64, int64)")
 
 
 def gone(pid: int) -> bool:

@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import Any
 
 from numba import types
+from numba.core.errors import TypingError
 
 PACKAGE = __name__.partition(".")[0]
 SCALARS = {str(t): t for t in (*types.integer_domain, *types.real_domain, *types.complex_domain, types.boolean)}
@@ -25,9 +26,15 @@ def line_of(function: Any, signature: tuple[Any, ...]) -> str:
 
 
 def compile_line(line: str) -> None:
-    """Compile a kernel for the types that a line says, unless that was done; ValueError if it says no such thing."""
+    """Compile a kernel for the types that a line says, unless that was done.
+
+    ValueError if it says no such thing, or types that the kernel cannot take: it may be older than the kernel.
+    """
     function, signature = kernel_of(line)
-    function.compile(signature)
+    try:
+        function.compile(signature)
+    except TypingError as e:
+        raise ValueError(f"no types of this kernel: {line}") from e
 
 
 def kernel_of(line: str) -> tuple[Any, tuple[Any, ...]]:
@@ -37,6 +44,7 @@ def kernel_of(line: str) -> tuple[Any, tuple[Any, ...]]:
         assert isinstance(call, ast.Call)
         function, signature = _found(call.func), tuple(map(_read, call.args))
         assert callable(function.compile)
+        assert function.py_func.__code__.co_argcount == len(signature)
     except (SyntaxError, AssertionError, AttributeError, ImportError, KeyError, TypeError, ValueError) as e:
         raise ValueError(f"no kernel: {line}") from e
     return function, signature
