@@ -144,14 +144,25 @@ def test_warming_up_does_itself_what_a_process_left_that_died(
     assert run.notes == ["a process that compiled beside this one ended early; its part was done here."]
 
 
-def test_a_process_beside_takes_from_the_end(monkeypatch: pytest.MonkeyPatch, three_tiny: list[int]) -> None:
-    """And none of it is done twice: here it waits until the last is taken, and the other does the rest."""
-    answering = "import sys\nfor line in sys.stdin:\n print(line, flush=True)\n print(flush=True)"
+def test_a_process_beside_takes_from_the_end(
+    monkeypatch: pytest.MonkeyPatch, three_tiny: list[int], tmp_path: Path
+) -> None:
+    """And none of it is done twice: here this one waits at the first until the other has done the rest."""
+    done = tmp_path / "done"
+    answering = f"import sys\nfor line in sys.stdin:\n print(line, file=open({str(done)!r}, 'a'))\n print(flush=True)"
     monkeypatch.setattr(ahead, "ALONE", answering)
-    monkeypatch.setattr(tiny_textures, "grow_tiny", lambda number, run: (three_tiny.append(number), time.sleep(0.5)))
+
+    def wait(number: int, run: ia.Run) -> None:
+        three_tiny.append(number)
+        until = time.monotonic() + 60
+        while not (done.exists() and len(done.read_text().split("\n\n")) > 2) and time.monotonic() < until:
+            time.sleep(0.01)
+
+    monkeypatch.setattr(tiny_textures, "grow_tiny", wait)
     run = ia.Run(2)
     assert warming.warm_up(run) == 3
     assert three_tiny == [0]
+    assert done.read_text().split() == ["only", "grow", "2", "only", "grow", "1"]
     assert run.notes == []
 
 
