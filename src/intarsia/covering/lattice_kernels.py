@@ -1,4 +1,4 @@
-"""Patches that lie whole steps of a lattice from another: where they are, and which of them fit best."""
+"""Patches that lie whole steps of a lattice from another: which of them fit best."""
 
 from __future__ import annotations
 
@@ -10,32 +10,6 @@ from ..kernels.jit import kernel
 
 NEVER = 1 << 62  # the distance of patches that fit less well than the best, wherever that is known
 FIRST = 4  # every so many-th row is measured first: its distance is the least that the whole can have
-
-
-@kernel
-def mark_steps(steps: Any, most: Any, shown: Any, torus: bool, fine: Any, valid: Any, there: Any) -> None:
-    """Mark in `there` all places up to `most` whole steps from the one `shown`, and around them, where a patch may lie.
-
-    `steps` (1 or 2, 2): of so many parts of a px as the first of `fine` says; the second: how far around, px. `valid`
-    (rows, columns): the places where a patch may lie; on a torus they are all.
-    """
-    rows, columns = valid.shape
-    unit, slack = fine
-    beside = most[1] if len(steps) > 1 else 0
-    for m in range(-most[0], most[0] + 1):
-        for n in range(-beside, beside + 1):
-            dy, dx = m * steps[0, 0], m * steps[0, 1]
-            if beside:
-                dy, dx = dy + n * steps[1, 0], dx + n * steps[1, 1]
-            y, x = shown[0] + (dy + unit // 2) // unit, shown[1] + (dx + unit // 2) // unit
-            if not torus and not (-slack <= y < rows + slack and -slack <= x < columns + slack):
-                continue
-            for i in range(y - slack, y + slack + 1):
-                for j in range(x - slack, x + slack + 1):
-                    if torus:
-                        there[i % rows, j % columns] = valid[i % rows, j % columns]
-                    elif 0 <= i < rows and 0 <= j < columns:
-                        there[i, j] = valid[i, j]
 
 
 @kernel

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import ISOMETRIES
+from ..lattice.vectors import UNIT
 from ..patches.growth import Growth, Pick
+from ..seams.step_kernels import mark_steps
 from ..search.candidates import Candidates
 from ..search.fourier import PatchSearch
 from . import lattice_kernels
@@ -17,7 +19,6 @@ Array = NDArray[Any]
 Lattice = tuple[tuple[float, float], ...]
 
 SLACK = 1  # px: how far a patch may leave the lattice, whose vectors are fractions
-FINE = 256  # vectors are rounded to 1/256 px, so that sums of them are the same everywhere
 
 
 def in_step(growth: Growth, lattice: Lattice, at: tuple[int, int], shown: Pick, most: int) -> Candidates:
@@ -27,11 +28,14 @@ def in_step(growth: Growth, lattice: Lattice, at: tuple[int, int], shown: Pick, 
     """
     valid, torus = growth.variants.valid[shown[0]], bool(growth.variants.toroidal[shown[0]])
     j = np.array(ISOMETRIES[int(growth.variants.pose[shown[0]])].j, np.int64)
-    steps = np.array([(round(dy * FINE), round(dx * FINE)) for dx, dy in lattice], np.int64) @ j
-    side = int(growth.variants.table[shown[0], 1:3].max())
-    most_steps = np.array([2 * side * FINE // max(int(np.abs(step).max()), FINE) + 1 for step in steps], np.int64)
+    side = 2 * int(growth.variants.table[shown[0], 1:3].max())
+    steps, ends = np.zeros((2, 2), np.int64), np.array([(0, 1), (0, 1)], np.int64)  # of one vector the second is still
+    for k, (dx, dy) in enumerate(lattice):
+        steps[k] = (round(dy * UNIT), round(dx * UNIT)) @ j
+        far = side * UNIT // max(int(np.abs(steps[k]).max()), UNIT) + 1
+        ends[k] = -far, far + 1
     there = np.zeros(valid.shape, np.uint8)
-    lattice_kernels.mark_steps(steps, most_steps, shown[1:], torus, (FINE, SLACK), valid.view(np.uint8), there)
+    mark_steps(steps, ends, shown[1:], torus, (UNIT, SLACK), valid.view(np.uint8), there)
     places = np.flatnonzero(there)
     grown = growth.growing
     assert isinstance(growth.finder, PatchSearch)
