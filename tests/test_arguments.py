@@ -97,6 +97,8 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "tile sources": lambda v: ia.tile(SMALL, SIDE, sources=v),
     "tile seed": lambda v: ia.tile(SMALL, SIDE, seed=v),
     "tile run": lambda v: ia.tile(SMALL, SIDE, run=v),
+    "warm methods": lambda v: ia.warm(v),
+    "warm run": lambda v: ia.warm("repeat", run=v),
     "weave exemplar": lambda v: ia.weave(v, ia.Repeat()),
     "weave method": lambda v: ia.weave(SMALL, v),
     "weave seed": lambda v: ia.weave(SMALL, ia.Repeat(), v),
@@ -195,7 +197,7 @@ CALLS: dict[str, Callable[[Any], object]] = {
 LEFT_OUT = {
     *(f"synthesize {name}" for name in ("size", "start", "guide", "blend", "run")),
     *(f"extend {name}" for name in ("margins", "blend", "run")), "heal grow", "heal run", "weave blend",
-    "tile band", "tile size", "tile run",
+    "tile band", "tile size", "tile run", "warm run",
     "Weave.to_tiff executor", "Weave.to_tiff run", "advect frame", "advect method", "advect run", "repair run",
     "read mask", "write depth", "write recipe",
     *(f"Synthesis.render {name}" for name in ("plane", "feather", "finish", "box", "run")),

@@ -65,6 +65,7 @@ _HOMES = {
     "score": "tasks.scoring",
     "synthesize": "synthesis",
     "tile": "tasks.tileable",
+    "warm": "tasks.warming",
     "weave": "giant",
     "write": "files",
 }
@@ -118,6 +119,7 @@ __all__ = [
     "score",
     "synthesize",
     "tile",
+    "warm",
     "weave",
     "write",
 ]
@@ -160,6 +162,7 @@ if TYPE_CHECKING:
     from .tasks.scoring import score
     from .tasks.starts import Margins
     from .tasks.tileable import tile
+    from .tasks.warming import warm
 
 
 def __getattr__(name: str) -> Any:

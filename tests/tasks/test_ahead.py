@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from threading import Event
 
 import pytest
 from long import but_some
@@ -195,3 +196,36 @@ def test_a_first_run_that_is_stopped_leaves_no_process_and_no_file(stop: signal.
     assert all(gone(int(pid)) for pid in beside)
     assert [p.name for p in (tmp_path / "c").rglob("*") if p.is_file() and p.suffix != ".kernel"] == []
     assert not (tmp_path / "o.png").exists()
+
+
+WARM = """
+import intarsia as ia
+from intarsia.kernels import compiling
+
+began = ia.warm(SLUGS)
+asked = []
+compiling.before_each(lambda kernel, types: asked.append(kernel))
+ia.synthesize("sample:brick", 600, METHOD)
+print(began, len(asked))
+"""
+
+
+@pytest.mark.parametrize(("named", "method"), [("'repeat'", "'repeat'"), ("", "'auto'")])
+def test_a_warm_process_grows_without_asking_for_a_kernel(named: str, method: str) -> None:
+    program = WARM.replace("SLUGS", named).replace("METHOD", method)
+    done = subprocess.run([sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True)
+    began, asked = map(int, done.stdout.split())
+    assert began == len({line for name in ahead.lists() if name == (named.strip("'") or "auto")
+                         or (not named and name.startswith("auto-")) for line in ahead.lists()[name]})  # fmt: skip
+    assert asked == 0
+
+
+def test_warming_refuses_what_names_no_method_and_ends_when_cancelled() -> None:
+    with pytest.raises(ia.ParameterError, match="method=moss is unknown"):
+        ia.warm("moss")
+    with pytest.raises(ia.ParameterError, match="methods is 3"):
+        ia.warm(3)  # type: ignore[arg-type]
+    cancel = Event()
+    cancel.set()
+    with pytest.raises(ia.CancelledError):
+        ia.warm("repeat", run=ia.Run(1, cancel=cancel))

@@ -6,12 +6,36 @@ import time
 from collections import deque
 from dataclasses import replace
 
-from ..run import Run, cores
-from .ahead import GROW, Beside, beside, every_kernel
+from ..arguments import expect
+from ..choosing.auto import AUTO_METHOD
+from ..methods.base import method_class
+from ..run import Run, cores, run_of
+from .ahead import GROW, Beside, beside, every_kernel, lists
 from .helper import do
 from .tiny_textures import kinds
 
 MOST = 8  # processes: each needs a second to start and 200 MB, and the longest kernel takes three seconds
+
+
+def warm(*methods: str, run: Run | None = None) -> int:
+    """Make this process ready to grow by methods, named as ``intarsia methods`` does; return how many kernels it took.
+
+    Kernels that were compiled once are loaded, in hundredths of a second, others compiled, in up to half a minute: a
+    program that answers calls does so before the first of them. ``"auto"``, and no name at all, stands for choosing and
+    for the methods that are chosen most often. ParameterError for a name that is none, CancelledError when the run is
+    cancelled: what was made until then stays.
+    """
+    run, wanted = run_of(run), list[str]()
+    for slug in methods or (AUTO_METHOD,):
+        expect(slug, str, "methods", "names of methods")
+        if slug != AUTO_METHOD:
+            method_class(slug)
+        wanted += [name for name in lists() if name == slug or (slug == AUTO_METHOD and name.startswith(f"{slug}-"))]
+    kernels = dict.fromkeys(line for name in wanted for line in lists()[name])
+    for line in kernels:
+        run.check()
+        do(line, run)
+    return len(kernels)
 
 
 def warm_up(run: Run) -> int:
