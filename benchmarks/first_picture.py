@@ -18,9 +18,12 @@ from typing import Any
 
 import intarsia as ia
 from bench import Result, child_cpu, pixels, table, unit_r
+from intarsia.arguments import SAMPLES
 
 REPEATS = 3
 PYTHON = (sys.executable, "-m", "intarsia")
+TWICE = ("--size", "512", "--force", "--quiet", "--threads", "1")
+MODULES = "numpy, PIL.Image, scipy.fft, numba, intarsia.cli.batch, intarsia.synthesis"  # of a command that grows
 
 
 def run(words: tuple[str, ...], cache: Path) -> tuple[float, float]:
@@ -42,12 +45,27 @@ def first_grow(name: str, cache: Path, folder: Path) -> list[Result]:
     words = (*PYTHON, "grow", str(source), "-o", str(folder / "out.png"), "--size", "512", "--force", "--quiet")
     r = unit_r()
     wall, cpu = run(words, cache)
-    warm = statistics.median(run((*words, "--threads", "1"), cache)[1] for _ in range(REPEATS))
-    case = f"`intarsia grow`, {name}, 256x256 to 512x512"
-    return [
-        Result(f"{case}, nothing compiled, wall", wall, "s", 8, f"{cpu:.1f} s CPU, R {1000 * r:.0f} ms", wall),
-        Result("the same, all compiled, whole command, CPU", warm / r, "R", None, f"{warm:.2f} s", warm),
-    ]
+    case = f"`intarsia grow`, {name}, 256x256 to 512x512, nothing compiled, wall"
+    return [Result(case, wall, "s", 8, f"{cpu:.1f} s CPU, R {1000 * r:.0f} ms", wall)]
+
+
+def every_grow(cache: Path, folder: Path) -> list[Result]:
+    """Grow every sample, as most people do: no option, one thread, all compiled; then all of them as one batch."""
+    rows, alone, files = [], 0.0, []
+    for name in SAMPLES:
+        source = folder / f"{name}.png"
+        ia.write(str(source), pixels(name))
+        r = unit_r()
+        words = (*PYTHON, "grow", str(source), "-o", str(folder / "out.png"), *TWICE)
+        cpu = statistics.median(run(words, cache)[1] for _ in range(REPEATS))
+        case = f"`intarsia grow`, {name}, 256x256 to 512x512, all compiled, whole command, CPU"
+        rows.append(Result(case, cpu / r, "R", 26, f"{cpu:.2f} s", cpu))
+        alone, files = alone + cpu, [*files, str(source)]
+    bare = child_cpu([sys.executable, "-c", f"import {MODULES}"], REPEATS)
+    _, batch = run((*PYTHON, "grow", *files, "-o", str(folder / "batch-{stem}.png"), *TWICE), cache)
+    share = (batch - bare) / (alone - bare * len(files))
+    about = f"{batch:.1f} s for {len(files)}"
+    return [*rows, Result("all of these in one command, to as many commands, without their start", share, "", 1, about)]
 
 
 def warming(cache: Path) -> list[Result]:
@@ -67,8 +85,7 @@ def warming(cache: Path) -> list[Result]:
 def starting(cache: Path) -> list[Result]:
     """What a command does before it works: imports, and loading what is compiled."""
     bare = child_cpu([sys.executable, "-c", "pass"])
-    modules = "numpy, PIL.Image, scipy.fft, numba, intarsia.cli.batch, intarsia.synthesis"
-    imports = child_cpu([sys.executable, "-c", f"import {modules}"]) - bare
+    imports = child_cpu([sys.executable, "-c", f"import {MODULES}"]) - bare
     found = [child("loading", cache) for _ in range(REPEATS)]
     first, rest = (statistics.median(f[what] for f in found) for what in ("first", "rest"))
     return [
@@ -108,7 +125,8 @@ def measured() -> list[Result]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         rows = [row for sample in ("stones", "brick") for row in first_grow(sample, folder / sample, folder)]
-        return rows + warming(folder / "all") + starting(folder / "all")
+        warm = warming(folder / "all")
+        return every_grow(folder / "all", folder) + rows + warm + starting(folder / "all")
 
 
 CHILDREN: dict[str, Any] = {"loading": child_loading}
