@@ -85,15 +85,16 @@ def test_round_holes_in_built_in_textures_have_no_rim(name: str) -> None:
         assert rim.rim_of(picture, hole) == 0
 
 
-def test_round_holes_in_photographs_have_hardly_ever_a_rim(textures: dict[str, Path]) -> None:
+def test_round_holes_in_photographs_have_hardly_ever_a_rim(textures: dict[str, Path], thorough: bool) -> None:
+    """At most one in 200; of every fourth photograph, none."""
     seen = asked = 0
-    for name, path in textures.items():
+    for name, path in [*textures.items()][:: 1 if thorough else 4]:
         if not any(word in name for word in ("mask", "labels", "normal", "defect")):
             picture = features.features([ia.read(path)]).pictures[0]
             for hole in round_holes(*picture.shape[:2], 6):
                 asked += 1
                 seen += rim.rim_of(picture, hole) > 0
-    assert asked > 200
+    assert asked > (200 if thorough else 50)
     assert seen <= asked // 200
 
 
