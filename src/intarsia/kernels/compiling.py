@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from llvmlite.binding import Linkage
+from llvmlite.binding import Linkage, create_pass_builder, create_pipeline_tuning_options
 from numba.core import environment
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
@@ -78,8 +78,11 @@ class Library(JITCodeLibrary):
                 self._reload_init.update(library._reload_init)
                 module.link_in(library._get_module_for_linking(), preserve=True)
             # without this what is linked in is inlined less well: corrections took a sixth longer
-            passes, builder = self._codegen._module_pass_manager(opt=2, loop_vectorize=False, slp_vectorize=False)
-            passes.run(module, builder)
+            options = create_pipeline_tuning_options(speed_level=2)
+            options.loop_vectorization = options.slp_vectorization = False
+            options.loop_unrolling = False  # what is unrolled here fills no vector registers later: half as fast
+            builder = create_pass_builder(self._codegen._tm, options)
+            builder.getModulePassManager().run(module, builder)
             for function in module.functions:
                 if not function.is_declaration and function.linkage == Linkage.external:
                     function.linkage = "linkonce_odr"
