@@ -200,54 +200,35 @@ def row_spans(known: Any, spans: Any) -> None:
 
 
 @kernel
-def squares(window: Any, flat: Any, a: Any, b: Any, n: int) -> Any:
-    """Sum the squared differences of n numbers of `window` from `a` on and of `flat` from `b` on, in 64 bits.
-
-    Numbers differ by at most MOST_DIFFERENCE, so that so many squares as are added up in 32 bits stay below 2**31.
-    Unsigned offsets let the inner loop run in vector registers.
-    """
-    total = np.int64(0)
-    for first in range(0, n, MOST_SQUARES):
-        part, c, d = np.int32(0), a + np.uint64(first), b + np.uint64(first)
-        for k in range(np.uint64(min(n - first, MOST_SQUARES))):
-            apart = np.int16(window[c + k] - flat[d + k])
-            part = np.int32(part + np.int32(apart) * np.int32(apart))
-        total += part
-    return total
-
-
-@kernel
 def window_distance(
     window: Any, known: Any, spans: Any, flat: Any, start: int, stride: int, step: int, limit: Any
 ) -> Any:
     """Sum the squared differences over the known pixels of every `step`-th row; stop once above `limit`.
 
     `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` apart. Plainly:
-    sum over known pixels of (window - patch)**2.
+    sum over known pixels of (window - patch)**2. Numbers differ by at most MOST_DIFFERENCE, so that so many squares as
+    are added up in 32 bits stay below 2**31; unsigned offsets let the innermost loop run in vector registers.
     """
-    (h, w), total = known.shape, np.int64(0)
-    channels = len(window) // (h * w)
+    (h, w), total, one = known.shape, np.int64(0), np.uint64(1)
+    channels = np.uint64(len(window) // (h * w))
     for i in range(0, h, step):
-        lo, n = spans[i, 0], (spans[i, 1] - spans[i, 0]) * channels
-        a, b = np.uint64((i * w + lo) * channels), np.uint64(start + i * stride + lo * channels)
-        if spans[i, 2] and n <= MOST_SQUARES:  # plainly: squares(window, flat, a, b, n)
-            part = np.int32(0)
-            for k in range(np.uint64(n)):
-                d = np.int16(window[a + k] - flat[b + k])
-                part = np.int32(part + np.int32(d) * np.int32(d))
-            total += part
-        elif spans[i, 2]:
-            total += squares(window, flat, a, b, n)
-        else:
-            for j in range(n // channels):
-                if known[i, lo + j] and channels <= MOST_SQUARES:  # plainly, as above
-                    part = np.int32(0)
-                    for k in range(np.uint64(j * channels), np.uint64((j + 1) * channels)):
-                        d = np.int16(window[a + k] - flat[b + k])
-                        part = np.int32(part + np.int32(d) * np.int32(d))
-                    total += part
-                elif known[i, lo + j]:
-                    total += squares(window, flat, a + np.uint64(j * channels), b + np.uint64(j * channels), channels)
+        j, last, line = np.uint64(spans[i, 0]), np.uint64(spans[i, 1]), known[i]
+        begin, other = np.uint64(i * w) * channels, np.uint64(start + i * stride)
+        while j < last:  # run by run of known pixels
+            a = j * channels
+            j = last if spans[i, 2] else j
+            while j < last and line[j]:
+                j += one
+            while a < j * channels:
+                part, m = np.int32(0), min(j * channels - a, np.uint64(MOST_SQUARES))
+                c, d = begin + a, other + a
+                for k in range(m):
+                    apart = np.int16(window[c + k] - flat[d + k])
+                    part = np.int32(part + np.int32(apart) * np.int32(apart))
+                total += part
+                a += m
+            while j < last and not line[j]:
+                j += one
         if total > limit:
             return total
     return total
