@@ -25,13 +25,14 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
+from intarsia.kernels.maxflow import MOST
 from intarsia.kernels.windows import Grown
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.settings import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
+from intarsia.seams.chances import likelihood
 from intarsia.seams.entire_patch import EntireSearch, pieces_of
-from intarsia.seams.graphcut import likelihood
-from intarsia.seams.recut_kernels import Draft
+from intarsia.seams.recut_kernels import NEVER, Draft
 from intarsia.seams.worst import CELL, WorstSeams
 from intarsia.search import reduce_kernels, sizes
 from intarsia.sourcemap import HOLE, SourceMap, identity
@@ -83,6 +84,16 @@ class Scene:
 
 
 seeds = st.integers(0, 2**32 - 1)
+NOTHING = np.zeros((0, 0), np.int32)
+
+
+def recut(
+    scene: Scene, box: tuple[int, ...], target: tuple[int, ...], pick: tuple[int, ...], draft: Draft, limit: int = NEVER
+) -> int:
+    """Cut one patch into a window: by how much seams become dearer, NEVER where it is by the limit or more."""
+    numbered, best = np.array([(0, *pick)], np.int64), np.array([limit, -1], np.int64)
+    recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, numbered, scene.price, draft, best)
+    return NEVER if best[1] else int(best[0])
 
 
 @settings(max_examples=60, deadline=None)
@@ -111,9 +122,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     if (scene.variant[y : y + h, x : x + w][edge] == HOLE).any():
         return  # what fills holes at the edge of a window has seams with the outside, too
     before, saved = scene.naive.total(scene.sources()), np.zeros((h, w), np.int32)
-    change = recut_kernels.recut(
-        scene.shown, scene.locked, scene.pieces, (y, x, h, w), (0, 0, h, w), pick, price, Draft(1, saved, take)
-    )
+    change = recut(scene, (y, x, h, w), (0, 0, h, w), pick, Draft(1, saved, take))
     kept = scene.variant.copy(), scene.yx.copy()
     recut_kernels.write_cut(scene.shown, scene.pieces, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
@@ -136,8 +145,7 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
     small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
     box, target, none = (y, x, h, w), (1, 0, h - 1, w), np.zeros((h, w), np.int32)
-    draft = Draft(1, none, small)
-    change = recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, pick, price, draft)
+    change = recut(scene, box, target, pick, Draft(1, none, small))
 
     def larger(a: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
@@ -151,11 +159,10 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     pieces = energy_kernels.Pieces(
         np.concatenate([p.ravel() for p in parts]), places, np.concatenate(shown), torus, channels
     )
-    grown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
-    got = recut_kernels.recut(
-        grown, larger(scene.locked), pieces, tuple(n * step for n in box), tuple(n * step for n in target),
-        (pick[0], pick[1] * step, pick[2] * step), price, Draft(step, none, rough),
-    )  # fmt: skip
+    scene.shown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
+    scene.pieces, scene.locked = pieces, larger(scene.locked)
+    where = (tuple(n * step for n in box), tuple(n * step for n in target))
+    got = recut(scene, *where, (pick[0], pick[1] * step, pick[2] * step), Draft(step, none, rough))
     assert got == change
     assert np.array_equal(rough, small)
 
@@ -177,6 +184,43 @@ def random_terms(rng: np.random.Generator, state: np.ndarray, most: int) -> np.n
     return terms
 
 
+def planes(terms: np.ndarray) -> np.ndarray:
+    """The terms as the kernels take them: (3, 2, h, w), 0 where there is no neighbour."""
+    out = np.ascontiguousarray(terms.transpose(3, 2, 0, 1))
+    out[:, 0, :, -1] = out[:, 1, -1] = 0
+    return out
+
+
+@settings(max_examples=80, deadline=None)
+@given(seeds, st.sampled_from(PRICES))
+def test_placements_that_are_compared_are_those_cut_in_one_by_one(seed: int, price: SeamPrice) -> None:
+    """The cheapest, of equal ones the first; a cut is given up only where it costs as much as the limit."""
+    scene, rng = Scene(seed, price=price), np.random.default_rng(seed)
+    h, w = int(rng.integers(3, 8)), int(rng.integers(3, 8))
+    box = (int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1)), h, w)
+    target = (0, 0, h, w)
+    picks = [tuple(int(n) for n in rng.integers((0, -2, -2), (2, 4, 4))) for _ in range(6)] * 2
+
+    def cut(pick: tuple[int, ...], limit: int) -> tuple[int, np.ndarray]:
+        draft = recut_kernels.drafted(box, 1)
+        return recut(scene, box, target, pick, draft, limit), draft.take
+
+    changes = []
+    for pick in picks:
+        change, take = cut(pick, NEVER)
+        changes.append(change)
+        again, same = cut(pick, change + 1)
+        assert again == change
+        assert np.array_equal(take, same)
+        assert cut(pick, change - int(rng.integers(3)))[0] == NEVER
+    best, order = np.array([NEVER, len(picks)], np.int64), rng.permutation(len(picks))
+    for part in np.split(order, 3):
+        numbered = np.array([(k, *picks[k]) for k in part.tolist()], np.int64)
+        draft = recut_kernels.drafted(box, 1)
+        recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, numbered, price, draft, best)
+    assert best.tolist() == [min(changes), changes.index(min(changes))]
+
+
 @settings(max_examples=120, deadline=None)
 @given(seeds, st.integers(1, 4), st.integers(1, 4), st.sampled_from([1, 3, 1000]))
 def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width: int, most: int) -> None:
@@ -188,7 +232,7 @@ def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width
     terms = random_terms(rng, state, most)
     out = np.full((height, width), 7, np.uint8)
     saved = rng.integers(-most, most + 1, state.shape).astype(np.int32) * (seed % 2)
-    recut_kernels.least_cut(state, terms, saved, out)
+    assert recut_kernels.least_cut(state, planes(terms), saved, out, MOST)
     more = np.where(state == 1, np.maximum(saved, 0), 0)
     if (state == 0).any():  # else all becomes new
         assert energy(out, state, terms) + more[out == 0].sum() == exhaustive_energy(state, terms, more)
@@ -196,7 +240,7 @@ def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width
     assert (out[(state == 0) | (state == 3)] == 0).all()
     none = np.zeros_like(out)
     want = energy(out, state, terms) - energy(none, state, terms)
-    assert recut_kernels.cut_change(terms, out) == want
+    assert recut_kernels.cut_change(planes(terms), out) == want
 
 
 @settings(max_examples=60, deadline=None)
@@ -208,8 +252,13 @@ def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height
     state[0, 0] = 0
     terms = random_terms(rng, state, int(rng.choice([1, 20, 5000])))
     out = np.empty((height, width), np.uint8)
-    recut_kernels.least_cut(state, terms, np.zeros_like(state, np.int32), out)
-    assert energy(out, state, terms) == scipy_energy(state, terms)
+    recut_kernels.least_cut(state, planes(terms), NOTHING, out, MOST)
+    least = energy(out, state, terms)
+    assert least == scipy_energy(state, terms)
+    assert recut_kernels.least_cut(state, planes(terms), NOTHING, out, least + 1)
+    assert energy(out, state, terms) == least
+    given_up = not recut_kernels.least_cut(state, planes(terms), NOTHING, out, max(least, 1))
+    assert given_up or not least
 
 
 @settings(max_examples=40, deadline=None)

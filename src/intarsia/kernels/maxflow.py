@@ -23,6 +23,7 @@ from .jit import kernel
 OLD = 0
 FREE = 1
 NEW = 2
+MOST = (1 << 63) - 1  # no flow is more
 
 
 @kernel
@@ -93,17 +94,17 @@ def _measure_heights(kind: Any, room: Any, step: Any, level: Any, reached: Any) 
 
 
 @kernel
-def _drain(kind: Any, room: Any, step: Any, level: Any, excess: Any, line: Any, ends: Any) -> tuple[Any, Any]:
-    """Push waiting flow downhill, raising pixels as needed, until none waits or heights are due anew.
+def _drain(room: Any, step: Any, level: Any, excess: Any, queue: Any, ends: Any, most: Any) -> tuple[Any, Any, Any]:
+    """Push waiting flow downhill, raising pixels as needed, until none waits, heights are due anew or `most` came.
 
-    `line`: (queue, which pixels are in it), which lasts from the first to the second of `ends`.
+    A pixel waits in the queue, which lasts from the first to the second of `ends`, while it has more than came to it
+    than left it. Returns both ends, and how much came to old pixels.
     """
-    (queue, queued), (head, tail), size, one = line, ends, kind.size, np.uint64(1)
+    (head, tail), size, one, came = ends, level.size, np.uint64(1), np.int64(0)
     end, raised = np.uint64(size), 0
-    while head != tail and 4 * raised <= size:  # of 1/20, 1/4 and 1 of the size this share measured best
+    while head != tail and 4 * raised <= size and came < most:  # of 1/20, 1/4 and 1 of the size this measured best
         v = np.uint64(queue[head])
         head = head + one if head < end else np.uint64(0)
-        queued[v] = 0
         here, mine, begin = excess[v], level[v], np.uint64(4) * v
         while here > 0 and mine < size:
             lowest = size
@@ -116,12 +117,15 @@ def _drain(kind: Any, room: Any, step: Any, level: Any, excess: Any, line: Any, 
                         moved = min(fits, here)
                         room[begin + d] = fits - moved
                         room[np.uint64(4) * u + (d ^ one)] += moved
-                        excess[u] += moved
                         here -= moved
-                        if queued[u] == 0 and kind[u] == FREE:
-                            queued[u] = 1
-                            queue[tail] = u
-                            tail = tail + one if tail < end else np.uint64(0)
+                        if other == 0:
+                            came += moved
+                        else:
+                            had = excess[u]
+                            excess[u] = had + moved
+                            if had == 0:
+                                queue[tail] = u
+                                tail = tail + one if tail < end else np.uint64(0)
                         if here == 0:
                             break
                     elif other + 1 < lowest:
@@ -131,30 +135,24 @@ def _drain(kind: Any, room: Any, step: Any, level: Any, excess: Any, line: Any, 
                 raised += 1
         level[v] = mine
         excess[v] = here
-    return head, tail
+    return head, tail, came
 
 
 @kernel
 def push_flow(
-    kind: NDArray[np.uint8], room: NDArray[np.int32], excess: NDArray[np.int64], stride: int
-) -> NDArray[np.int32]:
-    """Send all that can flow from the new pixels, and what waits in `excess`, to the old ones.
+    kind: NDArray[np.uint8], room: NDArray[np.int32], excess: NDArray[np.int64], stride: int, most: Any
+) -> tuple[Any, Any]:
+    """Send all that can flow from the new pixels, and what waits in `excess`, to the old ones; or until `most` came.
 
-    Returns each pixel's distance to an old one along arcs with room left; the size, or more, where there is no way.
-    `room` and `excess` are used up.
+    Returns each pixel's distance to an old one along arcs with room left; the size, or more, where there is no way:
+    it is known if less than `most` came. That comes next. `room` and `excess` are used up.
     """
     size, four, one = kind.size, np.uint64(4), np.uint64(1)
     level, reached = np.empty(size, np.int32), np.empty(size, np.int32)
-    queue, queued = np.empty(size + 1, np.int32), np.zeros(size, np.uint8)
+    queue = np.empty(size + 1, np.int32)
     step = np.array([1, -1, stride, -stride]).astype(np.uint64)
-    _measure_heights(kind, room, step, level, reached)
-    head, tail = np.uint64(0), np.uint64(0)
     for k in range(size):
         v = np.uint64(k)
-        if kind[v] == FREE and excess[v] > 0 and queued[v] == 0:
-            queued[v] = 1
-            queue[tail] = v
-            tail += one
         if kind[v] == NEW:
             for d in range(four):
                 u, moved = v + step[d], room[four * v + d]
@@ -162,14 +160,20 @@ def push_flow(
                     room[four * u + (d ^ one)] += moved
                     room[four * v + d] = 0
                     excess[u] += moved
-                    if kind[u] == FREE and queued[u] == 0:
-                        queued[u] = 1
-                        queue[tail] = u
-                        tail += one
-    while head != tail:
-        head, tail = _drain(kind, room, step, level, excess, (queue, queued), (head, tail))
+    _measure_heights(kind, room, step, level, reached)
+    head, tail, total = np.uint64(0), np.uint64(0), np.int64(0)
+    for k in range(size):
+        v = np.uint64(k)
+        if kind[v] == OLD:
+            total += excess[v]
+        elif kind[v] == FREE and excess[v] > 0:
+            queue[tail] = v
+            tail += one
+    while head != tail and total < most:
+        head, tail, came = _drain(room, step, level, excess, queue, (head, tail), most - total)
+        total += came
         _measure_heights(kind, room, step, level, reached)
-    return level
+    return level, total
 
 
 @kernel
@@ -194,7 +198,7 @@ def grid_min_cut(
     room = np.empty(4 * size, np.int32)
     excess = np.zeros(size, np.int64)
     _fill_room(state, right, down, kind, room)
-    level = push_flow(kind, room, excess, stride)
+    level, _ = push_flow(kind, room, excess, stride, MOST)
     for y in range(height):
         for x in range(width):
             out[y, x] = 0 if level[(y + 1) * stride + x + 1] < size else 1

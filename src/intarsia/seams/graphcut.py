@@ -27,6 +27,7 @@ from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .apart import Apart
+from .chances import drawn, likelihood
 from .entire_patch import EntireSearch, pieces_of
 from .settings import GraphcutSettings
 from .shifts import shifts_around
@@ -43,8 +44,6 @@ ROUGH = 4  # px from one to the next where placements are compared before the be
 LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
 EVERY = 4  # px from one to the next where pieces about a window are counted
-TINY = 1057087571  # exp(-1/64) in 2**-30
-GONE = 64 * 20  # beyond, a chance is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +116,7 @@ class GraphcutGrowth:
                 break
             box = (*at, *self.growth.layout.patch)
             cut = self.cheapest(box, draw(seed, stage, 1, number), filling=False)
-            if cut is not None and cut.change < 0:
+            if cut is not None:
                 self.paste(cut)
                 worst.renew(cut.box)
                 saved.append(-cut.change)
@@ -129,17 +128,32 @@ class GraphcutGrowth:
     # ---- placing
 
     def cheapest(self, box: Box, bits: int, filling: bool) -> Cut | None:
-        """Draw placements for a window, and cut in the best of them; None where there is none."""
+        """Draw placements for a window, and cut in the best of them; None where there is none, or none that saves."""
         shown = [] if filling else self.shown(box)[: self.stitch.tries // SHOWN]
-        return self.best(box, shown + self._drawn(box, bits, filling)[: self.stitch.tries - len(shown)])
+        picks = shown + self._drawn(box, bits, filling)[: self.stitch.tries - len(shown)]
+        return self.best(box, picks, recut_kernels.NEVER if filling else 0)
 
-    def best(self, box: Box, picks: Sequence[Pick]) -> Cut | None:
-        """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none."""
-        step = max(1, min(ROUGH, min(box[2:]) // LEAST))
+    def best(self, box: Box, picks: Sequence[Pick], limit: int = recut_kernels.NEVER) -> Cut | None:
+        """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none.
+
+        None, too, where seams would become dearer by `limit` or more.
+        """
         if not picks:
             return None
-        rough = [self.cut(box, pick, self.stitch.margin, step).change for pick in picks] if len(picks) > 1 else [0]
-        return self.cut(box, picks[rough.index(min(rough))], self.stitch.margin)
+        pick = picks[self._promising(box, picks)] if len(picks) > 1 else picks[0]
+        cut = self.cut(box, pick, self.stitch.margin, limit=limit)
+        return cut if cut.change < limit else None
+
+    def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
+        """Which of several placements makes seams least dear by a rough cut; the first of those that are equal."""
+        step, windows = max(1, min(ROUGH, min(box[2:]) // LEAST)), dict[Any, list[tuple[int, ...]]]()
+        for number, pick in enumerate(picks):
+            window, inner, patch = self._window(box, pick, self.stitch.margin)
+            windows.setdefault((window, inner, self.bar and number), []).append((number, *patch))
+        best = np.array([recut_kernels.NEVER, len(picks)], np.int64)
+        for (window, inner, _), some in windows.items():
+            self._recut(window, inner, some, recut_kernels.drafted(window, step), best)
+        return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
         """The pieces that lie about a window, those of which most is seen first."""
@@ -164,14 +178,7 @@ class GraphcutGrowth:
         rows, price = found.rows, self.priced(box, found)
         unit = max(round(self.stitch.randomness * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
-        picks: list[Pick] = []
-        for t in range(min(self.stitch.tries, int(np.count_nonzero(chances)))):
-            share = draw(bits, t) % int(chances.sum())
-            k = int(np.searchsorted(np.cumsum(chances), share, side="right"))
-            chances[k] = 0
-            _, variant, u, s = rows[k].tolist()
-            picks.append((variant, u, s))
-        return picks
+        return [(v, u, s) for v, u, s in rows[drawn(chances.tolist(), self.stitch.tries, bits), 1:].tolist()]
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
@@ -232,13 +239,41 @@ class GraphcutGrowth:
 
     # ---- cutting
 
-    def cut(self, box: Box, pick: Pick, margin: int, step: int = 1, saved: Bar | None = None) -> Cut:
+    def cut(
+        self, box: Box, pick: Pick, margin: int, step: int = 1, saved: Bar | None = None,
+        limit: int = recut_kernels.NEVER,
+    ) -> Cut:  # fmt: skip
         """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
 
         Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known. With
         a `step` above 1 the cut is made and priced on every so many-th px only, to be compared with others. `saved`
-        says of the window with its surroundings what staying costs each pixel besides its seams, int32.
+        says of the window with its surroundings what staying costs each pixel besides its seams, int32. A cut that
+        would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``.
         """
+        window, inner, patch = self._window(box, pick, margin)
+        more = None if saved is None else np.ascontiguousarray(saved(window, patch)[::step, ::step])
+        draft, best = recut_kernels.drafted(window, step, more), np.array([limit, -1], np.int64)
+        self._recut(window, inner, [(0, *patch)], draft, best)
+        return Cut(recut_kernels.NEVER if best[1] else int(best[0]), window, patch, draft.take)
+
+    def _recut(
+        self, window: Box, inner: Box, picks: Sequence[tuple[int, ...]], draft: recut_kernels.Draft, best: Array
+    ) -> None:
+        """Cut numbered patches into a window, of which `inner` is to be filled; what is barred by the first stays."""
+        numbered, where = np.array(picks, np.int64), (self.pieces, window, inner)
+        if self.bar is not None:
+            _, variant, row, column = picks[0]
+            index = self.index(window)
+            kept = self.locked[index]
+            self.locked[index] = kept | self.bar(window, (variant, row, column))
+        try:
+            recut_kernels.recut(self.grown, self.locked, *where, numbered, self.price, draft, best)
+        finally:
+            if self.bar is not None:
+                self.locked[index] = kept
+
+    def _window(self, box: Box, pick: Pick, margin: int) -> tuple[Box, Box, Pick]:
+        """A window with its surroundings, where in these the window lies, and the pick at their first pixel."""
         wide, inner, at = list(box), [0, 0, *box[2:]], list(pick)
         for axis in (0, 1):
             n, length = box[2 + axis], self.variant.shape[axis]
@@ -252,19 +287,7 @@ class GraphcutGrowth:
             wide[2 + axis] = n + before + after
             inner[axis], at[1 + axis] = before, pick[1 + axis] - before
         window, patch = (wide[0], wide[1], wide[2], wide[3]), (at[0], at[1], at[2])
-        take, index, kept = np.empty([-(-n // step) for n in window[2:]], np.uint8), None, None
-        if self.bar is not None:
-            index = self.index(window)
-            kept = self.locked[index]
-            self.locked[index] = kept | self.bar(window, patch)
-        more = np.zeros(take.shape, np.int32) if saved is None else saved(window, patch)[::step, ::step]
-        change = recut_kernels.recut(
-            self.grown, self.locked, self.pieces, window, (inner[0], inner[1], inner[2], inner[3]), patch,
-            self.price, recut_kernels.Draft(step, more, take),
-        )  # fmt: skip
-        if index is not None:
-            self.locked[index] = kept
-        return Cut(int(change), window, patch, take)
+        return window, (inner[0], inner[1], inner[2], inner[3]), patch
 
     def join(self, at: tuple[int, int], pick: Pick, found: Candidates) -> None:
         """Cut a patch into the window at `at` alone, and write it into the map."""
@@ -277,11 +300,11 @@ class GraphcutGrowth:
 
     def paste(self, cut: Cut) -> None:
         """Write a cut into the map, and what its seams cost into the prices."""
-        recut_kernels.write_cut(self.grown, self.pieces, cut.box, cut.pick, cut.take)
-        y, x, h, w = cut.box
+        top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, cut.box, cut.pick, cut.take)
+        y, x = cut.box[:2]
         if self.stitch.lattice is not None and self.first is None:
             self.first = cut.pick[1] - y, cut.pick[2] - x
-        self.note((y - 1, x - 1, h + 1, w + 1))
+        self.note((y + top - 1, x + left - 1, h + 1, w + 1))
 
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
@@ -292,13 +315,3 @@ def middle(box: Box) -> Box:
     """The middle of a window, half as high and wide."""
     y, x, h, w = box
     return y + h // 4, x + w // 4, h // 2, w // 2
-
-
-def likelihood(x: Array) -> Array:
-    """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
-    out = np.full(len(x), 1 << 30, np.int64)
-    rest, factor = x.astype(np.int64), TINY
-    for _ in range(GONE.bit_length()):
-        out = np.where(rest & 1 > 0, out * factor >> 30, out)
-        rest, factor = rest >> 1, factor * factor >> 30
-    return np.where(x >= GONE, 0, out)
