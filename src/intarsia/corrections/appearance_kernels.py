@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from ..kernels.kd_tree import _insert, ask_apart, pixels_apart
+from ..kernels.kd_tree import _insert, ask_apart, asking_room, pixels_apart
 
 
 @kernel
@@ -67,18 +67,20 @@ def jump_sets(tree: Any, queries: Any, vectors: Any, free: Any, limits: Any, ask
 
     ``queries`` (N, 2 + D): pixel and point; ``vectors`` (N, n): the same as whole neighbourhoods, by which those that
     the tree names are ranked, equal ones by their number; ``free`` (M,): which queries are the tree's points.
-    -1 where there are no more.
+    -1 where there are no more. One leaf comes after the other, so that what they look into stays in the nearest cache.
     """
     near, number = np.empty(asked, np.int64), np.empty(asked, np.int64)
     exact, ranked = np.empty(asked, np.int64), np.empty(asked, np.int64)
-    targets = queries[free, :2]
-    for q in range(len(queries)):
-        count = ask_apart(tree, queries[q, 2:], targets, (queries[q, 0], queries[q, 1]), limits, near, number)
+    targets, room, length = queries[free, :2], asking_room(queries.shape[1] - 2), np.uint64(vectors.shape[1])
+    others, flat = np.ones(len(queries), np.bool_), vectors.reshape(vectors.size)
+    others[free] = False
+    for q in np.concatenate((free[tree.order], np.flatnonzero(others))):
+        count = ask_apart(tree, queries[q, 2:], targets, (queries[q, 0], queries[q, 1]), limits, near, number, room)
         for c in range(count):
-            total, other = np.int64(0), free[number[c]]
-            for i in range(vectors.shape[1]):
-                gap = np.int64(vectors[q, i]) - vectors[other, i]
-                total += gap * gap
+            total, a, b = np.int32(0), np.uint64(q) * length, np.uint64(free[number[c]]) * length
+            for i in range(length):  # as corrections add up
+                gap = np.int16(flat[a + i] - flat[b + i])
+                total = np.int32(total + np.int32(gap) * np.int32(gap))
             _insert(exact, ranked, c + 1, total, number[c])
         kept = 0
         for c in range(count):

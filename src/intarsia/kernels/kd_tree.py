@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .jit import kernel
-from .neighbourhoods import CLOSED, SIZE, START, STRIDE
+from .neighbourhoods import CLOSED, FAR, SIZE, START, STRIDE
 
 LEAF = 12
 DEEP = 64
+FEW = 64  # points that are sorted one by one
 NOWHERE: NDArray[np.int64] = np.zeros((0, 2), np.int64)
 
 
@@ -42,7 +43,10 @@ def project_vector(values: Any, mean: Any, axes: Any, out: Any) -> None:
 
 @kernel
 def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
-    """Sort points (N, D) into leaves in place; `order` (N,) begins as 0 .. N-1."""
+    """Sort points (N, D) into leaves in place; `order` (N,) begins as 0 .. N-1. Equal ones keep their order."""
+    dims, before, numbers = points.shape[1], np.empty_like(points), np.empty_like(order)
+    least, most = np.empty(dims, np.int64), np.empty(dims, np.int64)
+    sorting = np.empty((2, len(points)), np.int64)
     stack = np.empty((DEEP, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, len(points)
     top = 1
@@ -51,20 +55,63 @@ def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
         node, low, high = stack[top, 0], stack[top, 1], stack[top, 2]
         if high - low <= LEAF:
             continue
-        widest, span = 0, np.int64(-1)
-        for d in range(points.shape[1]):
-            column = points[low:high, d]
-            spread = np.int64(column.max()) - column.min()
-            if spread > span:
-                widest, span = d, spread
-        sorting = np.argsort(points[low:high, widest], kind="mergesort")
-        points[low:high] = points[low:high][sorting]
-        order[low:high] = order[low:high][sorting]
+        for d in range(dims):
+            least[d] = most[d] = points[low, d]
+        for i in range(low + 1, high):
+            for d in range(dims):
+                least[d], most[d] = min(least[d], points[i, d]), max(most[d], points[i, d])
+        widest = 0
+        for d in range(1, dims):
+            widest = d if most[d] - least[d] > most[widest] - least[widest] else widest
+        for i in range(high - low):
+            sorting[0, i] = ((points[low + i, widest] - least[widest]) << 32) + i
+            numbers[i] = order[low + i]
+            for d in range(dims):
+                before[i, d] = points[low + i, d]
+        by = sort_keys(sorting, high - low, most[widest] - least[widest])
+        for i in range(high - low):
+            at = sorting[by, i] & 0xFFFFFFFF
+            order[low + i] = numbers[at]
+            for d in range(dims):
+                points[low + i, d] = before[at, d]
         middle = (low + high) // 2
         axis[node], cut[node] = widest, points[middle, widest]
         stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node + 1, low, middle
         stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = 2 * node + 2, middle, high
         top += 2
+
+
+@kernel
+def sort_keys(both: Any, n: int, most: Any) -> int:
+    """Sort the first `n` of ``both[0]``, keys of 0 to `most` times 2**32 and what tells equal ones apart, rising.
+
+    ``both`` (2, N) int64; returns which half of it holds them. Few are inserted one by one, many are sorted by eight
+    bits of their key after the other, the lowest first.
+    """
+    if n <= FEW:
+        for i in range(1, n):
+            value, at = both[0, i], i
+            while at > 0 and both[0, at - 1] > value:
+                both[0, at] = both[0, at - 1]
+                at -= 1
+            both[0, at] = value
+        return 0
+    begins, by = np.empty(256, np.int64), 0
+    for shift in range(32, 64, 8):
+        if most >> (shift - 32) == 0:
+            break
+        begins[:] = 0
+        for i in range(n):
+            begins[(both[by, i] >> shift) & 255] += 1
+        total = 0
+        for k in range(256):
+            begins[k], total = total, total + begins[k]
+        for i in range(n):
+            k = (both[by, i] >> shift) & 255
+            both[1 - by, begins[k]] = both[by, i]
+            begins[k] += 1
+        by = 1 - by
+    return by
 
 
 @kernel
@@ -77,38 +124,50 @@ def pixels_apart(ay: Any, ax: Any, by: Any, bx: Any, size: Any) -> Any:
 
 
 @kernel
-def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any) -> int:
+def asking_room(dims: int) -> Any:
+    """Return room for one question after another: see :func:`ask_apart`."""
+    return np.empty((DEEP, 4), np.int64), np.empty((DEEP, dims), np.int64), np.empty(dims, np.int64)
+
+
+@kernel
+def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any, room: Any) -> int:
     """Find the nearest points, looking into at most so many leaves; return how many of them were found.
 
     `near` (k,) int64 squared distances, rising; `number` (k,) the points' numbers. Equal ones: the lower number.
     """
-    return ask_apart(tree, point, NOWHERE, (0, 0), (0, 0, 0, 0, leaves), near, number)
+    return ask_apart(tree, point, NOWHERE, (0, 0), (0, 0, 0, 0, leaves), near, number, room)
 
 
 @kernel
-def ask_apart(tree: Any, point: Any, place: Any, own: Any, limits: Any, near: Any, number: Any) -> int:
+def ask_apart(
+    tree: Any, point: Any, place: Any, own: Any, limits: Any, near: Any, number: Any, room: Any
+) -> int:
     """Find the nearest points of a tree, as :func:`ask`, that lie far enough from the pixel `own`; return how many.
 
     ``place`` (N, 2): pixel of each point, or none: then all are far enough. ``limits``: height, width, 1 if toroidal,
-    px apart at least, leaves looked into at most.
+    px apart at least, leaves looked into at most. ``room``: nodes still to see (node, first point, one past the last,
+    distance at least); how far each lies from the point along each axis; and the same of the node at hand.
     """
-    dims, k, leaves, anywhere = tree.points.shape[1], len(near), limits[4], len(place) == 0
-    stack = np.empty((DEEP, 4), np.int64)  # node, first point, one past the last, distance at least
-    gaps = np.zeros((DEEP, dims), np.int64)  # how far the node lies from the point along each axis
-    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, len(tree.points), 0
-    top, count = 1, 0
-    here = np.empty(dims, np.int64)
+    points, order, axes, cuts = tree.points, tree.order, tree.axis, tree.cut
+    dims, k, leaves, anywhere = points.shape[1], len(near), limits[4], len(place) == 0
+    stack, gaps, here = room
+    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, len(points), 0
+    for d in range(dims):
+        gaps[0, d] = 0
+    top, count, worst = 1, 0, FAR  # as long as not enough are found all are near enough
     while top and leaves > 0:
         top -= 1
         node, low, high, least = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
-        if count == k and least > near[k - 1]:
+        if least > worst:
             continue
-        here[:] = gaps[top]
+        for d in range(dims):
+            here[d] = gaps[top, d]
         while high - low > LEAF:
-            axis, middle = tree.axis[node], (low + high) // 2
-            gap = point[axis] - tree.cut[node]
+            axis, middle = axes[node], (low + high) // 2
+            gap = point[axis] - cuts[node]
             stack[top, 3] = least - here[axis] * here[axis] + gap * gap
-            gaps[top] = here
+            for d in range(dims):
+                gaps[top, d] = here[d]
             gaps[top, axis] = gap
             if gap < 0:
                 stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node + 2, middle, high
@@ -119,19 +178,21 @@ def ask_apart(tree: Any, point: Any, place: Any, own: Any, limits: Any, near: An
             top += 1
         refused, taken = False, False  # a leaf of nothing but neighbours does not count
         for i in range(low, high):
-            total = np.int64(0)
-            for d in range(dims):
-                gap = np.int64(tree.points[i, d]) - point[d]
+            total, d = np.int64(0), 0
+            while d < dims and total <= worst:
+                gap = np.int64(points[i, d]) - point[d]
                 total += gap * gap
-            if count < k or total < near[k - 1] or (total == near[k - 1] and tree.order[i] < number[k - 1]):
+                d += 1
+            if total < worst or (total == worst and (count < k or order[i] < number[k - 1])):
                 if not anywhere:
-                    at = place[tree.order[i]]
+                    at = place[order[i]]
                     if pixels_apart(own[0], own[1], at[0], at[1], limits) < limits[3]:
                         refused = True
                         continue
                 taken = True
                 count = min(count + 1, k)
-                _insert(near, number, count, total, tree.order[i])
+                _insert(near, number, count, total, order[i])
+                worst = near[k - 1] if count == k else worst
         leaves -= 0 if refused and not taken else 1
     return count
 
@@ -175,14 +236,14 @@ def similar(ground: Any, places: Any, components: Any, tree: Any, leaves: int, n
     They lie further than `apart` px from it, in rows or columns. `near` (2, m) is room for m found ones.
     """
     values = np.empty((1, len(components)), np.int32)
-    point = np.empty(tree.points.shape[1], np.int64)
+    point, room = np.empty(tree.points.shape[1], np.int64), asking_room(tree.points.shape[1])
     for i in range(len(places)):
         gather_neighbourhoods(ground, places[i : i + 1], components, values)
         project_vector(values[0], tree.mean, tree.axes, point)
         v, at = places[i, 0], places[i, 1]
         row = ground.table[v]
         count = 0
-        for k in range(ask(tree, point, leaves, near[0], near[1])):
+        for k in range(ask(tree, point, leaves, near[0], near[1], room)):
             w, to = places[near[1, k], 0], places[near[1, k], 1]
             if count == out.shape[1]:
                 break

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..kernels.draws import below, draw
 from ..kernels.jit import kernel
-from ..kernels.kd_tree import ask, project_vector
+from ..kernels.kd_tree import ask, asking_room, project_vector
 from ..kernels.neighbourhoods import (
     CLOSED,
     FAR,
@@ -137,7 +137,7 @@ def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixel
     Neighbourhoods that are not the usual ones are searched in full.
     """
     template, work = room_for(components), workplace(ground)
-    point = np.empty(tree.points.shape[1], np.int64)
+    point, room = np.empty(tree.points.shape[1], np.int64), asking_room(tree.points.shape[1])
     near, number = np.empty(few, np.int64), np.empty(few, np.int64)
     for i in range(len(pixels)):
         y, x = pixels[i, 0], pixels[i, 1]
@@ -149,7 +149,7 @@ def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixel
         best, variant, position = best_continuation(torus, ground, y, x, kind, template, n)
         project_vector(template.value, tree.mean, tree.axes, point)
         aimed = -1
-        for k in range(ask(tree, point, leaves, near, number)):
+        for k in range(ask(tree, point, leaves, near, number, room)):
             v, at = torus.choices[number[k], 0], torus.choices[number[k], 1]
             if v != aimed:
                 aim(ground, v, template, n)
