@@ -72,10 +72,8 @@ def transformed(picture: Array, h: int, toroidal: bool) -> Array:
     halved = halved - halved.reshape(-1, channels).astype(np.int64).sum(axis=0) // (height * width)
     planes = np.ascontiguousarray(np.moveaxis(bordered(halved.astype(np.int32), 2 * h, toroidal), 2, 0))
     every = max(1, height * width // SAMPLE)
-    ys, xs = np.divmod(np.arange(0, height * width, every), width)
-    down, right = np.divmod(np.arange(25), 5)
-    taps = planes[:, ys[:, None] + down * h, xs[:, None] + right * h]
-    some = np.moveaxis(taps, 0, 2).reshape(len(ys), -1).astype(np.float64)
+    some = np.empty((-(-height * width // every), 25 * channels))
+    kernels.sample_neighbourhoods(planes, h, every, some)
     weights = np.repeat(WEIGHTS, channels) / 256
     covariance = whole_products(some) / len(some) * weights[:, None] * weights
     axes = principal_axes(covariance, AXES)[1] * weights

@@ -1,4 +1,4 @@
-"""Appearance vectors: neighbourhoods on few axes, the tables that corrections compare with, and what looks alike."""
+"""Appearance vectors: neighbourhoods on few axes, the tables that corrections compare with, and jumps."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from ..kernels.kd_tree import _insert, ask_apart, asking_room, pixels_apart
 
 
 @kernel
@@ -31,6 +30,30 @@ def project_neighbourhoods(planes: Any, h: int, whole: Any, out: Any) -> None:
                         sums[x] = np.int32(sums[x] + weight * read[x])
             for x in range(width):
                 out[y, x, d] = sums[x] >> 14
+
+
+@kernel
+def sample_neighbourhoods(planes: Any, h: int, every: int, out: Any) -> None:
+    """Read the 5 x 5 neighbourhoods at spacing `h` of every so many-th pixel: out (N, 25 C) float64, tap by tap."""
+    channels, width = planes.shape[0], planes.shape[2] - 4 * h
+    for n in range(len(out)):
+        y, x = n * every // width, n * every % width
+        for k in range(25):
+            for c in range(channels):
+                out[n, k * channels + c] = planes[c, y + k // 5 * h, x + k % 5 * h]
+
+
+@kernel
+def project_rows(rows: Any, whole: Any, out: Any) -> None:
+    """Project whole vectors (N, n) int16 on axes (D, n) int32, in 1 / 4096 and of length 1: out (N, D) int32."""
+    n = np.uint64(rows.shape[1])
+    flat, axes = rows.reshape(rows.size), whole.reshape(whole.size)
+    for i in range(len(rows)):
+        for d in range(len(whole)):
+            total, at, to = np.int32(0), np.uint64(i) * n, np.uint64(d) * n
+            for k in range(n):
+                total = np.int32(total + np.int32(flat[at + k]) * axes[to + k])
+            out[i, d] = total >> 12
 
 
 @kernel
@@ -59,38 +82,6 @@ def colour_table(padded: Any, h: int, border: int, mask: Any, table: Any) -> Non
             for k in range(25):
                 for c in range(channels):
                     row[k * channels + c] = (padded[y + (k // 5 - 2) * h, x + (k % 5 - 2) * h, c] * mask[k]) >> 8
-
-
-@kernel
-def jump_sets(tree: Any, queries: Any, vectors: Any, free: Any, limits: Any, asked: int, out: Any) -> None:
-    """Write for each query its most similar targets, apart from it and from one another, (N, k - 1, 2).
-
-    ``queries`` (N, 2 + D): pixel and point; ``vectors`` (N, n): the same as whole neighbourhoods, by which those that
-    the tree names are ranked, equal ones by their number; ``free`` (M,): which queries are the tree's points.
-    -1 where there are no more. One leaf comes after the other, so that what they look into stays in the nearest cache.
-    """
-    near, number = np.empty(asked, np.int64), np.empty(asked, np.int64)
-    exact, ranked = np.empty(asked, np.int64), np.empty(asked, np.int64)
-    targets, room, length = queries[free, :2], asking_room(queries.shape[1] - 2), np.uint64(vectors.shape[1])
-    others, flat = np.ones(len(queries), np.bool_), vectors.reshape(vectors.size)
-    others[free] = False
-    for q in np.concatenate((free[tree.order], np.flatnonzero(others))):
-        count = ask_apart(tree, queries[q, 2:], targets, (queries[q, 0], queries[q, 1]), limits, near, number, room)
-        for c in range(count):
-            total, a, b = np.int32(0), np.uint64(q) * length, np.uint64(free[number[c]]) * length
-            for i in range(length):  # as corrections add up
-                gap = np.int16(flat[a + i] - flat[b + i])
-                total = np.int32(total + np.int32(gap) * np.int32(gap))
-            _insert(exact, ranked, c + 1, total, number[c])
-        kept = 0
-        for c in range(count):
-            at = targets[ranked[c]]
-            clear = kept < out.shape[1]
-            for m in range(kept):
-                clear = clear and pixels_apart(at[0], at[1], out[q, m, 0], out[q, m, 1], limits) >= limits[3]
-            if clear:
-                out[q, kept, 0], out[q, kept, 1] = at[0], at[1]
-                kept += 1
 
 
 @kernel

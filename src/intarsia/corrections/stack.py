@@ -36,6 +36,7 @@ from .appearance import (
     without_gaps,
 )
 from .correction_kernels import MIDDLE, LevelArrays
+from .jump_kernels import Similar, jump_sets
 from .outlines import Outlines
 
 CLOUDS = 16  # px: what is wider is no grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
@@ -50,8 +51,8 @@ class Jumps(NamedTuple):
     """How similar places are found. Halved and doubled on 24 textures (docs/design/012): how many px differ."""
 
     apart: float = 0.05  # of the exemplar's longer side (S4-26); halved: 0.4 %, doubled: 29 %, six repeat more
-    leaves: int = 8  # of the tree, looked into for one pixel: a limit of time; 21 % and 16 %, no score by 2 %
-    asked: int = 16  # pixels that the tree names for each jump, ranked exactly: another; 6 % and 2 %, no score by 2 %
+    leaves: int = 4  # of the tree, looked into for one pixel: a limit of time
+    asked: int = 8  # pixels that the tree names for each jump, ranked exactly: another
 
 
 JUMPS = Jumps()
@@ -246,7 +247,7 @@ def similar_places(
     height, width, toroidal = size
     step = px_apart(h, height, width)
     ys, xs = np.arange(0, height, step), np.arange(0, width, step)
-    out = np.full((len(ys) * len(xs), count, 2), -1, np.int32)
+    out = np.full((len(ys), len(xs), count), -1, np.int32)
     places = np.stack(np.meshgrid(ys, xs, indexing="ij"), axis=2).reshape(-1, 2).astype(np.int64)
     free = ~closed[places[:, 0], places[:, 1]]
     if count and free.any():
@@ -260,15 +261,16 @@ def similar_places(
         none = np.zeros((1, 1), np.int64)
         tree = kd_tree.Tree(own, order, axis, cut, none[0], none)
         apart = max(2, round(JUMPS.apart * max(height, width)), h)
-        limits = np.array([height, width, toroidal, apart, JUMPS.leaves], np.int64)
-        queries = np.concatenate([places, points], axis=1)
-        kernels.jump_sets(tree, queries, vectors, np.flatnonzero(free), limits, JUMPS.asked * count, out)
-    return out.reshape(len(ys), len(xs), count, 2)
+        limits = height, width, int(toroidal), apart, JUMPS.leaves
+        known = Similar(vectors.ravel(), np.uint64(vectors.shape[1]), places, free, limits)
+        jump_sets(tree, points, known, JUMPS.asked * count, out)
+    return np.where(out[..., None] < 0, np.int32(-1), places.astype(np.int32)[out])
 
 
 def _points(vectors: Array) -> Array:
     """Project neighbourhoods (N, n) on their main axes: (N, D) int32."""
     some = vectors[:: max(1, len(vectors) // SAMPLE)].astype(np.float64)
     axes = principal_axes(whole_products(some) / len(some), min(AXES, some.shape[1]))[1]
-    whole = np.rint(axes * 4096)  # the products are whole numbers below 2**53: exact
-    return np.asarray(np.floor(vectors.astype(np.float64) @ whole.T / 4096), np.int32)
+    points = np.empty((len(vectors), len(axes)), np.int32)
+    kernels.project_rows(vectors, np.rint(axes * 4096).astype(np.int32, order="C"), points)
+    return points

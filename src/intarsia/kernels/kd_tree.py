@@ -185,8 +185,8 @@ def ask_apart(
                 d += 1
             if total < worst or (total == worst and (count < k or order[i] < number[k - 1])):
                 if not anywhere:
-                    at = place[order[i]]
-                    if pixels_apart(own[0], own[1], at[0], at[1], limits) < limits[3]:
+                    at = order[i]
+                    if pixels_apart(own[0], own[1], place[at, 0], place[at, 1], limits) < limits[3]:
                         refused = True
                         continue
                 taken = True
