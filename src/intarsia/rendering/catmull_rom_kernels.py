@@ -34,7 +34,16 @@ class Reach(NamedTuple):
 
 
 @kernel
-def _pixel(row: NDArray[np.int64], y: int, x: int) -> int:
+def exemplar_of(table: NDArray[np.int64], which: int) -> tuple[int, int, int, int]:
+    """Return the number of an exemplar's first pixel, its height, its width, and 1 if it is toroidal.
+
+    Plain numbers: a view of the table would count references wherever it is made.
+    """
+    return table[which, 0], table[which, 1], table[which, 2], table[which, 3]
+
+
+@kernel
+def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
     """Return the number of a pixel; beyond the border there is the nearest one, or the other side of a torus."""
     height, width = row[1], row[2]
     if not (0 <= y < height and 0 <= x < width):
@@ -47,50 +56,52 @@ def _pixel(row: NDArray[np.int64], y: int, x: int) -> int:
 
 
 @kernel
-def nearest_pixel(row: NDArray[np.int64], reach: Reach, uy: float, ux: float, own: int) -> int:
+def nearest_pixel(row: tuple[int, int, int, int], free: NDArray[np.bool_], uy: float, ux: float, own: int) -> int:
     """Return the pixel nearest to a place, or `own` where that one must not be read."""
     k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
-    return own if reach.free.size > 0 and not reach.free[k] else k
+    return own if free.size > 0 and not free[k] else k
 
 
 @kernel
-def share_of(row: NDArray[np.int64], reach: Reach, uy: float, ux: float) -> int:
+def share_of(row: tuple[int, int, int, int], near: NDArray[np.uint16], uy: float, ux: float) -> int:
     """Return how much the pixel nearest to a place counts in a vote: nothing outside of the exemplar."""
     y, x = floor(uy + 0.5), floor(ux + 0.5)
     if row[3] == 0 and not (0 <= y < row[1] and 0 <= x < row[2]):
         return 0
-    return int(reach.near[_pixel(row, y, x)])
+    return int(near[_pixel(row, y, x)])
 
 
 @kernel
-def _cubic(f: float, weights: NDArray[np.float64]) -> None:
-    weights[0] = ((1.0 - 0.5 * f) * f - 0.5) * f
-    weights[1] = (1.5 * f - 2.5) * f * f + 1.0
-    weights[2] = ((2.0 - 1.5 * f) * f + 0.5) * f
-    weights[3] = (0.5 * f - 0.5) * f * f
+def _cubic(f: float, w: Array, begin: int) -> None:
+    w[2, begin] = ((1.0 - 0.5 * f) * f - 0.5) * f
+    w[2, begin + 1] = (1.5 * f - 2.5) * f * f + 1.0
+    w[2, begin + 2] = ((2.0 - 1.5 * f) * f + 0.5) * f
+    w[2, begin + 3] = (0.5 * f - 0.5) * f * f
 
 
 @kernel
-def taps(row: NDArray[np.int64], reach: Reach, uy: float, ux: float, at: NDArray[np.int64], w: Array) -> int:
+def taps(
+    row: tuple[int, int, int, int], free: NDArray[np.bool_], uy: float, ux: float, at: NDArray[np.int64], w: Array
+) -> int:
     """List the pixels of a reading, at most 16, and their weights in w[0]; in w[1] those of the 2 x 2 around it alone.
 
-    Returns how many; 0 where none of the four around may be read.
+    Returns how many; 0 where none of the four around may be read. `free` as in :class:`Reach`; w[2] is room to work.
     """
     y, x = floor(uy), floor(ux)
     fy, fx = uy - y, ux - x
-    wy, wx = np.empty(4), np.empty(4)
-    _cubic(fy, wy)
-    _cubic(fx, wx)
+    _cubic(fy, w, 0)
+    _cubic(fx, w, 4)
     n, smooth, total = 0, True, 0.0
     for i in range(4):
         for k in range(4):
-            if wy[i] == 0.0 or wx[k] == 0.0:
+            weight = w[2, i] * w[2, 4 + k]
+            if w[2, i] == 0.0 or w[2, 4 + k] == 0.0:
                 continue
             at[n] = _pixel(row, y + i - 1, x + k - 1)
-            if reach.free.size > 0 and not reach.free[at[n]]:
+            if free.size > 0 and not free[at[n]]:
                 smooth = False
                 continue
-            w[0, n], w[1, n] = wy[i] * wx[k], 0.0
+            w[0, n], w[1, n] = weight, 0.0
             if 1 <= i <= 2 and 1 <= k <= 2:
                 w[1, n] = (fy if i == 2 else 1.0 - fy) * (fx if k == 2 else 1.0 - fx)
                 total += w[1, n]
@@ -107,13 +118,13 @@ def taps(row: NDArray[np.int64], reach: Reach, uy: float, ux: float, at: NDArray
 
 
 @kernel
-def footprint(j: NDArray[np.float64], axis: int) -> tuple[int, float]:
-    """Return how many readings a pixel needs along an axis, and over how much of its step they spread.
+def footprint(down: float, across: float) -> tuple[int, float]:
+    """Return how many readings a pixel needs along an axis, and over how much of its step (down, across) they spread.
 
     One where a step of the output is no longer than a pixel of the exemplar; from there on they spread, over all of the
     step where it is two, so that sharpness never jumps.
     """
-    length = sqrt(j[axis] * j[axis] + j[2 + axis] * j[2 + axis])
+    length = sqrt(down * down + across * across)
     if length <= 1.0 + SLACK:
         return 1, 0.0
     return min(ceil(length - SLACK), MOST), min(1.0, 2.0 - 2.0 / length)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import J
-from .catmull_rom_kernels import Reach, footprint, nearest_pixel, taps
+from .catmull_rom_kernels import Reach, exemplar_of, footprint, nearest_pixel, taps
 from .warped_kernels import Part, hear
 
 Array = NDArray[Any]
@@ -31,68 +31,75 @@ def read_light(
     `sums` (h, w, C) are those of colours that count by their opacity, and of all alike; without `alpha` the second is
     all. `first` (h, w) is that pixel, -1 at the start; `weights` (h, w) are the sums of w times opacity, and of w.
     """
-    at, w = np.empty(16, np.int64), np.empty((2, 16))
-    room = (feather + 1) * (feather + 1)
+    at, w, added = np.empty(16, np.int64), np.empty((3, 16)), np.zeros((2, light.shape[1]))
+    room, free = (feather + 1) * (feather + 1), reach.free
     places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
     for y in range(first.shape[0]):
         for x in range(first.shape[1]):
+            base, opaque = -1, 0.0
+            added[:] = 0.0
             for vote in range(hear(part, reach, feather, y, x, places, votes)):
-                qy, qx, count = votes[vote]
-                row, j, own = reach.table[part.which[qy, qx]], part.j[qy, qx], part.own[qy, qx]
-                uy, ux = places[vote]
+                qy, qx, count = votes[vote, 0], votes[vote, 1], votes[vote, 2]
+                row, own = exemplar_of(reach.table, part.which[qy, qx]), part.own[qy, qx]
+                jyy, jyx, jxy, jxx = part.j[qy, qx, 0], part.j[qy, qx, 1], part.j[qy, qx, 2], part.j[qy, qx, 3]
+                uy, ux = places[vote, 0], places[vote, 1]
                 weights[1][y, x] += count
-                (ny, sy), (nx, sx) = footprint(j, 0), footprint(j, 1)
+                (ny, sy), (nx, sx) = footprint(jyy, jxy), footprint(jyx, jxx)
                 for k in range(ny * nx):
                     oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
-                    n = taps(row, reach, uy + (j[0] * oy + j[1] * ox), ux + (j[2] * oy + j[3] * ox), at, w)
+                    n = taps(row, free, uy + (jyy * oy + jyx * ox), ux + (jxy * oy + jxx * ox), at, w)
                     if n == 0:
-                        at[0], w[0, 0], w[1, 0], n = nearest_pixel(row, reach, uy, ux, own), 1.0, 1.0, 1
-                    if first[y, x] < 0:
-                        first[y, x] = at[0]
-                    share, base = count / (ny * nx), first[y, x]
-                    seen = _add(light, alpha, at[:n], w, share, base, sums[0][y, x], sums[1][y, x])
-                    weights[0][y, x] += seen
+                        at[0], w[0, 0], w[1, 0], n = nearest_pixel(row, free, uy, ux, own), 1.0, 1.0, 1
+                    base = at[0] if base < 0 else base
+                    opaque += _add(light, alpha, at, n, w, count / (ny * nx), base, added)
+            first[y, x] = base
+            weights[0][y, x] = opaque
+            for c in range(light.shape[1]):
+                sums[1][y, x, c] = added[1, c]
+                if alpha:
+                    sums[0][y, x, c] = added[0, c]
 
 
 @kernel
-def _varies(light: Array, at: NDArray[np.int64]) -> bool:
+def _varies(light: Array, at: NDArray[np.int64], n: int) -> bool:
     """Say whether opacity is not the same in all pixels of a reading."""
     last, varied = light.shape[1] - 1, False
-    for k in range(1, at.size):
+    for k in range(1, n):
         varied = varied or light[at[k], last] != light[at[0], last]
     return varied
 
 
 @kernel
 def _add(
-    light: Array, alpha: bool, at: NDArray[np.int64], w: Array, share: float, first: int, seen: NDArray[np.float64],
-    plain: NDArray[np.float64],
-) -> float:  # fmt: skip
-    """Add a reading, which never leaves the range of the pixels read; returns how much of it is seen.
+    light: Array, alpha: bool, at: NDArray[np.int64], n: int, w: Array, share: float, first: int, added: Array
+) -> float:
+    """Add a reading of `n` pixels, which never leaves their range; returns how much of it is seen.
+
+    ``added`` (2, C): what is added up of colours by their opacity, and of all.
 
     In linear light, where Catmull-Rom shoots beyond an edge, dark stones would get black rims beside bright ones.
     Where opacity varies, colours come from the 2 x 2 around: with their weights, never negative, no colour is made up
     where hardly anything is seen.
     """
     last = light.shape[1] - 1
-    mixed = alpha and _varies(light, at)
+    mixed = alpha and _varies(light, at, n)
     opaque = 0.0
     if alpha:
-        for k in range(at.size):
+        for k in range(n):
             opaque += share * w[1 if mixed else 0, k] * max(np.float64(light[at[k], last]), 0.0)
     for c in range(last + 1):
         line = 1 if mixed and c < last else 0
         value, low, high, part = 0.0, np.inf, -np.inf, 0.0
-        for k in range(at.size):
+        for k in range(n):
             away = np.float64(light[at[k], c]) - np.float64(light[first, c])
             low, high = min(low, away), max(high, away)
             value += w[line, k] * away
             if mixed:
                 part += w[1, k] * max(np.float64(light[at[k], last]), 0.0) * away
         value = min(max(value, low), high)
-        plain[c] += share * value
+        added[1, c] += share * value
         if alpha and c < last:
-            seen[c] += share * part if mixed else opaque * value
+            added[0, c] += share * part if mixed else opaque * value
     return opaque
 
 
@@ -107,19 +114,19 @@ def _pose_of(j: NDArray[np.float64]) -> int:
 
 @kernel
 def _vector(
-    row: NDArray[np.int64], reach: Reach, j: NDArray[np.float64], u: tuple[float, float], own: int,
+    row: tuple[int, int, int, int], reach: Reach, j: NDArray[np.float64], u: tuple[float, float], own: int,
     vectors: Array, read: NDArray[np.float64],
 ) -> tuple[int, bool]:  # fmt: skip
     """Read a vector (x, y, z) at a place; returns the first pixel read, and whether all that were read are equal."""
-    at, w = np.empty(16, np.int64), np.empty((2, 16))
-    (ny, sy), (nx, sx) = footprint(j, 0), footprint(j, 1)
+    at, w = np.empty(16, np.int64), np.empty((3, 16))
+    (ny, sy), (nx, sx) = footprint(j[0], j[2]), footprint(j[1], j[3])
     first, equal = -1, True
     away = np.zeros(3)
     for k in range(ny * nx):
         oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
-        n = taps(row, reach, u[0] + (j[0] * oy + j[1] * ox), u[1] + (j[2] * oy + j[3] * ox), at, w)
+        n = taps(row, reach.free, u[0] + (j[0] * oy + j[1] * ox), u[1] + (j[2] * oy + j[3] * ox), at, w)
         if n == 0:
-            at[0], w[0, 0], n = nearest_pixel(row, reach, u[0], u[1], own), 1.0, 1
+            at[0], w[0, 0], n = nearest_pixel(row, reach.free, u[0], u[1], own), 1.0, 1
         if first < 0:
             first = at[0]
         for i in range(n):
@@ -167,7 +174,7 @@ def read_vectors(
             first[y, x] = 0
             for k in range(hear(part, reach, feather, y, x, places, votes)):
                 qy, qx, vote = votes[k]
-                row, j, u = reach.table[part.which[qy, qx]], part.j[qy, qx], (places[k, 0], places[k, 1])
+                row, j, u = exemplar_of(reach.table, part.which[qy, qx]), part.j[qy, qx], (places[k, 0], places[k, 1])
                 pixel, equal = _vector(row, reach, j, u, part.own[qy, qx], vectors, v)
                 pose = _pose_of(j)
                 _turn(j, cross, pose >= 0, v)
@@ -194,8 +201,8 @@ def read_labels(
             n = 0
             for i in range(hear(part, reach, feather, y, x, places, votes)):
                 qy, qx, vote = votes[i]
-                row, own = reach.table[part.which[qy, qx]], part.own[qy, qx]
-                rank = ranks[nearest_pixel(row, reach, places[i, 0], places[i, 1], own)]
+                row, own = exemplar_of(reach.table, part.which[qy, qx]), part.own[qy, qx]
+                rank = ranks[nearest_pixel(row, reach.free, places[i, 0], places[i, 1], own)]
                 weight[y, x] += vote
                 k = 0
                 while k < n and heard[k] != rank:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
-from .catmull_rom_kernels import Reach, share_of
+from .catmull_rom_kernels import Reach, exemplar_of, share_of
 
 ALIKE = 1 / 1024
 """Px, and parts of a frame, by which votes may differ and still be read together; those of one piece do by less."""
@@ -113,7 +113,7 @@ def hear(
             dy, dx = y + f // 2 - qy, x + f // 2 - qx
             uy = part.at[qy, qx, 0] + (j[0] * dy + j[1] * dx)
             ux = part.at[qy, qx, 1] + (j[2] * dy + j[3] * dx)
-            vote = 1 if f == 0 else share_of(reach.table[w], reach, uy, ux)
+            vote = 1 if f == 0 else share_of(exemplar_of(reach.table, w), reach.near, uy, ux)
             if vote == 0:
                 continue
             k = 0
