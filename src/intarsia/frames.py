@@ -21,6 +21,9 @@ STEP = 64.0
 ASIDE = 1.0
 """Most px that an entry may lie beside its exemplar pixel."""
 
+ROWS = 16
+"""Rows of a map that are checked together: what is computed of them stays in a core's cache."""
+
 UPRIGHT = np.eye(2, dtype=np.float32)
 
 _POSES = np.array([isometry.j for isometry in ISOMETRIES], np.float64)
@@ -56,11 +59,7 @@ def check_frames(frame: Array | None, sub: Array | None, pose: Array | None, hol
     if frame is not None:
         if pose is not None:
             raise InputError("the map has both pose and frame; give one, a frame can say all that a pose can.")
-        with np.errstate(invalid="ignore", over="ignore"):
-            j = frame.astype(np.float64)
-            area = np.abs(j[..., 0, 0] * j[..., 1, 1] - j[..., 0, 1] * j[..., 1, 0])
-            fine = (area >= 1 / AREA) & (area <= AREA) & (np.abs(j) <= STEP).all(axis=(2, 3))
-        if bad := int((~fine & ~holes).sum()):
+        if bad := sum(_unsound(frame[k : k + ROWS], holes[k : k + ROWS]) for k in range(0, len(frame), ROWS)):
             raise InputError(
                 f"frame holds {bad} matrices that are not finite, take steps of more than {STEP:.0f} px, or scale "
                 f"areas by more than {AREA:.0f} or less than 1/{AREA:.0f}; give others."
@@ -69,6 +68,17 @@ def check_frames(frame: Array | None, sub: Array | None, pose: Array | None, hol
         raise InputError(
             f"sub holds {bad} fractions that are not finite or beyond {ASIDE:.0f} px; let yx name the nearest pixel."
         )
+
+
+def _unsound(frame: Array, holes: Array) -> int:
+    """Count frames, outside of holes, that nothing can be drawn from."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        yy, yx, xy, xx = (np.ascontiguousarray(frame[..., m, n], np.float64) for m in (0, 1) for n in (0, 1))
+        area = np.abs(yy * xx - yx * xy)
+        fine = (area >= 1 / AREA) & (area <= AREA)
+        for part in (yy, yx, xy, xx):
+            fine &= np.abs(part) <= STEP
+    return int((~fine & ~holes).sum())
 
 
 def matrices(frame: Array | None, pose: Array) -> NDArray[np.float64]:

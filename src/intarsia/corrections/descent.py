@@ -136,11 +136,11 @@ class Descent:
         """
         coords, frame = self.window(*self._wider(rows, cols), run), self._frame(0, [(rows, cols)])
         assert frame is not None
-        size, one = frame.shape[:2], np.float32(1 << UNIT)
+        size, unit = frame.shape[:2], np.float32(1 / (1 << UNIT))  # a power of two, and few bits: all is exact
         sub = np.empty((*size, 2), np.int32)
         remainders(coords, frame, self._room.size, sub)
         whole = np.ascontiguousarray(coords[AROUND:-AROUND, AROUND:-AROUND])
-        return whole, (frame / one).reshape(*size, 2, 2), sub / one
+        return whole, frame.astype(np.float32).reshape(*size, 2, 2) * unit, sub.astype(np.float32) * unit
 
     def _wider(self, rows: Span, cols: Span) -> tuple[Span, Span]:
         """What must be known of the finest level: where pixels are read between others, those around as well."""

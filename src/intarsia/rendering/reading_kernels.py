@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from ..kernels.pieces_of_maps import J
+from ..kernels.pieces_of_maps import HOLE, J
 from .catmull_rom_kernels import Reach, exemplar_of, footprint, nearest_pixel, taps
 from .warped_kernels import Part, hear
 
@@ -38,7 +38,13 @@ def read_light(
         for x in range(first.shape[1]):
             base, opaque = -1, 0.0
             added[:] = 0.0
-            for vote in range(hear(part, reach, feather, y, x, places, votes)):
+            if feather > 0:
+                heard = hear(part, reach, feather, y, x, places, votes)
+            else:  # the pixel itself, or nobody: plainly as above
+                heard = 1 if part.which[y, x] != HOLE else 0
+                places[0, 0], places[0, 1] = part.at[y, x, 0], part.at[y, x, 1]
+                votes[0, 0], votes[0, 1], votes[0, 2] = y, x, 1
+            for vote in range(heard):
                 qy, qx, count = votes[vote, 0], votes[vote, 1], votes[vote, 2]
                 row, own = exemplar_of(reach.table, part.which[qy, qx]), part.own[qy, qx]
                 jyy, jyx, jxy, jxx = part.j[qy, qx, 0], part.j[qy, qx, 1], part.j[qy, qx, 2], part.j[qy, qx, 3]
