@@ -183,6 +183,7 @@ def correct(
     here = words.view(np.int16)[:n]
     found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
     turned_moves(UPRIGHT, 0, 0, UPRIGHT, arrays.steps[SPACING], (stride, long), reach, moves)
+    three, next_row = np.uint64(3), np.uint64(long)  # a difference below 0 is a large unsigned one
     old_y, old_x, old_z = np.int64(UPRIGHT), np.int64(0), np.int64(UPRIGHT)
     for i in range(low, high):
         for j in range(len(cols)):
@@ -208,10 +209,10 @@ def correct(
                 v = np.int64(work[np.uint64(at + moves[c, 0])]) + moves[c, 1]
                 if v != own:
                     u = np.int64(inner[np.uint64(v)])
-                    fresh = u >= 0
-                    for m in range(near):
-                        fresh = fresh and found[m] != u
-                    if fresh:
+                    m = 0
+                    while m < near and found[m] != u:
+                        m += 1
+                    if u >= 0 and m == near:
                         found[near] = u
                         near += 1
             best, kept, count, price, begin = np.int64(1) << 62, own, near, np.int64(ONE), 0
@@ -225,10 +226,11 @@ def correct(
                     for c in range(0 if first else near):
                         alone = True  # what differs by the rounding of a pixel leads to the same places
                         if frame is not None:
-                            for m in range(c):
-                                e = found[c] - found[m] + long + 1
-                                beside = 0 <= e < 3 or long <= e < long + 3 or 2 * long <= e < 2 * long + 3
-                                alone = alone and not beside
+                            m = 0
+                            while alone and m < c:
+                                e = np.uint64(found[c] - found[m] + long + 1)
+                                alone = e >= three and e - next_row >= three and e - next_row - next_row >= three
+                                m += 1
                         for k in range(more if alone else 0):
                             u = np.int64(jumps[np.uint64(found[c]), k])
                             fresh = u >= 0

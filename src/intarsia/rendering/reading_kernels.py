@@ -6,7 +6,7 @@ is uniform stays as it is.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import floor, sqrt
 from typing import Any
 
 import numpy as np
@@ -107,6 +107,31 @@ def _add(
         if alpha and c < last:
             added[0, c] += share * part if mixed else opaque * value
     return opaque
+
+
+@kernel
+def settle_light(
+    plain: NDArray[np.float64], weight: NDArray[np.float64], first: NDArray[np.int64], light: Array, samples: Array,
+    coding: tuple[NDArray[np.int32], NDArray[np.int32], int], out: Array,
+) -> None:  # fmt: skip
+    """Write the codes (h, w, C) of what was read of opaque colours; where it is the first pixel's light, its own code.
+
+    ``coding``: lights at which codes begin, and a shelf of starting points that shortens the walk to them.
+    """
+    steps, shelf, shift = coding
+    for y in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            base = max(first[y, x], 0)
+            for c in range(out.shape[2]):
+                away = plain[y, x, c] / max(weight[y, x], 1.0)
+                if away == 0.0:
+                    out[y, x, c] = samples[base, c]
+                    continue
+                value = floor(light[base, c] + away)
+                code = np.int64(shelf[value >> shift])
+                while code < steps.size and steps[code] <= value:
+                    code += 1
+                out[y, x, c] = code
 
 
 @kernel

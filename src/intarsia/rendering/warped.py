@@ -21,12 +21,12 @@ from ..exemplar import Exemplar
 from ..image import Array, Kind, Plane
 from ..sourcemap import Blend, Mixing, SourceMap
 from .catmull_rom_kernels import Reach
-from .colour import Curve
+from .colour import Curve, code_shelf, code_steps
 from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes
 from .mixers import coding_of, mixer_of
 from .mixing import LabelMixer, Mixer
 from .normals import NormalCoding
-from .reading_kernels import read_labels, read_light, read_vectors
+from .reading_kernels import read_labels, read_light, read_vectors, settle_light
 from .warped_kernels import Part, WarpField, lay_part
 
 MAX_SPREAD = 256
@@ -105,6 +105,11 @@ class Light:
         seen = np.zeros_like(plain) if self.alpha else np.zeros((height, width, 1))
         first, opaque, weight = np.full((height, width), -1), np.zeros((height, width)), np.zeros((height, width))
         read_light(part, reach, feather, self.light, self.alpha, (seen, plain), first, (opaque, weight))
+        if self.curve.srgb and self.curve.integer and not self.alpha:  # plainly: as below
+            coding = code_steps(self.curve.dtype.itemsize), *code_shelf(self.curve.dtype.itemsize)
+            codes = np.empty(plain.shape, self.samples.dtype)
+            settle_light(plain, weight, first, self.light, self.samples, coding, codes)
+            return codes, weight == 0.0
         first = np.maximum(first, 0)
         away = plain / np.maximum(weight, 1.0)[..., None]
         if self.alpha:
