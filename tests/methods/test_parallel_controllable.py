@@ -243,6 +243,33 @@ def test_jumps_lead_elsewhere(h: int, toroidal: bool, thorough: bool) -> None:
     assert least <= found < 1.3 * least, "the tree looks into a few leaves only"
 
 
+@pytest.mark.parametrize("toroidal", [False, True])
+@pytest.mark.parametrize("k", [2, 3])
+def test_similar_places_go_on_beside_a_pixel(k: int, toroidal: bool) -> None:
+    """What lies beside the places of the pixel to the right and below is never nearer than a pixel's own nearest.
+
+    On average these are hardly further than the nearest of all, which are looked for one by one.
+    """
+    e = Exemplar.of(texture(61, 45, 3, 8), toroidal=toroidal)
+    level = exemplar_stack(e, Look(k=k)).levels[0]
+    closed = np.zeros((61, 45), bool)
+    closed[:5] = True
+    table = level.arrays.table.reshape(-1, 32)
+    cells = similar_places(table, (61, 45, toroidal), level.border, 1, closed, k - 1)
+    own, least = [], []
+    for y in range(cells.shape[0] - 1):
+        for x in range((3 * y) % 4, cells.shape[1] - 1, 4):
+            distances = to_all(table, level, (61, 45), closed, (y, x), 1, 3, toroidal)
+            own.append(distances[tuple(cells[y, x, 0].tolist())])
+            least.append(min(distances.values()))
+            for dy, dx in ((1, 0), (0, 1)):
+                to = cells[y + dy, x + dx, 0] - (dy, dx)
+                if toroidal:
+                    to %= (61, 45)
+                assert own[-1] <= distances.get(tuple(to.tolist()), own[-1]), "those after a pixel are told last"
+    assert sum(own) < 1.06 * sum(least)
+
+
 def to_all(table, level, size, closed, u, step, apart, toroidal):  # type: ignore[no-untyped-def]
     """Squared distances to all pixels that may be jumped to, by brute force."""
     y, x = (c.ravel() for c in np.mgrid[: size[0] : step, : size[1] : step])

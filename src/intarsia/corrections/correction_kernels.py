@@ -228,8 +228,8 @@ def correct(
                         if frame is not None:
                             m = 0
                             while alone and m < c:
-                                e = np.uint64(found[c] - found[m] + long + 1)
-                                alone = e >= three and e - next_row >= three and e - next_row - next_row >= three
+                                on = np.uint64(found[c] - found[m] + long + 1)
+                                alone = not (on < three or on - next_row < three or on - next_row - next_row < three)
                                 m += 1
                         for k in range(more if alone else 0):
                             u = np.int64(jumps[np.uint64(found[c]), k])

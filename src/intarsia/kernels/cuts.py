@@ -53,11 +53,11 @@ def sharpened(cost: int, knee: int) -> int:
 
 
 @kernel
-def _distance(a: NDArray[np.int16], b: NDArray[np.int16]) -> int:
-    """Return the Euclidean distance of two pixels' features, rounded down."""
-    total = 0
-    for c in range(a.size):
-        difference = int(a[c]) - int(b[c])
+def _distance(a: NDArray[np.int16], y: int, x: int, b: NDArray[np.int16], v: int, u: int) -> int:
+    """Return the Euclidean distance of pixel (y, x) of `a` and (v, u) of `b` (h, w, C), rounded down."""
+    total = 0  # views of single pixels would count references, which takes longer than all the rest
+    for c in range(a.shape[2]):
+        difference = int(a[y, x, c]) - int(b[v, u, c])
         total += difference * difference
     return int(np.sqrt(np.float64(total))) if total > 0 else 0
 
@@ -79,14 +79,14 @@ def seam_costs(
     down = np.empty((max(height - 1, 0), width), np.int32)
     for y in range(height):
         for x in range(width):
-            apart[y, x] = _distance(old[y, x], new[y, x])
+            apart[y, x] = _distance(old, y, x, new, y, x)
     for y in range(height):
         for x in range(width - 1):
             cost = apart[y, x] + apart[y, x + 1]
             if price.knee > 0:
                 cost = sharpened(cost, price.knee)
             elif price.gradient:
-                change = _distance(old[y, x], old[y, x + 1]) + _distance(new[y, x], new[y, x + 1])
+                change = _distance(old, y, x, old, y, x + 1) + _distance(new, y, x, new, y, x + 1)
                 cost = cost * GRADIENT_UNIT // (FLAT + change)
             right[y, x] = cost
     for y in range(height - 1):
@@ -95,7 +95,7 @@ def seam_costs(
             if price.knee > 0:
                 cost = sharpened(cost, price.knee)
             elif price.gradient:
-                change = _distance(old[y, x], old[y + 1, x]) + _distance(new[y, x], new[y + 1, x])
+                change = _distance(old, y, x, old, y + 1, x) + _distance(new, y, x, new, y + 1, x)
                 cost = cost * GRADIENT_UNIT // (FLAT + change)
             down[y, x] = cost
     return right, down
