@@ -139,18 +139,22 @@ def test_every_patch_saves_more_than_it_costs() -> None:
     """By the map as it is when the patch is laid, and by the prices that are then."""
     made = ia.synthesize(spotted(), (200, 200), GRAPHCUT, seed=4, run=ONE)
     work, laid = work_of(made), 0
-    paste = work.sewing.paste
+    paste = work.paste
+
+    def total() -> int:
+        work.sewing.note((0, 0, 200, 200))
+        return work.sewing.total
 
     def watched(cut: Any) -> None:
         nonlocal laid
         old, new, take = work._priced(cut.box), work._priced(cut.box, cut.pick), cut.take > 0
-        before = work.sewing.total
+        before = total()
         paste(cut)
-        assert work.sewing.total - before == cut.change
+        assert total() - before == cut.change
         assert int((old - new)[take].sum()) > FINE * max(cut.change, 0)
         laid += 1
 
-    work.sewing.paste = watched  # type: ignore[method-assign]
+    work.paste = watched  # type: ignore[method-assign]
     totals = [int(work.field.sum())]
     for _ in range(3):
         work.wave(ONE)

@@ -79,7 +79,9 @@ def test_no_patch_may_show_a_thing() -> None:
         yx = (yx % work.growth.variants.table[pick[0], 1:3]).astype(np.int32)
         at, _, _ = work.growth.variants.to_exemplars(yx, np.full((24, 24), pick[0], np.uint8))
         expected = often.labels[0][at[..., 0], at[..., 1]] > 0
-        assert (work._barred((10, 20, 24, 24), pick) == expected).all()
+        with work._barred((10, 20, 24, 24), pick):
+            assert (work.sewing.locked[10:34, 20:44] == expected).all()
+        assert not work.sewing.locked.any()
         any_ |= bool(expected.any())
     assert any_, "or nothing is tested"
 
@@ -105,7 +107,7 @@ def test_whole_things_stay_before_parts() -> None:
     yx[:, :36, 1] += 54  # the first copy of the thing is cut off in its middle
     smap = SourceMap(yx, None, None, (e.source,))
     often = Often(0.1, [e], Canvas(96, 180), np.zeros((96, 180), bool))
-    assert [show.box[1] < 90 for show in often.surplus(smap)[1] if show.thing == 1] == [True]
+    assert [show.box[1] < 90 for show in often.surplus(often.things(smap))[1] if show.thing == 1] == [True]
 
 
 def test_what_was_given_stays() -> None:

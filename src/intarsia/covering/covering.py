@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,10 +18,12 @@ from ..kernels.cuts import SeamPrice
 from ..patches.growth import Growth
 from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.graphcut import Box, GraphcutGrowth
+from ..seams import recut_kernels
+from ..seams.graphcut import Box, Cut, GraphcutGrowth
 from ..seams.settings import GraphcutSettings
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
+from ..search.posed import posed_exemplars
 from ..sourcemap import SourceMap
 from .constraints import Constraints
 from .lattice_steps import Lattice, in_step
@@ -79,22 +82,49 @@ class Covering:
         self.margin = min(settings.patch) // REACH
         stitch = replace(stitch, margin=self.margin)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
+        self._plain, self._unpriced = self.sewing.price, list[Box]()
+
+    @property
+    def side(self) -> int:
+        """Of windows, px."""
+        return min(self.growth.layout.patch)
 
     @property
     def around(self) -> int:
         """How far apart the windows of a pass are, px."""
         return 2 * self.margin + APART
 
+    def resize(self, side: int) -> None:
+        """Take windows of so many px a side from now on; the map stays as it is."""
+        growth = copy.copy(self.growth)
+        patch, overlap, poses = (side, side), side // 4, growth.settings.poses(growth.canvas.guide)
+        growth.settings = replace(growth.settings, patch=patch, overlap=(overlap, overlap))
+        growth.layout = replace(growth.layout, patch=patch)
+        begun = () if growth.canvas.start is None else growth.canvas.start.poses
+        growth.variants = posed_exemplars(growth.exemplars, growth.features, poses, patch, begun)
+        growth.finder = PatchSearch(growth.variants, patch, overlap, listed=growth.settings.listed)
+        self.growth, self.margin = growth, side // REACH
+
     def sharpen(self, knee: tuple[int, int]) -> None:
         """Count a seam by its square up to four times what the seams of this map cost on average.
 
-        That average counts as at least, and at most, so many % of the spread of colours.
+        That average counts as at least, and at most, so many % of the spread of colours. The prices of the map stay
+        those of plain differences.
         """
         sewn, spread = self.sewing, math.isqrt(self.growth.variance(seen=True))
+        sewn.price = self._plain
+        for box in self._unpriced:
+            sewn.note(box)
+        self._unpriced.clear()
         usual = sewn.total // max(int(np.count_nonzero(sewn.prices)), 1)
         least, most = (max(spread * part // 100, 1) for part in knee)
         sewn.price = SeamPrice(knee=min(max(usual, least), most))
-        sewn.note((0, 0, *sewn.variant.shape))
+
+    def paste(self, cut: Cut) -> None:
+        """Write a cut into the map; its seams are priced when an average is asked for again."""
+        recut_kernels.write_cut(self.sewing.grown, self.sewing.pieces, cut.box, cut.pick, cut.take)
+        y, x, h, w = cut.box
+        self._unpriced.append((y - 1, x - 1, h + 1, w + 1))
 
     def over_patches(self, values: Sequence[Array], rim: int = 4) -> list[Array]:
         """Of what counts for each pixel of each variant: means over every patch less 1 / rim of it on each side."""

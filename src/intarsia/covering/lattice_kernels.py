@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
+from ..search.fourier_kernels import squares
 
 NEVER = 1 << 62  # the distance of patches that fit less well than the best, wherever that is known
 FIRST = 4  # every so many-th row is measured first: its distance is the least that the whole can have
@@ -31,16 +32,6 @@ def _runs(known: Any, channels: int) -> Any:
 
 
 @kernel
-def _apart(a: Any, b: Any) -> int:
-    """Return the squared distance of two rows of numbers."""
-    total = 0
-    for k in range(np.uint64(a.size)):
-        difference = int(a[k]) - int(b[k])
-        total += difference * difference
-    return total
-
-
-@kernel
 def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> None:
     """Write the distance of each patch (distance, variant, row, column) of `rows` from a window into it.
 
@@ -48,7 +39,7 @@ def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> No
     """
     flat, table = posed
     h, w, channels = feats.shape
-    window, runs = feats.reshape(h, w * channels), _runs(known, channels)
+    window, runs = feats.reshape(h * w * channels), _runs(known, channels)
     least, best = np.zeros(len(rows), np.int64), np.full(most, NEVER, np.int64)
     for k in range(len(rows)):
         v = rows[k, 1]
@@ -56,8 +47,8 @@ def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> No
         for n in range(len(runs)):
             i, a, b = runs[n, 0], runs[n, 1], runs[n, 2]
             if i % FIRST == 0:
-                at = begin + i * stride
-                least[k] += _apart(window[i, a:b], flat[at + a : at + b])
+                here, there = np.uint64(i * w * channels + a), np.uint64(begin + i * stride + a)
+                least[k] += squares(window, flat, here, there, b - a)
     for k in np.argsort(least):
         v, total = rows[k, 1], least[k]
         begin, stride = table[v, 0] + (rows[k, 2] * table[v, 3] + rows[k, 3]) * channels, table[v, 3] * channels
@@ -66,8 +57,8 @@ def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> No
             if total > best[most - 1]:
                 break
             if i % FIRST > 0:
-                at = begin + i * stride
-                total += _apart(window[i, a:b], flat[at + a : at + b])
+                here, there = np.uint64(i * w * channels + a), np.uint64(begin + i * stride + a)
+                total += squares(window, flat, here, there, b - a)
         rows[k, 0] = total if total <= best[most - 1] else NEVER
         if total >= best[most - 1]:
             continue

@@ -99,14 +99,16 @@ class Often:
         self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
         self.flat = np.concatenate([labels.ravel() for labels in self.labels])
 
-    def shown(self, smap: SourceMap) -> tuple[Array, list[Show]]:
-        """Number the showings of all things on a canvas, (H, W) int32, and list those that are seen as such."""
+    def things(self, smap: SourceMap) -> Array:
+        """The thing that every pixel of a canvas shows, (H, W) int32; 0: none."""
         y, x = smap.yx[..., 0], smap.yx[..., 1]
         if smap.which is None:
-            thing = self.labels[0][y, x]
-        else:
-            at = np.minimum(smap.which, len(self.labels) - 1)  # of a hole anything
-            thing = np.where(smap.which == HOLE, 0, self.flat[self.begin[at] + y * self.width[at] + x])
+            return self.labels[0][y, x]
+        at = np.minimum(smap.which, len(self.labels) - 1)  # of a hole anything
+        return np.where(smap.which == HOLE, 0, self.flat[self.begin[at] + y * self.width[at] + x])
+
+    def shown(self, thing: Array) -> tuple[Array, list[Show]]:
+        """Number the showings of all things on a canvas, (H, W) int32, and list those that are seen as such."""
         part = np.empty(thing.shape, np.int32)
         box = np.empty((parts(thing, self.wraps, part), 5), np.int64)
         boxes_of_parts(part, self.wraps, box)
@@ -119,14 +121,14 @@ class Often:
             out.append(Show(int(names[k + 1]), (top, left, h, w), k + 1, 100 * area // max(int(whole[k]), 1)))
         return part, out
 
-    def surplus(self, smap: SourceMap) -> tuple[Array, list[Show]]:
+    def surplus(self, thing: Array) -> tuple[Array, list[Show]]:
         """The parts of the canvas, and the showings that are too many."""
-        part, shows = self.shown(smap)
+        part, shows = self.shown(thing)
         fixed = set(np.unique(part[self.locked]).tolist())
         staying = Staying(self.most, part.shape, self.wraps)
         out = []
-        for thing in sorted({show.thing for show in shows}):
-            mine = [show for show in shows if show.thing == thing]
+        for number in sorted({show.thing for show in shows}):
+            mine = [show for show in shows if show.thing == number]
             stay = staying.of(mine, fixed)
             out += [show for show in mine if show not in stay]
         return part, out

@@ -87,9 +87,8 @@ def spread_out(
         run.tick(1, 1)
         return smap
     for number, side in enumerate(sides):
-        if work is None or work.growth.layout.patch[0] != side:
-            smap = smap if work is None else work.growth.map(smap.blend)
-            work = Spreading(price, laying, exemplars, canvas, smap, side)
+        work = work or Spreading(price, laying, exemplars, canvas, smap, side)
+        work.resize(side)
         run.tick(number, len(sides), work.growth.draft)
         work.wave(run)
     assert work is not None
@@ -114,33 +113,45 @@ def _element(exemplars: Sequence[Exemplar]) -> int:
 
 
 class Spreading(Covering):
-    """A finished map whose repeats are spread, by windows of one size."""
+    """A finished map whose repeats are spread, by windows of one size at a time, the largest first."""
 
     def __init__(
         self, price: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
         super().__init__(laying.settings(exemplars, side, SCALE.listed), exemplars, canvas, smap, laying.distance)
-        self.sharpen(SCALE.knee)
-        self.lattice, self._taper = laying.lattice, max(side * SCALE.taper // 100, 1)
+        self.lattice = laying.lattice
         sampled = sizes.sampled(exemplars)
         sewn, element = self.sewing, _element(sampled)
-        shorter = min(min(e.height, e.width) for e in sampled)
+        self._shorter = min(min(e.height, e.width) for e in sampled)
         self.origins = origins_of(self.growth.variants, sewn.pieces.usable, self.growth.features, exemplars)
-        tile = max(shorter * SCALE.tile // 100, 2 * side)
-        self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
         pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in sampled)
         self.share = max(256 * sewn.variant.size // pixels, 256)  # of 256: copies of each pixel if all were used alike
         base = self.growth.features.base
         colours = self.growth.features.pictures[0][:, :, :base].reshape(-1, base)
         wide = sum(math.isqrt(s // len(colours) ** 2) for s in spreads(colours))
         unit = round(price * 256) * SCALE.unit * wide * FINE * 256 // (10 * element * self.share)
-        self.terms = Terms(
-            unit, SCALE.spare * self.share // 256, SCALE.near * self.share // 256, max(shorter * SCALE.reach // 100, 1),
-            around(max(element * SCALE.around // 100, STEP), sewn.variant.shape[1]),
-        )  # fmt: skip
+        beside = around(max(element * SCALE.around // 100, STEP), sewn.variant.shape[1])
+        spare, near = (part * self.share // 256 for part in (SCALE.spare, SCALE.near))
+        self.terms = Terms(unit, spare, near, max(self._shorter * SCALE.reach // 100, 1), beside)
+        self._field, self._stale = np.empty((*sewn.variant.shape, 1), np.int32), True
+        self._size()
+
+    def resize(self, side: int) -> None:
+        """Take windows of so many px a side from now on."""
+        if side != self.side:
+            super().resize(side)
+            self._size()
+
+    def _size(self) -> None:
+        """List what is shown in tiles that hold two windows, and look for the dearest windows."""
+        self.sharpen(SCALE.knee)
+        sewn, whole = self.sewing, (0, 0, *self.sewing.variant.shape)
+        self._taper = max(self.side * SCALE.taper // 100, 1)
+        tile = max(self._shorter * SCALE.tile // 100, 2 * self.side)
+        self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
         self.repeats = Repeats(sewn.grown, self.origins, self.copies, self.terms)
-        self._list((0, 0, *sewn.variant.shape))
-        self._field, self._stale = self._priced((0, 0, *sewn.variant.shape))[:, :, None], False
+        self._list(whole)
+        self._field[:, :, 0], self._stale = self._priced(whole), False
         self.worst = WorstSeams(self._field, self.growth.layout.patch, sewn.wraps)
 
     @property
@@ -175,7 +186,7 @@ class Spreading(Covering):
             if cut is None:
                 self.worst.give_up(cell)
             elif (not laid or self._gain(cut) > 0) and not self.bars.returns(cut.box, cut.pick, cut.take):
-                self.sewing.paste(cut)
+                self.paste(cut)
                 self._list(cut.box)
                 self._stale = True
                 laid += 1
@@ -245,7 +256,7 @@ class Spreading(Covering):
 
     def _told(self) -> Prices:
         """How striking and how used the middle of every patch is, for the short-list."""
-        variants, values = self.growth.variants, list[Array]()
+        variants, values = self.sewing.variants, list[Array]()
         used = self.copies.shows[self.origins.cell].astype(np.int64) * self.origins.weight * 256 // self.share
         for v in range(len(variants)):
             begin, (high, wide) = int(variants.table[v, 0]) // variants.channels, variants.picture(v).shape[:2]

@@ -11,24 +11,25 @@ is this project's own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from ..analysis.features import pose_array
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.growth import Pick
 from ..run import Run
-from ..seams import placement_kernels
 from ..seams.graphcut import Box, Cut
 from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
+from . import striking_kernels as kernels
 from .covering import Covering, Laying, kept
 from .showings import Often, Show
+from .striking_kernels import CELL, Looks, Samples
 
 Array = NDArray[Any]
 
@@ -77,36 +78,59 @@ def thinned(
     often = Often(share, exemplars, canvas, kept(canvas.start, smap))
     shorter = min(smap.height, smap.width, *(min(e.height, e.width) for e in exemplars))
     fit = [side for side in SCALE.sides if 2 * side <= shorter] if often.areas.size > 1 else []
-    part, many = often.surplus(smap) if fit else (np.empty((0, 0), np.int32), [])
+    part, many, work = *(often.surplus(often.things(smap)) if fit else (np.empty((0, 0), np.int32), [])), None
     for number, side in enumerate(fit):
         run.tick(number, len(fit))
         least = fit[number - 2] if number > 1 else 0  # what stayed is tried in the next larger windows
         shows = [show for show in many if least < show.window and (show.window <= side or side == fit[-1])]
         if shows:
-            work = Thinning(often, laying, exemplars, canvas, smap, side)
+            work = work or Thinning(often, laying, exemplars, canvas, smap, side)
+            work.resize(side)
             work.cover(part, shows, run)
-            smap = work.growth.map(smap.blend)
-            part, many = often.surplus(smap)
+            part, many = often.surplus(work.things())
     run.tick(1, 1)
-    return smap
+    return smap if work is None else work.growth.map(smap.blend)
 
 
 class Thinning(Covering):
-    """A finished map whose showings of things that are too many are covered, by windows of one size."""
+    """A finished map whose showings of things that are too many are covered, by windows of one size at a time."""
 
     def __init__(
         self, often: Often, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
         super().__init__(laying.settings(exemplars, side, SCALE.listed), exemplars, canvas, smap, laying.distance)
-        self.often, self.side, self.lattice = often, side, laying.lattice
-        self.sharpen(SCALE.knee)
-        variants = self.growth.variants
+        self.often, self.lattice = often, laying.lattice
+        variants, table = self.growth.variants, self.growth.variants.table
         posed = list(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True))
         self.labels = [pose_array(often.labels[e], pose) for e, pose in posed]
-        self.strikes = [pose_array(often.strikes[e], pose) for e, pose in posed]
-        self.sewing.bar = self._barred
+        strikes = np.concatenate([pose_array(often.strikes[e], pose).ravel() for e, pose in posed])
+        frames, cells = np.zeros((2, len(posed), 3), np.int64)
+        frames[:, 1:], cells[:, 1:] = table[:, 1:3], -(-table[:, 1:3] // CELL)
+        for first in (frames, cells):
+            first[1:, 0] = np.cumsum(first[:-1, 1] * first[:-1, 2])
+        self.looks = Looks(np.concatenate([labels.ravel() for labels in self.labels]), strikes, frames)
+        height, width = (-(-n // SCALE.looked) for n in self.sewing.variant.shape)
+        many = np.empty(int((cells[:, 1] * cells[:, 2]).sum()) + 1, np.int64)
+        self.samples = Samples(np.empty((height * width, 4), np.int32), many, cells, SCALE.looked)
+        self._measure()
+
+    def resize(self, side: int) -> None:
+        """Take windows of so many px a side from now on."""
+        if side != self.side:
+            super().resize(side)
+            self._measure()
+
+    def _measure(self) -> None:
+        """Measure what seams cost on average, and where patches show things in their middle, and all over."""
+        self.sharpen(SCALE.knee)
         shown = [(labels > 0).astype(np.int64) << SHOWN for labels in self.labels]
         self.prices = [Prices(self.over_patches(shown, rim), 1 << 15) for rim in (4, 0)]
+
+    def things(self) -> Array:
+        """The thing that every pixel of the map shows, (H, W) int32; 0: none."""
+        out = np.empty(self.sewing.variant.shape, np.int32)
+        kernels.things_shown(self.sewing.grown, self.looks, out)
+        return out
 
     def cover(self, part: Array, shows: list[Show], run: Run) -> None:
         """Cover showings of things, each once: those first whose windows do not touch, then the others."""
@@ -115,11 +139,12 @@ class Thinning(Covering):
             run.check()
             wave, shows = self._apart(left)
             found = self._candidates(wave, run)
+            kernels.sort_samples(sewn.grown, self.samples)
             with run.pool() as each:
                 cuts = each(lambda pair: self._best(part, *pair), zip(wave, found, strict=True))
             for cut in cuts:
                 if cut is not None and not self.bars.returns(cut.box, cut.pick, cut.take):
-                    sewn.paste(cut)
+                    self.paste(cut)
                     part[sewn.index(cut.box)] *= cut.take == 0  # it shows no thing
 
     def _apart(self, shows: list[Show]) -> tuple[list[Job], list[Show]]:
@@ -150,10 +175,21 @@ class Thinning(Covering):
             gaps.append(min(gap, length - gap) if self.sewing.wraps[axis] else gap)
         return max(gaps)
 
-    def _barred(self, box: Box, pick: Pick) -> Array:
-        """Which pixels of a box may not be taken from a patch: those that show a thing, and what limits say."""
-        shows = self._shown(self.labels[pick[0]], pick[1:], box) > 0
-        return shows | self.bars(box, pick) if self.bars.any else shows
+    @contextmanager
+    def _barred(self, box: Box, pick: Pick) -> Iterator[None]:
+        """Lock what a patch over a box, and around it, would show a thing at, in the meantime."""
+        sewn, first, size = self.sewing, list[int](), list[int]()
+        for n, length, wrap in zip(box[2:], sewn.variant.shape, sewn.wraps, strict=True):
+            first.append(min(self.margin, (length - n) // 2) if wrap else self.margin)
+            size.append(n + 2 * first[-1])
+        window, patch = (box[0] - first[0], box[1] - first[1], size[0], size[1]), (
+            pick[0], pick[1] - first[0], pick[2] - first[1])  # fmt: skip
+        was = np.empty(size, bool)
+        kernels.lock(sewn.grown, sewn.locked, self.looks, window, patch, was)
+        try:
+            yield
+        finally:
+            kernels.unlock(sewn.grown, sewn.locked, window, was)
 
     def _candidates(self, wave: list[Job], run: Run) -> list[Candidates]:
         if self.lattice:
@@ -181,31 +217,25 @@ class Thinning(Covering):
             away = job.hole[axis] - job.box[axis]
             rows[:, 2 + axis] += away % sewn.variant.shape[axis] if sewn.wraps[axis] else away
         rows = np.concatenate([rows, now])
-        out = np.empty(len(rows), np.int64)
-        placement_kernels.repeats(sewn.grown, sewn.pieces, sewn.apart.turns, job.hole, rows, SCALE.looked, -1, out)
-        for k, (_, v, u, s) in enumerate(rows.tolist()):
-            mean = int(self._shown(self.strikes[v], (u, s), job.hole).mean())
-            out[k] = out[k] * max(mean - SCALE.plain, 1) // SCALE.plain
+        shown, strikes = np.empty((2, len(rows)), np.int64)
+        kernels.count_shown(sewn.grown, sewn.pieces, sewn.apart.turns, self.samples, job.hole, rows, shown)
+        kernels.mean_strikes(self.looks, job.hole, rows, strikes)
+        out = shown * np.maximum(strikes - SCALE.plain, 1) // SCALE.plain
         return out[:-1], int(out[-1])
-
-    @staticmethod
-    def _shown(picture: Array, at: Sequence[int], box: Box) -> Array:
-        """What a box shows of a posed exemplar that begins there; beyond its end its beginning."""
-        rows, columns = ((a + np.arange(n)) % m for a, n, m in zip(at, box[2:], picture.shape, strict=True))
-        return picture[np.ix_(rows, columns)]
 
     def _best(self, part: Array, job: Job, found: Candidates) -> Cut | None:
         """The patch that covers a showing with the cheapest seams; None where they would be dear, or it would stay."""
-        sewn, known, show, box = self.sewing, dict[Box, Array](), job.show, job.box
+        sewn, known, show, box = self.sewing, dict[Box, tuple[Array, int]](), job.show, job.box
 
         def going(window: Box, patch: Pick = (0, 0, 0)) -> Array:
             if window not in known:
-                mine = part[sewn.index(window)] == show.part
-                known[window] = ndimage.binary_dilation(mine, iterations=SCALE.edge) * np.int32(MUST)
-            return known[window]
+                wanted = np.empty(window[2:], np.int32)
+                area = kernels.mark_part(part, sewn.wraps, window, show.part, SCALE.edge, MUST, wanted)
+                known[window] = wanted, int(area)
+            return known[window][0]
 
         def stays(cut: Cut, step: int) -> int:
-            return int(((going(cut.box)[::step, ::step] > 0) & (cut.take == 0)).sum()) * step * step
+            return kernels.count_left(going(cut.box), cut.take, step) * step * step
 
         knee, step = max(sewn.price.knee, 1), min(SCALE.rough, self.side // 8)
         length, (often, now) = 2 * (show.box[2] + show.box[3]), self._often(part, job, found)
@@ -214,14 +244,16 @@ class Thinning(Covering):
         rarer = np.flatnonzero((often * SCALE.rarer[0] <= now * SCALE.rarer[1]) | (not self.often.most))
         for k in rarer[np.argsort(costs[rarer], kind="stable")][: SCALE.tries].tolist():
             variant, u, s = found.rows[k, 1:].tolist()
-            cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
+            with self._barred(box, (variant, u, s)):
+                cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
             price = cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // SCALE.again
             if best is None or price < least:
                 best, least = (variant, u, s), price
         if best is None:
             return None
-        cut = sewn.cut(box, best, self.margin, saved=going)
-        area = int((part[sewn.index(cut.box)] == show.part).sum())
+        with self._barred(box, best):
+            cut = sewn.cut(box, best, self.margin, saved=going)
+        area = known[cut.box][1]
         strong = max(int(self.often.peaks[show.thing]), SCALE.strong) ** 2
         most = SCALE.dear[0] * length * knee * strong // (SCALE.dear[1] * SCALE.strong**2)
         cheap = not self.often.most or cut.change <= most
