@@ -19,6 +19,7 @@ STEP = 4  # px; the lists are a sixteenth of the canvas, and a cell of the exemp
 ONE = 256  # a copy whose surroundings are those of the pixel
 LONE = 77  # one whose surroundings differ: three tenths
 FAR = 128  # one that is too far away to be looked at
+UNLIKE = -2  # stands for what is not known around a pixel: like no other
 SELF = 3  # px: nearer, a copy is the pixel itself
 FINE = 16  # prices are kept in 1/16 of what seams are counted in
 
@@ -155,30 +156,13 @@ def _laid(laid: Any, frames: Any, torus: bool, v: int, y: int, x: int) -> int:
 
 
 @kernel
-def _alike(canvas: Any, around: Any, pose: int, other_pose: int, y: int, x: int, mine: Any) -> int:
-    """How much is the same around a copy, at its place on the canvas, and around the pixel: LONE .. ONE.
-
-    `canvas`: (what is shown, the same in one row, whether it wraps). No place is farther away along an axis than the
-    first, straight down.
-    """
-    (shown, every, wrap), same, known = canvas, 0, 0
-    (height, width), away = shown.shape, around[0, 0, 0, 0]
-    if away <= y < height - away and away <= x < width - away:
-        begin = y * width + x
-        for r in range(8):
-            other = every[np.uint64(begin + around[pose, other_pose, r, 2])]
-            both = (other >= 0) & (mine[r] >= 0)
-            known += both
-            same += both & (mine[r] == other)
-    else:
-        for r in range(8):
-            other = _shown(shown, wrap, y + around[pose, other_pose, r, 0], x + around[pose, other_pose, r, 1])
-            if other >= 0 and mine[r] >= 0:
-                known += 1
-                same += mine[r] == other
-    if known == 8:
-        return LONE + ((ONE - LONE) * same >> 3)
-    return LONE + (ONE - LONE) * same // known if known else LONE
+def _unfolded(around: Any) -> Any:
+    """Places around a pixel, pair of poses by pair of poses, in one row each: rows, columns, pixels of the canvas."""
+    down, right, away = np.empty(512, np.int64), np.empty(512, np.int64), np.empty(512, np.int64)
+    for n in range(512):
+        row = around[n // 64, n // 8 % 8, n % 8]
+        down[n], right[n], away[n] = row[0], row[1], row[2]
+    return down, right, away
 
 
 @kernel
@@ -195,7 +179,8 @@ def block_prices(repeats: Any, box: Any, pick: Any, step: int, out: Any) -> None
     around, reach = terms.around, terms.reach * terms.reach
     (height, width), (rows, columns, tall, wide) = shown.shape, copies.tiles
     every = shown.reshape(height * width)
-    mine, patch = np.empty(8, np.int32), pick[0] >= 0
+    mine, patch, (down, right, away) = np.empty(8, np.int32), pick[0] >= 0, _unfolded(around)
+    edge = around[0, 0, 0, 0]  # straight down: no place around a pixel is farther away along an axis
     torus = patch and origins.torus[pick[0]]
     for a in range(out.shape[0]):
         y = canvas_place(box[0] + a * step, height, wrap[0])
@@ -216,6 +201,7 @@ def block_prices(repeats: Any, box: Any, pick: Any, step: int, out: Any) -> None
                     mine[r] = _laid(laid, frames, torus, pick[0], pick[1] + i, pick[2] + j)
                 else:
                     mine[r] = _shown(shown, wrap, box[0] + i, box[1] + j)
+                mine[r] = mine[r] if mine[r] >= 0 else UNLIKE
             cell, ey, ex = cells[pixel], places[pixel, 0], places[pixel, 1]
             total, close, seen, own_row, own_column = 0, 0, 0, y // tall, x // wide
             for p in range(min(rows, 3)):
@@ -244,7 +230,18 @@ def block_prices(repeats: Any, box: Any, pick: Any, step: int, out: Any) -> None
                         gy, gx = _gap(cy, y, height, wrap[0]), _gap(cx, x, width, wrap[1])
                         if abs(gy) < SELF and abs(gx) < SELF:
                             continue
-                        g = _alike((shown, every, wrap), around, poses[v], poses[u], cy, cx, mine)
+                        # how much is the same around the copy and around the pixel: LONE .. ONE
+                        first, begin, same, known = (poses[v] * 8 + poses[u]) * 8, cy * width + cx, 0, 0
+                        inside = edge <= cy < height - edge and edge <= cx < width - edge
+                        for r in range(8):
+                            n = np.uint64(first + r)
+                            if inside:
+                                other = every[np.uint64(begin + away[n])]
+                            else:
+                                other = _shown(shown, wrap, cy + down[n], cx + right[n])
+                            known += (other | mine[r]) >= 0
+                            same += mine[r] == other
+                        g = LONE + (ONE - LONE) * same // known if known else LONE
                         total += g
                         far = gy * gy + gx * gx
                         if far < reach:
@@ -252,6 +249,16 @@ def block_prices(repeats: Any, box: Any, pick: Any, step: int, out: Any) -> None
                             close += g * rest * rest // 256
             total = max(total + FAR * (shows[cell] - seen) - terms.spare, 0) + close * terms.near // 256
             out[a, b] = total * weights[pixel] * terms.unit >> 24
+
+
+@kernel
+def over_pixels(blocks: Any, step: int, h: int, w: int) -> int:
+    """Add up what blocks of step x step px cost over the h x w px that they cover."""
+    total = 0
+    for a in range(blocks.shape[0]):
+        for b in range(blocks.shape[1]):
+            total += blocks[a, b] * min(step, h - a * step) * min(step, w - b * step)
+    return total
 
 
 @kernel

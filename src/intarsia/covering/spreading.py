@@ -199,7 +199,8 @@ class Spreading(Covering):
         inner = ((y + h // 4) % height, (x + w // 4) % width, h - 2 * (h // 4), w - 2 * (w // 4))
         costs = []
         for far, variant, u, s in found.rows.tolist():
-            price = int(self._priced(inner, (variant, u + h // 4, s + w // 4), 2 * STEP).sum())
+            blocks = self._blocks(inner, (variant, u + h // 4, s + w // 4), 2 * STEP)
+            price = int(copies_kernels.over_pixels(blocks, 2 * STEP, *inner[2:]))
             costs.append(price + math.isqrt(far // area) * (h + w) * FINE)
         best, most, known = None, 0, dict[Box, Array]()
         for k in np.argsort(costs, kind="stable")[: SCALE.tries].tolist():
@@ -239,9 +240,9 @@ class Spreading(Covering):
         copies_kernels.block_prices(self.repeats, box, (int(pick[0]), int(pick[1]), int(pick[2])), step, out)
         return out
 
-    def _priced(self, box: Box, pick: Pick = (-1, 0, 0), step: int = STEP) -> Array:
+    def _priced(self, box: Box, pick: Pick = (-1, 0, 0)) -> Array:
         """The same for each pixel of a box: (rows, columns) int32."""
-        return self._blocks(box, pick, step).repeat(step, 0).repeat(step, 1)[: box[2], : box[3]]
+        return self._blocks(box, pick).repeat(STEP, 0).repeat(STEP, 1)[: box[2], : box[3]]
 
     def _list(self, box: Box) -> None:
         copies_kernels.list_box(self.sewing.grown, self.sewing.pieces, self.origins, self.copies, box)
