@@ -148,6 +148,18 @@ def test_the_blur_is_a_gaussian_of_known_width():
     np.testing.assert_array_equal(smoothed(flat, 12), flat)
 
 
+@pytest.mark.parametrize("shape", [(9, 7, 3), (1, 6, 1), (6, 1, 2), (20, 31, 1)])
+def test_the_blur_rounds_each_time(shape: tuple[int, int, int]) -> None:
+    """(1, 2, 1) / 4 down, then across, the border repeated, rounded to the nearest whole number each time."""
+    colours = np.random.default_rng(5).integers(-4000, 4000, shape).astype(np.int32)
+    soft, plain = smoothed(colours, 3), colours.astype(np.int64)
+    for axis in (0, 1) * 3:
+        p = np.pad(plain, [(1, 1) if a == axis else (0, 0) for a in range(3)], "edge")
+        before, after = (p[:-2], p[2:]) if axis == 0 else (p[:, :-2], p[:, 2:])
+        plain = np.floor((before + 2 * plain + after) / 4 + 0.5).astype(np.int64)
+    np.testing.assert_array_equal(soft, plain)
+
+
 # Groups
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from intarsia.segments.basins_kernels import HUE
+from intarsia.segments.basins_kernels import HUE, choose
 from intarsia.segments.wholes import SHAPE, Tree, tree_of
 
 
@@ -88,3 +88,32 @@ def test_the_tree_is_that_of_a_slow_reading(seed: int) -> None:
         )]  # fmt: skip
         values = np.concatenate(steps)
         assert tree.outline[k].tolist() == [values.sum(), len(values), (values > round(SHAPE.strong * 256)).sum()]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_best_set_of_nodes_is_chosen(seed: int) -> None:
+    """Of all sets of nodes of a small tree that share no pixel none has more score by area."""
+    rng = np.random.default_rng(seed)
+    n, leaves = 6, list(range(6))
+    kids, pixels = np.full((2 * n - 1, 2), -1, np.int64), [{k} for k in range(n)]
+    area = np.concatenate([rng.integers(1, 9, n), np.zeros(n - 1, np.int64)])
+    for k in range(n, 2 * n - 1):
+        kids[k] = [leaves.pop(int(rng.integers(len(leaves)))) for _ in range(2)]
+        leaves.append(k)
+        pixels.append(pixels[kids[k, 0]] | pixels[kids[k, 1]])
+        area[k] = area[kids[k]].sum()
+    score = np.where(rng.random(2 * n - 1) < 0.3, 0.0, rng.random(2 * n - 1))
+    name, scores = np.empty(2 * n - 1, np.int64), np.empty(2 * n)
+    total, count = choose(kids, area, score, 0.2, name, scores)
+
+    def best(nodes: list[int]) -> float:
+        if not nodes:
+            return 0.0
+        first, *others = nodes
+        apart = [k for k in others if not pixels[k] & pixels[first]]
+        return max(best(others), area[first] * score[first] + best(apart))
+
+    assert total == pytest.approx(best(list(range(2 * n - 1))))
+    tops = [k for k in range(2 * n - 1) if name[k] > 0 and score[k] == scores[name[k]]]
+    assert len(tops) == count - 1 == len(set(name[name > 0].tolist()))
+    assert all(score[k] > 0.2 and all(name[leaf] == name[k] for leaf in pixels[k]) for k in tops)

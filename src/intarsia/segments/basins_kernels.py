@@ -182,3 +182,32 @@ def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> i
             seen[pairs[k, 1]] = -1
         nodes += 1
     return nodes
+
+
+@kernel
+def choose(kids: Any, area: Any, score: Any, least: float, name: Any, scores: Any) -> tuple[float, int]:
+    """Of all sets of nodes that share no pixel take that with most score by area; returns that, and how many.
+
+    Those of it that score more than `least` are named from 1, the last nodes first: `name` (nodes,) says what each
+    node is a part of, 0 or -1: of none; `scores` (nodes + 1,) what they score.
+    """
+    n = len(score)
+    best, keep = np.zeros(n), np.zeros(n, np.bool_)
+    for k in range(n):
+        own, parts = area[k] * score[k], 0.0
+        if kids[k, 0] >= 0:
+            parts = best[kids[k, 0]] + best[kids[k, 1]]
+        keep[k] = own >= parts and own > 0
+        best[k] = max(own, parts)
+    name[:] = 0
+    scores[0] = 0.0
+    count = 1
+    for k in range(n - 1, -1, -1):
+        if name[k] == 0 and keep[k]:
+            name[k] = -1
+            if score[k] > least:
+                name[k], scores[count] = count, score[k]
+                count += 1
+        if name[k] != 0 and kids[k, 0] >= 0:
+            name[kids[k, 0]] = name[kids[k, 1]] = name[k]
+    return best[n - 1], count

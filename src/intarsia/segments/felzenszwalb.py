@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.variance import spreads
-from .felzenszwalb_kernels import join_edges
+from .felzenszwalb_kernels import join_edges, smooth
 
 Mask = NDArray[np.bool_]
 Int32 = NDArray[np.int32]
@@ -46,13 +46,9 @@ def even_colours(colours: NDArray[Any], usable: Mask | None) -> Int32 | None:
 
 def smoothed(colours: Int32, passes: int) -> Int32:
     """Blur by (1, 2, 1) / 4 along both axes, `passes` times: a Gaussian of sigma sqrt(passes / 2)."""
-    for _ in range(passes):
-        for axis in (0, 1):
-            pad = [(1, 1) if a == axis else (0, 0) for a in range(3)]
-            p = np.pad(colours, pad, mode="edge")
-            before, after = (p[:-2], p[2:]) if axis == 0 else (p[:, :-2], p[:, 2:])
-            colours = (before + 2 * colours + after + 2) >> 2
-    return colours
+    soft = np.array(colours, np.int32, order="C")
+    smooth(soft, passes)
+    return soft
 
 
 class PixelGraph:

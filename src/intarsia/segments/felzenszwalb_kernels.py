@@ -14,6 +14,29 @@ from ..kernels.union_find import find_root
 
 
 @kernel
+def smooth(colours: NDArray[np.int32], passes: int) -> None:
+    """Blur (H, W, C) by (1, 2, 1) / 4 along both axes, so many times, rounded to the nearest; in place."""
+    h, w, n = colours.shape
+    rows, above, line = colours.reshape(h, w * n), np.empty(w * n, np.int32), np.empty((w + 2) * n, np.int32)
+    for _ in range(passes):
+        above[:] = rows[0]
+        for i in range(h):
+            here, below = rows[i], rows[min(i + 1, h - 1)]
+            for k in range(w * n):
+                middle = here[k]
+                twice = np.int32(np.int32(middle + middle) + np.int32(2))
+                here[k] = np.int32(np.int32(above[k] + below[k]) + twice) >> np.int32(2)
+                above[k] = middle
+        for i in range(h):
+            here = rows[i]
+            line[n : n + w * n] = here
+            line[:n], line[n + w * n :] = here[:n], here[w * n - n :]
+            for k in range(w * n):
+                twice = np.int32(np.int32(line[k + n] + line[k + n]) + np.int32(2))
+                here[k] = np.int32(np.int32(line[k] + line[k + 2 * n]) + twice) >> np.int32(2)
+
+
+@kernel
 def join_edges(
     first: NDArray[np.int32],
     second: NDArray[np.int32],

@@ -171,22 +171,10 @@ def _scores(tree: Tree, size: float) -> Array:
 
 def _chosen(tree: Tree, score: Array) -> tuple[float, Array, Array]:
     """Of all sets of nodes that share no pixel that with most score by area: score in all, labels, scores."""
-    kids, n = tree.kids, len(score)
-    best, keep = np.zeros(n), np.zeros(n, bool)
-    for k in range(n):
-        own = float(tree.facts[k, basins_kernels.AREA] * score[k])
-        parts = 0.0 if kids[k, 0] < 0 else float(best[kids[k, 0]] + best[kids[k, 1]])
-        keep[k] = own >= parts and own > 0
-        best[k] = max(own, parts)
-    name, scores = np.zeros(n, np.int64), [0.0]
-    for k in range(n - 1, -1, -1):
-        if name[k] == 0 and keep[k]:
-            name[k] = len(scores) if score[k] > SHAPE.least else -1
-            if name[k] > 0:
-                scores.append(float(score[k]))
-        if name[k] != 0 and kids[k, 0] >= 0:
-            name[kids[k]] = name[k]
-    return float(best[-1]) / tree.labels.size, np.maximum(name, 0)[tree.labels], np.array(scores)
+    name, scores = np.empty(len(score), np.int64), np.empty(len(score) + 1)
+    area = tree.facts[:, basins_kernels.AREA].copy()
+    total, count = basins_kernels.choose(tree.kids, area, score, SHAPE.least, name, scores)
+    return float(total) / tree.labels.size, np.maximum(name, 0)[tree.labels], scores[:count]
 
 
 def _inside(labels: Array, scores: Array, relief: Array, side: float) -> NDArray[np.uint8]:
