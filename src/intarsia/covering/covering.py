@@ -83,6 +83,7 @@ class Covering:
         stitch = replace(stitch, margin=self.margin)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
         self._plain, self._unpriced = self.sewing.price, list[Box]()
+        self._spread = math.isqrt(self.growth.variance(seen=True))
 
     @property
     def side(self) -> int:
@@ -111,7 +112,7 @@ class Covering:
         That average counts as at least, and at most, so many % of the spread of colours. The prices of the map stay
         those of plain differences.
         """
-        sewn, spread = self.sewing, math.isqrt(self.growth.variance(seen=True))
+        sewn, spread = self.sewing, self._spread
         sewn.price = self._plain
         for box in self._unpriced:
             sewn.note(box)

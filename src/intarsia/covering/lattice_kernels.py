@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from ..search.fourier_kernels import squares
 
 NEVER = 1 << 62  # the distance of patches that fit less well than the best, wherever that is known
+MOST = ((1 << 31) - 1) // 4092**2  # squares of what two features differ by at most: so many stay below 2**31
 FIRST = 4  # every so many-th row is measured first: its distance is the least that the whole can have
 
 
@@ -32,6 +32,22 @@ def _runs(known: Any, channels: int) -> Any:
 
 
 @kernel
+def _apart(window: Any, flat: Any, a: Any, b: Any, n: int) -> Any:
+    """Return the squared distance of n numbers of `window` from `a` on and of `flat` from `b` on, in 64 bits.
+
+    Parts of it are added up in 32 bits, and unsigned offsets let these run in vector registers.
+    """
+    total = np.int64(0)
+    for first in range(0, n, MOST):
+        part, c, d = np.int32(0), a + np.uint64(first), b + np.uint64(first)
+        for k in range(np.uint64(min(n - first, MOST))):
+            difference = np.int16(window[c + k] - flat[d + k])
+            part = np.int32(part + np.int32(difference) * np.int32(difference))
+        total += part
+    return total
+
+
+@kernel
 def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> None:
     """Write the distance of each patch (distance, variant, row, column) of `rows` from a window into it.
 
@@ -48,7 +64,7 @@ def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> No
             i, a, b = runs[n, 0], runs[n, 1], runs[n, 2]
             if i % FIRST == 0:
                 here, there = np.uint64(i * w * channels + a), np.uint64(begin + i * stride + a)
-                least[k] += squares(window, flat, here, there, b - a)
+                least[k] += _apart(window, flat, here, there, b - a)
     for k in np.argsort(least):
         v, total = rows[k, 1], least[k]
         begin, stride = table[v, 0] + (rows[k, 2] * table[v, 3] + rows[k, 3]) * channels, table[v, 3] * channels
@@ -58,7 +74,7 @@ def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> No
                 break
             if i % FIRST > 0:
                 here, there = np.uint64(i * w * channels + a), np.uint64(begin + i * stride + a)
-                total += squares(window, flat, here, there, b - a)
+                total += _apart(window, flat, here, there, b - a)
         rows[k, 0] = total if total <= best[most - 1] else NEVER
         if total >= best[most - 1]:
             continue

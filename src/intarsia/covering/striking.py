@@ -121,10 +121,16 @@ class Thinning(Covering):
             self._measure()
 
     def _measure(self) -> None:
-        """Measure what seams cost on average, and where patches show things in their middle, and all over."""
+        """Measure what seams cost on average now; which patches show things is measured when it is asked for."""
         self.sharpen(SCALE.knee)
-        shown = [(labels > 0).astype(np.int64) << SHOWN for labels in self.labels]
-        self.prices = [Prices(self.over_patches(shown, rim), 1 << 15) for rim in (4, 0)]
+        self._prices = dict[bool, Prices]()
+
+    def _priced(self, middle: bool) -> Prices:
+        """What patches cost that show things in their middle, or anywhere."""
+        if middle not in self._prices:
+            shown = [(labels > 0).astype(np.int64) << SHOWN for labels in self.labels]
+            self._prices[middle] = Prices(self.over_patches(shown, 4 if middle else 0), 1 << 15)
+        return self._prices[middle]
 
     def things(self) -> Array:
         """The thing that every pixel of the map shows, (H, W) int32; 0: none."""
@@ -196,10 +202,11 @@ class Thinning(Covering):
             boxes, holes = [job.box for job in wave], [job.hole for job in wave]
             return self.stepped(boxes, holes, self.lattice, SCALE.listed, run)
         out = dict[int, Candidates]()
-        for prices, middle in zip(self.prices, (True, False), strict=True):
+        for middle in (True, False):
             mine = [k for k, job in enumerate(wave) if job.middle == middle]
             if mine:
-                found = self.found([wave[k].box for k in mine], [wave[k].hole for k in mine], prices, run)
+                boxes, holes = [wave[k].box for k in mine], [wave[k].hole for k in mine]
+                found = self.found(boxes, holes, self._priced(middle), run)
                 out.update(zip(mine, found, strict=True))
         return [out[k] for k in range(len(wave))]
 

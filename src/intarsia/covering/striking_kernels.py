@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
-from ..seams.placement_kernels import NEAR, ONE, posed_place
 
+ONE, NEAR = 256, 3  # as of `seams/placement_kernels.py`: all of it, once; how much more a repeat beside it counts
 CELL = 16  # px of a variant: samples of a map are kept by these
 
 
@@ -57,6 +57,12 @@ def sort_samples(grown: Any, samples: Any) -> None:
 
 
 @kernel
+def _posed_place(turn: Any, y: int, x: int) -> tuple[int, int]:
+    """Where a pixel of a variant lies in another one of the same exemplar."""
+    return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
+
+
+@kernel
 def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> bool:
     """Whether a cell along an axis holds any of `count` px from the first on, round a torus of this length."""
     begin = cell * CELL
@@ -83,7 +89,7 @@ def count_shown(grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, row
                 continue
             p, q, r, s = row, column, row + h - 1, column + w - 1  # opposite corners, as they lie in the variant
             if u != v:
-                (p, q), (r, s) = posed_place(turns[u, v], p, q), posed_place(turns[u, v], r, s)
+                (p, q), (r, s) = _posed_place(turns[u, v], p, q), _posed_place(turns[u, v], r, s)
             p, r, q, s = min(p, r), abs(p - r) + 1, min(q, s), abs(q - s) + 1
             for a in range(cells[v, 1]):
                 if not _touches(a, p, r, table[v, 1], torus[v]):
@@ -95,7 +101,7 @@ def count_shown(grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, row
                     for n in range(begin[cell], begin[cell + 1]):
                         i, j = int(at[n, 2]), int(at[n, 3])
                         if u != v:
-                            i, j = posed_place(turns[v, u], i, j)
+                            i, j = _posed_place(turns[v, u], i, j)
                         i, j = i - row, j - column
                         if torus[u]:
                             i, j = i % table[u, 1], j % table[u, 2]
