@@ -13,7 +13,7 @@ ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
     {"errors", "geometry", "lazy", "version"},
-    {"arguments", "arrays", "disk", "frames", "kernels"},
+    {"arguments", "arrays", "disk", "filtering", "frames", "kernels"},
     {"draws", "field", "image", "run"},
     {"guide", "params"},
     {"levelling"},

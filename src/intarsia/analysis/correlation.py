@@ -10,19 +10,14 @@ kept inside the picture, for f and g alike, so that neither the misprint nor sum
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..lazy import lazy
+from ..filtering import fourier
 from .sums import running_sums
-
-if TYPE_CHECKING:
-    from scipy import fft
-else:  # it is slow to import
-    fft = lazy("scipy.fft")
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -126,8 +121,8 @@ def _mirrored(half: Floats) -> Floats:
 def products(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
     """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
     size = _padded(f, g, down, right)
-    transformed = fft.rfft2(f, size)
-    both = np.abs(transformed) ** 2 if f is g else transformed * np.conj(fft.rfft2(g, size))
+    transformed = fourier.rfft2(f, size)
+    both = np.abs(transformed) ** 2 if f is g else transformed * np.conj(fourier.rfft2(g, size))
     return _at_lags(both, size, down, right)
 
 
@@ -147,12 +142,12 @@ def _padded(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> li
     size = []
     for axis, lag in ((0, down), (1, right)):
         needed = max(f.shape[axis] - int(lag.min()), g.shape[axis] + int(lag.max()), f.shape[axis], g.shape[axis])
-        size.append(int(fft.next_fast_len(needed, real=axis == 1)))
+        size.append(int(fourier.next_fast_len(needed, real=axis == 1)))
     return size
 
 
 def _at_lags(spectrum: NDArray[Any], size: list[int], down: NDArray[Any], right: NDArray[Any]) -> Floats:
-    result: Floats = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
+    result: Floats = fourier.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
     return result
 
 
@@ -166,8 +161,8 @@ def _from_rectangles(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[An
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
     for c in range(f.shape[2]):
         own_f, own_g = f[..., c], g[..., c]
-        transformed = fft.rfft2(own_f, size)
-        spectrum = spectrum + transformed * np.conj(transformed if f is g else fft.rfft2(own_g, size))
+        transformed = fourier.rfft2(own_f, size)
+        spectrum = spectrum + transformed * np.conj(transformed if f is g else fourier.rfft2(own_g, size))
         sum_f, sum_g = _inside(own_f, *spans_f), _inside(own_g, *spans_g)
         above -= sum_f * sum_g
         spread_f = _clamped(n * _inside(own_f * own_f, *spans_f) - sum_f * sum_f)

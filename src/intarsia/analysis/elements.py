@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filtering.fourier import dctn, idctn
 from .correlation import gaussian, overlaps, products
 from .reduction import factor_for, reduced
 from .variance import principal_axes
@@ -159,8 +160,6 @@ def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     Gaussians with mirrored borders are products in the cosine transform; any width costs the same. With a
     mask they are normalised by the blurred mask, so that what must not count does not leak in.
     """
-    from scipy.fft import dctn, idctn
-
     narrow, broad = (gaussian(picture.shape, sigma) for sigma in (1.0, wide))
     if weight is None:
         passed: Floats = idctn(dctn(picture) * (narrow - broad))
@@ -178,8 +177,6 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
     Unbiased: every lag is divided by the number of pixel pairs that it compares. Lags that compare next to
     none are 1, which never is a dip. None where there is nothing to correlate.
     """
-    from scipy.fft import dctn, idctn
-
     lags = np.arange(-reach, reach + 1)
     product = products(picture, picture, lags, lags)
     pairs = overlaps(picture.shape, lags, lags) if weight is None else np.rint(products(weight, weight, lags, lags))

@@ -11,11 +11,11 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from ..analysis.reduction import blocks
 from ..draws import below, draw_many
 from ..exemplar import Exemplar
+from ..filtering.filters import ndimage
 from ..run import Run
 from .correction_kernels import as_positions, pixels
 from .descent import REACH, RULES, Corrections, subpass
@@ -165,4 +165,4 @@ class TornPlaces:
 def _wider(mask: Bools, px: int, closed: Closed) -> Bools:
     """The pixels of a mask, and those so near to them, along rows, columns and diagonals."""
     modes: list[Literal["wrap", "nearest"]] = ["wrap" if around else "nearest" for around in closed]
-    return np.asarray(maximum_filter(mask, 2 * px + 1, mode=modes))
+    return np.asarray(ndimage.maximum_filter(mask, 2 * px + 1, mode=modes))

@@ -13,13 +13,13 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, label
 
 from ..analysis.stretched import RANGE
 from ..analysis.variance import spreads
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..field import Field
+from ..filtering.filters import ndimage
 from .appearance import stack_of
 
 FAR = 16  # px beyond which it does not matter how far an outline is
@@ -82,7 +82,7 @@ def outline_distances(there: Array, toroidal: bool) -> Array:
     if not there.any():
         return np.full(there.shape, FAR * PARTS, np.int64)
     around = np.pad(there, FAR, mode="wrap") if toroidal else there
-    far = distance_transform_edt(~around)
+    far = ndimage.distance_transform_edt(~around)
     inner = far[FAR : FAR + there.shape[0], FAR : FAR + there.shape[1]] if toroidal else far
     return np.asarray(np.minimum(np.rint(inner * PARTS), FAR * PARTS), np.int64)
 
@@ -108,7 +108,7 @@ def edges(picture: Array, toroidal: bool) -> Array:
         ridge |= (along == number) & (steep >= ahead) & (steep > behind)
     ranked = np.sort(steep, axis=None)
     strong, faint = (ranked[int(share * (len(ranked) - 1))] for share in (STRONG, FAINT))
-    pieces, count = label(ridge & (steep > faint), structure=np.ones((3, 3)))
+    pieces, count = ndimage.label(ridge & (steep > faint), structure=np.ones((3, 3)))
     sizes = np.bincount(pieces.ravel(), minlength=count + 1)
     seeds = np.bincount(pieces.ravel(), (ridge & (steep > strong)).ravel(), minlength=count + 1)
     kept = (sizes >= SHORTEST) & (seeds > 0)

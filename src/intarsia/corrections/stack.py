@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
 from ..analysis.variance import principal_axes, spreads
 from ..exemplar import Exemplar
+from ..filtering.filters import ndimage
 from ..kernels import kd_tree
 from ..search.sizes import elements
 from . import appearance_kernels as kernels
@@ -213,10 +213,13 @@ def depths(exemplar: Exemplar) -> Array:
     usable = np.ones((height, width), bool) if exemplar.usable is None else exemplar.usable
     if exemplar.toroidal and usable.all():
         return np.full((height, width), 1 << 30)
+    if usable.all():
+        down, along = (np.minimum(np.arange(n), np.arange(n)[::-1]) + 1 for n in (height, width))
+        return np.asarray(np.minimum(down[:, None], along), np.int64)
     tops, lefts = (height, width) if exemplar.toroidal else (1, 1)
     sides = (tops, tops), (lefts, lefts)
     around = np.pad(usable, sides, mode="wrap") if exemplar.toroidal else np.pad(usable, sides)
-    far = distance_transform_cdt(around, metric="chessboard")
+    far = ndimage.distance_transform_cdt(around, metric="chessboard")
     return np.asarray(far[tops : tops + height, lefts : lefts + width], np.int64)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
+from ..filtering.fourier import fft, rfft
 from ..lattice.correlation_map import CorrelatedPictures
 
 Floats = NDArray[np.float64]
@@ -109,8 +110,6 @@ def _layers(prepared: CorrelatedPictures) -> Floats | None:
 
 def _spectra(layers: Floats) -> Spectra:
     """Transform overlapping windows, each without its mean; columns end where no wave is looked for."""
-    from scipy.fft import fft, fftfreq, fftshift, rfft
-
     height, width = layers.shape[1:]
     side = max(16, min(height, width) // 2)
     n = FOLLOWING.finer * side
@@ -122,9 +121,9 @@ def _spectra(layers: Floats) -> Spectra:
             part = layers[:, y : y + side, x : x + side]
             part = (part - part.mean(axis=(1, 2), keepdims=True)) * (hann[:, None] * hann)
             waves = fft(rfft(part, n)[:, :, :most], n, axis=1)
-            powers.append(fftshift((waves.real**2 + waves.imag**2).sum(axis=0), axes=0))
+            powers.append(np.fft.fftshift((waves.real**2 + waves.imag**2).sum(axis=0), axes=0))
             middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
-    rows = fftshift(fftfreq(n))
+    rows = np.fft.fftshift(np.fft.fftfreq(n))
     return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1][:most])
 
 

@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import grey_closing, grey_opening, uniform_filter
 
 from ..analysis.features import course_lines, features
 from ..arrays import Array
 from ..errors import MethodError
 from ..exemplar import Exemplar
+from ..filtering.filters import filled, mean_around, worn
 from ..kernels import paths
 from ..lattice.vectors import UNIT
 from .bricks import Bricks, bricks_of
@@ -155,7 +155,7 @@ def _faces(work: Brickwork) -> int:
 def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwork:
     """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
     reach = max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
-    smooth = uniform_filter(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
+    smooth = mean_around(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
     pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
     beds, best = np.empty((0, 0), np.int64), -1.0
     for cost in _fields(smooth, reach):
@@ -176,11 +176,11 @@ def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwor
 
 def _fields(smooth: Array, reach: int) -> list[NDArray[np.int64]]:
     """What pixels cost a bed, 0 to 255: where beds are dark, where they are bright."""
-    light, side = smooth.sum(axis=2), (2 * reach + 1, 2 * reach + 1)
+    light, side = smooth.sum(axis=2), 2 * reach + 1
     found = []
-    for depth in (grey_closing(light, side) - light, light - grey_opening(light, side)):
+    for depth in (filled(light, side) - light, light - worn(light, side)):
         most = max(int(np.sort(depth, axis=None)[19 * (depth.size - 1) // 20]), 1)
-        sure = uniform_filter(np.minimum(depth, most) * FACE // most, reach // 3 * 2 + 1)
+        sure = mean_around(np.minimum(depth, most) * FACE // most, (reach // 3 * 2 + 1,) * 2)
         found.append(np.asarray(FACE - sure, np.int64))
     return found
 

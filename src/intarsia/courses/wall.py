@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
@@ -24,6 +23,7 @@ from ..arrays import Array
 from ..canvas import Canvas
 from ..errors import MethodError
 from ..exemplar import Exemplar
+from ..filtering.filters import highest
 from ..kernels import paths
 from ..lattice.vectors import UNIT, Pairs, cell_of
 from ..run import Run
@@ -113,7 +113,7 @@ class Wall:
         work = found.work
         rows = StackedRows.of(found.heights, canvas, found.upright, seed)
         layout = Stones(found, rows, seed)
-        rims = maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
+        rims = highest(work.faces, work.thickness // RIM * 2 + 1)
         return cls._of(found.picture, found.usable, found.upright, work, layout, _weighted(found.picture, work, rims))
 
     @classmethod

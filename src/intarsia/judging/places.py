@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import label
 
 from ..analysis.sums import window_sums
 from ..arrays import Array
+from ..filtering.filters import ndimage
 from .parts import shown, square_side
 from .score import Judged
 from .sources import STEP, Sources
@@ -163,7 +163,7 @@ def _spots(judged: Judged, at: tuple[int, int], output: Size) -> list[Spot]:
         windows = sources.level.windows
         off = windows.at[sources.number] - at
         inside = ((off >= 0) & (off < square_side(windows.table))).all(axis=2)
-        numbers, count = label(inside, np.ones((3, 3)))
+        numbers, count = ndimage.label(inside, np.ones((3, 3)))
         radius, half = _radius(sources, judged.factor), SIDE * windows.factor / 2
         for k in range(1, count + 1):
             middle = np.argwhere(numbers == k).mean(axis=0) * STEP + half

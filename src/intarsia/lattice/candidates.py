@@ -15,6 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filtering.filters import highest
+from ..filtering.fourier import next_fast_len, rfft2
 from .correlation_map import CorrelatedPictures, CorrelationMap
 from .shift_kernels import top_of
 
@@ -90,10 +92,8 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
 
 def _maxima(values: NDArray[Any], among: NDArray[np.bool_]) -> Int64:
     """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
-    from scipy.ndimage import maximum_filter
-
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
-    top = (maximum_filter(ranked, 3) == ranked) & (values > 0) & among  # in doubles: exact below 2**53
+    top = (highest(ranked, 3) == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 
@@ -111,8 +111,6 @@ def spectral_peaks(picture: Floats) -> Floats:
 
     Only periods of at least 4 px that fit 1.5 times or more into the short side.
     """
-    from scipy.fft import next_fast_len, rfft2
-
     height, width = picture.shape[:2]
     window = [0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in (height, width)]
     size = [int(next_fast_len(2 * height)), int(next_fast_len(2 * width, real=True))]

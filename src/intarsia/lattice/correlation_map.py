@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from ..analysis.correlation import autocorrelation, gaussian
 from ..analysis.variance import spreads
+from ..filtering.filters import HELD, blurred
+from ..filtering.fourier import dctn, idctn
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -88,8 +90,6 @@ def _evened(features: NDArray[np.int64], usable: Mask | None) -> Floats:
 
 def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     """Correlate the pictures with themselves; None where there is nothing to correlate."""
-    from scipy.ndimage import gaussian_filter
-
     height, width = prepared.colours.shape[:2]
     reach = int(REACH * height), int(REACH * width)
     colours, pairs = autocorrelation(prepared.colours, prepared.usable, reach)
@@ -99,7 +99,7 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     if not given or pairs[middle] < 1:
         return None
     values = np.rint(MILLION * sum(given) / len(given))
-    smooth = np.rint(gaussian_filter(values, 1.0, mode="nearest"))
+    smooth = np.rint(blurred(values, (1.0, 1.0), HELD))
     share = pairs / pairs[middle]
     weights = np.where(share >= READ, np.rint(1000 * np.sqrt(share)), 0)
     arrays = (values, smooth, weights, np.rint(1000 * share))
@@ -112,8 +112,6 @@ def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
     Such a Gaussian is a product in the cosine transform; any width costs the same. With a mask it is divided
     by the blurred mask, so that what does not count does not leak in.
     """
-    from scipy.fft import dctn, idctn
-
     passed = gaussian(picture.shape[:2], sigma)[..., None]
 
     def slow(values: Floats) -> Floats:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filtering.filters import HELD, blurred
 from .candidates import UNIT, canonical, distinct
 from .correlation_map import CorrelationMap
 from .scoring_kernels import NOTHING, fit_step, means, rings
@@ -194,14 +195,12 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
     Where the peaks lie further than a hundredth of the shorter vector from the lattice points, the map is
     blurred by a twentieth of it first.
     """
-    from scipy.ndimage import gaussian_filter
-
     length = min(math.hypot(*row) for row in vectors / float(UNIT))
     sigma = FITTING.blur * length
     if residual <= FITTING.loose * length or sigma < FITTING.sigma:
         return vectors
-    blurred = np.rint(gaussian_filter(found.values.astype(np.float64), sigma, mode="nearest")).astype(np.int32)
-    one = fit(found, vectors, blurred)
+    wider = np.rint(blurred(found.values.astype(np.float64), (sigma, sigma), HELD)).astype(np.int32)
+    one = fit(found, vectors, wider)
     if one is None or one.residual >= residual:
         return vectors
     result: Int64 = canonical(np.rint(UNIT * one.vectors).astype(np.int64)[None])[0]

@@ -10,18 +10,13 @@ Source: no paper; our own rule (Multrus 2003, 5.1, extends to one side, from the
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filtering.filters import ndimage
 from ..geometry import spread
-from ..lazy import lazy
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only canvases that are partly filled need it
-    ndimage = lazy("scipy.ndimage")
 
 Place = tuple[int, int]
 Mask = NDArray[np.bool_]
@@ -41,7 +36,8 @@ def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pl
     found = list(_outside(known, patch, overlap, wraps))
     for y, x in found:
         left[_index(y, x, patch, known.shape)] = False
-    for box in ndimage.find_objects(ndimage.label(left, np.ones((3, 3), int))[0]):
+    holes = ndimage.find_objects(ndimage.label(left, np.ones((3, 3), int))[0]) if left.any() else []
+    for box in holes:
         part = left[box]
         if not part.any():  # a window of an earlier hole holds this one, too
             continue

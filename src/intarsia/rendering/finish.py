@@ -20,10 +20,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from ..errors import ParameterError
+from ..filtering import fourier
 from ..geometry import Box
 from ..image import Array
 from ..levelling import Finish, Levelling
@@ -77,8 +77,8 @@ class Bench:
             for x in range(0, out.shape[1], side)
         ]
         colours = _Colours.of(self)
-        size = [scipy.fft.next_fast_len(min(n, side) + 2 * radius, real=True) for n in out.shape[:2]]
-        spread = scipy.fft.rfft2(potential(radius), size)
+        size = [fourier.next_fast_len(min(n, side) + 2 * radius, real=True) for n in out.shape[:2]]
+        spread = fourier.rfft2(potential(radius), size)
         with run.pool() as each:
 
             def level(cell: Box) -> None:
@@ -92,7 +92,7 @@ class Bench:
                 there = slice(cell.y0, cell.y1), slice(cell.x0, cell.x1), slice(steps.shape[2])
                 added, first = np.empty((cell.height, cell.width, steps.shape[2])), 2 * radius - 1
                 for c in range(steps.shape[2]):
-                    field = scipy.fft.irfft2(scipy.fft.rfft2(steps[..., c], size) * spread, size)
+                    field = fourier.irfft2(fourier.rfft2(steps[..., c], size) * spread, size)
                     added[..., c] = np.rint(field[first : first + cell.height, first : first + cell.width])
                 here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
                 colours.move(here, added, how.strength)

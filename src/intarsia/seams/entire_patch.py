@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
 from ..exemplar import Exemplar
+from ..filtering import fourier
 from ..kernels import windows
 from ..search import reduce_kernels
 from ..search.candidates import Candidates, Search
@@ -93,11 +93,11 @@ class EntireSearch:
         reduced = reduce_kernels.coarse_picture(picture, f, search.mean, search.axes, search.clip)
         reduced = reduced.astype(np.float64) * usable
         shape = self._padded(v)
-        return [np.conj(scipy.fft.rfft2(a, shape)) for a in (*reduced, usable, (reduced**2).sum(axis=0))]
+        return [np.conj(fourier.rfft2(a, shape)) for a in (*reduced, usable, (reduced**2).sum(axis=0))]
 
     def _padded(self, v: int) -> tuple[int, int]:
         size = self._size(v)
-        return scipy.fft.next_fast_len(size[0], real=False), scipy.fft.next_fast_len(size[1], real=True)
+        return fourier.next_fast_len(size[0], real=False), fourier.next_fast_len(size[1], real=True)
 
     def _means(self, v: int, variant: Array, yx: Array, at: tuple[int, int], wraps: tuple[bool, bool]) -> Array:
         """Mean squared difference on reduced pictures, in 1 / FINE, for every coarse position; NEVER where none is."""
@@ -110,13 +110,13 @@ class EntireSearch:
         here, mask = np.empty((1, len(search.axes), *size), np.float32), np.empty((1, *size), np.float32)
         reduce_kernels.coarse_templates(feats, known, f, search.mean, search.axes, search.clip, here, mask)
         map_ = here[0].astype(np.float64)
-        parts = [scipy.fft.rfft2(a, shape) for a in (*map_, mask[0].astype(np.float64), (map_**2).sum(axis=0))]
+        parts = [fourier.rfft2(a, shape) for a in (*map_, mask[0].astype(np.float64), (map_**2).sum(axis=0))]
         *axes, usable, squares = self._spectra[v]
         total = parts[-1] * usable + parts[-2] * squares
         for mine, theirs in zip(parts[:-2], axes, strict=True):
             total -= 2 * mine * theirs
         cost, count = (
-            np.rint(scipy.fft.irfft2(product, shape)).astype(np.int64)[beyond[0] :: -1, beyond[1] :: -1]
+            np.rint(fourier.irfft2(product, shape)).astype(np.int64)[beyond[0] :: -1, beyond[1] :: -1]
             if min(beyond) >= 0 else np.zeros((0, 0), np.int64)
             for product in (total, parts[-2] * usable)
         )  # fmt: skip

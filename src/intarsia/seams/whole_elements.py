@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from ..analysis.features import pose_array
+from ..filtering.filters import grown
+from ..kernels.parts import boxes_of_parts
 from ..search.posed import PosedExemplars
 from ..segments.wholes import Wholes
 
@@ -48,7 +49,10 @@ class Elements:
             pad = [(0, n - m) for n, m in zip(shape, names.shape, strict=True)]
             inside.append(np.pad(depth, pad, "wrap").ravel())
             labels.append(np.pad(np.where(names > 0, names + len(self.all) - 1, 0), pad).ravel())
-            for k, part in enumerate(ndimage.find_objects(names), 1):
+            ends = np.zeros((int(names.max(initial=0)), 5), np.int64)
+            boxes_of_parts(np.ascontiguousarray(names), (False, False), ends)
+            for k, (top, left, height, width) in enumerate(ends[:, :4].tolist(), 1):
+                part = np.s_[top : top + height, left : left + width]
                 element = _element(v, names, part, names[part] == k)
                 if element.whole:
                     y, x = (int(at.mean()) for at in np.nonzero(element.mask))
@@ -75,7 +79,7 @@ def _element(v: int, names: Array, part: tuple[slice, ...], mask: NDArray[np.boo
     (h, w), n = names.shape, RING
     off = [part[0].start < RIM, part[1].start < RIM, part[0].stop > h - RIM, part[1].stop > w - RIM]
     big = np.pad(mask, n)
-    ring = ndimage.binary_dilation(big, iterations=n) & ~big
+    ring = grown(big, n) & ~big
     y, x = np.nonzero(ring)
     y, x = y + part[0].start - n, x + part[1].start - n
     free = (y >= 0) & (x >= 0) & (y < h) & (x < w)

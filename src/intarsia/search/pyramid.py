@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from ..arrays import Array
 from ..errors import ParameterError
+from ..filtering.filters import ndimage
 from ..kernels import windows
 from . import fourier_kernels, pyramid_kernels
 from .candidates import SHORT_LIST, Candidates, Prices
@@ -115,7 +115,7 @@ class PyramidSearch:
         if not allowed.size or not rows * columns or not allowed.any():
             return np.zeros((rows, columns), bool)
         size = (2 * finer.reach + 1).tolist()
-        near = maximum_filter(allowed.astype(np.uint8), size=size, mode="constant")
+        near = ndimage.maximum_filter(allowed.astype(np.uint8), size=size, mode="constant")
         y = np.minimum(2 * np.arange(rows), allowed.shape[0] - 1)
         x = np.minimum(2 * np.arange(columns), allowed.shape[1] - 1)
         return np.asarray(near[np.ix_(y, x)] > 0)

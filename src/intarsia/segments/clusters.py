@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
 
+from ..filtering.filters import ndimage
 from .felzenszwalb import NOWHERE
 
 Int32 = NDArray[np.int32]
@@ -126,5 +126,5 @@ def _sums(where: NDArray[Any], values: NDArray[Any]) -> Int64:
 
 
 def _regions(mask: NDArray[np.bool_]) -> Int32:
-    found, _ = label(mask)
+    found, _ = ndimage.label(mask)
     return np.asarray(found, np.int32)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import find_objects
 
+from ..filtering.filters import ndimage
 from .felzenszwalb import LEAST_PIXELS
 
 Int32 = NDArray[np.int32]
@@ -95,7 +95,7 @@ def measured(elements: Int32) -> Group | None:
     counted = np.flatnonzero(areas >= LEAST_PIXELS)
     if len(counted) < 2:
         return None
-    found = find_objects(elements)
+    found = ndimage.find_objects(elements)
     ends = np.array([(s[0].start, s[0].stop, s[1].start, s[1].stop) for s in found])[counted]
     rows, columns = np.divmod(inside, elements.shape[1])
     centres = np.stack([FINE * _sums(names, v, count) // np.maximum(areas, 1) for v in (rows, columns)], axis=1)

@@ -1,0 +1,1 @@
+"""Fourier transforms and filters: SciPy's, without what its packages import besides."""
