@@ -11,19 +11,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..canvas import Canvas
 from ..draws import draw
 from ..errors import CancelledError, MethodError, ParameterError
 from ..exemplar import Exemplar
-from ..judging.score import Score, score_map
+from ..lazy import lazy
 from ..methods.base import Method, make
 from ..params import extent, parameters
 from ..run import Run
 from ..seams.cost import energy
 from ..sourcemap import SourceMap
 from .auto import FIXED, By, Choice
+
+if TYPE_CHECKING:
+    from ..judging import score
+else:  # one picture needs none
+    score = lazy("intarsia.judging.score")
 
 STAGE = 4003  # keeps the seeds of trials apart from other draws
 # Of 92 textures 40 have fewer than three sizes to try; halved 89, doubled none.
@@ -43,7 +48,7 @@ class Trial:
 
 def carried_out(
     choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
-) -> tuple[Choice, Trial, tuple[Score, ...], tuple[int, ...]]:
+) -> tuple[Choice, Trial, tuple[score.Score, ...], tuple[int, ...]]:
     """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar.
 
     Returns the choice that it came of, the best of its trials, and in the order of the trials all scores, if they are
@@ -65,12 +70,12 @@ def carried_out(
 
 def _best(
     choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
-) -> tuple[Trial, tuple[Score, ...], tuple[int, ...]]:
+) -> tuple[Trial, tuple[score.Score, ...], tuple[int, ...]]:
     tried = trial_methods(choice, canvas, seed)
     if len(tried) == 1:
         method, own = tried[0]
         return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), (), ()
-    scores, energies = list[Score](), list[int]()
+    scores, energies = list[score.Score](), list[int]()
     best: Trial | None = None
     least = 0.0
     for number, (method, own) in enumerate(tried):
@@ -86,7 +91,7 @@ def _best(
         energies.append(energy(exemplars, smap))
         good, gain = -float(energies[-1]), 0.0
         if choice.by is By.SCORE:
-            scores.append(score_map(exemplars, smap))
+            scores.append(score.score_map(exemplars, smap))
             good, gain = scores[-1].total, LEAST_GAIN
         if best is None or good > least:
             best, least = Trial(resolved, own, smap), good + (0 if best else gain)

@@ -12,7 +12,7 @@ import click
 
 from ..disk.memory import make_room
 from ..version import VERSION
-from .exits import guarded
+from .exits import begun, guarded
 
 COMMANDS = {
     "grow": "Grow a larger or tileable texture from an example.",
@@ -30,6 +30,9 @@ COMMANDS = {
 }
 """Name -> what it does, in the order of the help. The module is named alike and holds `command`."""
 
+PLANNED = {"grow", "paint", "extend", "heal"}
+"""What says itself when all is planned and the work begins."""
+
 LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
 """What needs next to no memory."""
 
@@ -44,6 +47,8 @@ class LazyGroup(click.Group):
         if name not in COMMANDS:
             return None
         module = importlib.import_module(f".commands.{name.replace('-', '_')}", __package__)
+        if name not in PLANNED:
+            begun()
         command: click.Command = module.command
         return command
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -35,6 +36,13 @@ _shields = 0
 
 class Interrupted(BaseException):
     """Ctrl-C, SIGTERM or SIGHUP, raised wherever the main thread is; no handler of ordinary errors swallows it."""
+
+
+def begun() -> None:
+    """Say that all is imported and the work begins: from here on garbage is looked for, not among what is there."""
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
 
 
 def guarded(work: Callable[[], None], debug: bool = False) -> int:

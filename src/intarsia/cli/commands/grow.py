@@ -15,6 +15,7 @@ from ...geometry import Wrap
 from ...levelling import Finish, Levelling
 from ...methods.base import METHODS
 from ..choosing import BY, EXPLAIN, TRIALS, chosen_of
+from ..exits import begun
 from ..help import HelpfulCommand
 from ..options import (
     EXEMPLARS,
@@ -155,6 +156,7 @@ def carry_out(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: 
         from ..materials import Materials
 
         materials = Materials.plan(inputs, targets, wish, work, report)
+        begun()
         materials.tell_plan() if work.dry_run else materials.carry_out(threads)
         return
 
@@ -166,6 +168,7 @@ def carry_out(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: 
             turn_to(order.method.slug)
         if work.sheet is not None:
             batch.add_sheet(work.sheet)
+        begun()
         if work.dry_run:
             batch.tell_plan()
         else:
