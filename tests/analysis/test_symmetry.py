@@ -8,7 +8,7 @@ from naive import lay_down
 from torture import TORTURE
 
 import intarsia as ia
-from intarsia.analysis.features import features
+from intarsia.analysis import symmetry
 from intarsia.analysis.symmetry import (
     LOTS,
     SAMPLES,
@@ -16,6 +16,7 @@ from intarsia.analysis.symmetry import (
     _directions,
     _gradients,
     _lot,
+    all_allowed,
     allowed_isometries,
     pose_distances,
     times_apart,
@@ -24,6 +25,10 @@ from intarsia.exemplar import Exemplar
 from intarsia.testing import noise
 
 ALL = tuple(range(8))
+
+
+def all_distances(exemplar: Exemplar) -> np.ndarray:
+    return np.stack([pose_distances(exemplar, statistic) for statistic in range(4)])
 
 
 def bumps(light: tuple[float, float] | None, size: int = 144, seed: int = 5) -> np.ndarray:
@@ -147,15 +152,36 @@ def test_how_far_apart_turned_halves_are_decides_whether_they_are_alike() -> Non
     """The largest ratio of any statistic: at most 4 / 3 where quarter turns keep the look, more where they do not."""
     for picture, alike in ((bumps(None), True), (bumps((-0.9, -0.3)), False)):
         one = Exemplar.of(picture)
-        found = pose_distances(features([one]), one)
+        found = all_distances(one)
         ratios = [found[row, pose] / found[row, 0] for row in range(4) for pose in (5, 6, 7)]
         assert times_apart([one], (5, 6, 7)) == max(ratios)
         assert bool(max(ratios) <= 4 / 3) is alike
 
 
+@pytest.mark.parametrize("light", [None, (-0.9, -0.3), (-0.9, 0.0)])
+def test_some_isometries_are_allowed_if_they_are_among_all_that_are(light) -> None:
+    """Told by the first statistics where these refuse them, which are all that is then measured."""
+    for poses in ((0,), (0, 1), (0, 1, 2, 6), (0, 5, 6, 7), ALL):
+        one = Exemplar.of(bumps(light))
+        assert all_allowed([one], poses) is (set(poses) <= set(allowed_isometries([Exemplar.of(bumps(light))])))
+    refused = Exemplar.of(bumps((-0.9, -0.3)))
+    assert not all_allowed([refused], ALL)
+    assert ("symmetry", 1) not in refused._memo
+
+
+def test_isometries_that_no_set_holds_together_are_not_allowed_together(monkeypatch) -> None:
+    """Two mirrors that both keep the look, and half a turn does not: one of them is left out."""
+    far = np.array([[10, 11, 12, 99, 99, 99, 99, 99]])
+    monkeypatch.setattr(symmetry, "_statistic", lambda exemplars, number: far)
+    one = [Exemplar.of(bumps(None))]
+    assert allowed_isometries(one) == (0, 1)
+    assert all_allowed(one, (0, 1))
+    assert not all_allowed(one, (0, 2))
+
+
 def test_tiny_exemplars_allow_everything_they_cannot_refuse() -> None:
     assert auto(TORTURE["tiny"]()) == ALL
-    assert pose_distances(features([Exemplar.of(TORTURE["tiny"]())]), Exemplar.of(TORTURE["tiny"]())).shape == (4, 8)
+    assert not all_distances(Exemplar.of(TORTURE["tiny"]())).any()
 
 
 @pytest.mark.parametrize("method", [ia.ImageQuilting, ia.PatchSampling, ia.RandomTiling])
@@ -181,7 +207,7 @@ def test_a_picture_in_a_mirror_is_measured_alike(size) -> None:
     def found(pose: int) -> np.ndarray:
         laid = [np.ascontiguousarray(lay_down(a, pose)) for a in (picture, usable)]
         one = Exemplar.of(laid[0], usable=laid[1])
-        return pose_distances(features([one]), one)
+        return all_distances(one)
 
     plain = found(0)
     np.testing.assert_array_equal(found(6), plain)

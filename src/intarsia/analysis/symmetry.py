@@ -12,7 +12,7 @@ Source: Multrus 2003 leaves the choice of isometries to the user (4.1); the meas
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ STAGE = 93  # keeps these draws apart from those of others
 SIDE = 5  # of the patches compared, cells; 3: four, 9: eight
 SCALES = (1, 2, 4)  # px of a cell; without the last three allow more, with 8 none differs
 BLOCKS = (3, 4, 5)  # squares along an axis of the checkerboards; 3 alone: four, 3 to 8: three, 6 to 10: eight
+STATISTICS = 1 + len(SCALES)  # gradients, and patches of each scale
 SAMPLES = 3000  # patches of each half at most; halved: one, doubled: five
 LOTS = 4  # of other patches by which gradients are compared; 1: two of four crops of granite are turnable, it is not
 LEAST_SAMPLES = 50  # fewer have no statistics; 1 to 400: the same, it matters for small exemplars
@@ -59,6 +60,15 @@ def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tu
     return min((g for g in groups if len(g) == most), key=lambda g: int(together[:, g].sum()))
 
 
+def all_allowed(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> bool:
+    """Tell whether all of some isometries are among :func:`allowed_isometries`; the first statistic may refuse them."""
+    for statistic in range(STATISTICS):
+        some = _statistic(exemplars, statistic)[:, poses]
+        if bool((some * SLACK[1] > _statistic(exemplars, statistic)[:, :1] * SLACK[0]).any()):
+            return False
+    return set(poses) <= set(allowed_isometries(exemplars))
+
+
 def times_apart(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> float:
     """How many times farther apart isometries lay the halves, by the worst statistic; they are alike up to 4 / 3."""
     together = _distances(exemplars)
@@ -67,30 +77,35 @@ def times_apart(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> float:
 
 def _distances(exemplars: Sequence[Exemplar]) -> NDArray[np.int64]:
     """The distances of all exemplars of which something may be used, one below the other."""
+    return np.concatenate([_statistic(exemplars, statistic) for statistic in range(STATISTICS)])
+
+
+def _statistic(exemplars: Sequence[Exemplar], number: int) -> NDArray[np.int64]:
+    """One of the distances of all these exemplars, (n, 8), measured once."""
     sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
-    tables = [e.memo("symmetry", lambda e=e: pose_distances(features([e]), e)) for e in sampled]  # type: ignore[misc]
-    return np.concatenate(tables)
+    return np.stack([e.memo(("symmetry", number), partial(pose_distances, e, number)) for e in sampled])
 
 
-def pose_distances(feats: Features, exemplar: Exemplar) -> NDArray[np.int64]:
-    """How unlike one half is to the other when it is laid down in each isometry: (statistics, 8).
+def pose_distances(exemplar: Exemplar, number: int) -> NDArray[np.int64]:
+    """How unlike one half is to the other when it is laid down in each isometry: (8,).
 
-    One row for the directions of gradients, and one for the patches at each scale.
+    By the directions of gradients, `number` 0, or by the patches at one of the scales.
     """
-    out, pose = np.zeros((1 + len(SCALES), 8), np.int64), _upright(feats)
+    feats = features([exemplar])
+    out, pose = np.zeros(8, np.int64), _upright(feats)
     seen = posed(feats.pictures[0], pose, feats.normals)
     free = None if exemplar.usable is None else pose_array(exemplar.usable, pose)
-    for number, scale in enumerate(SCALES):
-        picture, usable = _reduced(seen, free, scale)
-        for squares in BLOCKS:
-            halves = _halves(usable, squares)
-            if min(map(len, halves)) < LEAST_SAMPLES:
-                continue
-            if number == 0:
-                tone = picture[:, :, _unturned(feats)].sum(axis=2)
-                out[0] += sum(_of_gradients([_gradients(tone, at) for at in _lot(halves, k)]) for k in range(LOTS))
-            out[1 + number] += _of_patches([_patches(picture, at) for at in _lot(halves, 0)], feats)
-    return out[:, MIRRORED] if pose in (1, 2) else out
+    picture, usable = _reduced(seen, free, SCALES[max(number - 1, 0)])
+    for squares in BLOCKS:
+        halves = _halves(usable, squares)
+        if min(map(len, halves)) < LEAST_SAMPLES:
+            continue
+        if number == 0:
+            tone = picture[:, :, _unturned(feats)].sum(axis=2)
+            out += sum(_of_gradients([_gradients(tone, at) for at in _lot(halves, k)]) for k in range(LOTS))
+        else:
+            out += _of_patches([_patches(picture, at) for at in _lot(halves, 0)], feats)
+    return out[list(MIRRORED)] if pose in (1, 2) else out
 
 
 def _upright(feats: Features) -> int:

@@ -22,7 +22,7 @@ from ..analysis.lines import Lines
 from ..analysis.reduction import block_sums, blocks
 from ..analysis.regions import Regions, regions_of
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
-from ..analysis.symmetry import allowed_isometries, times_apart
+from ..analysis.symmetry import all_allowed, allowed_isometries, times_apart
 from ..blocks.grid import joints
 from ..canvas import Canvas
 from ..courses.rectified import improved
@@ -266,6 +266,10 @@ class Facts:
     def symmetry(self) -> tuple[int, ...]:
         """The isometries that keep its look."""
         return allowed_isometries([self.small])
+
+    def keeps(self, poses: tuple[int, ...]) -> bool:
+        """Whether all of some isometries keep its look; sooner known than which of all do."""
+        return all_allowed([self.small], poses)
 
     @cached_property
     def turned(self) -> float:

@@ -136,7 +136,7 @@ def _repeats(f: Facts) -> bool:
 def _turns(f: Facts) -> bool:
     """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
     seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered
-    return seen and set(TURNED) <= set(f.symmetry) and _loose(f)
+    return seen and _loose(f) and f.keeps(TURNED)
 
 
 def _mixed(f: Facts) -> bool:

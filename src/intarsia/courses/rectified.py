@@ -70,8 +70,9 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
     plain = lattices_of(exemplar, weights).accepted
     if plain is not None and plain.kind == "2-D" and plain.residual < GAIN.loose:
         return None
-    found = levelled(exemplar, weights)
-    if found is None or found[0].off < 1:
+    straight = straight_of(exemplar, weights)
+    found = None if straight is None or straight.off < 1 else levelled(exemplar, weights)
+    if found is None:
         return None
     if plain is None:
         return found if found[1].share >= GAIN.clear else None
