@@ -87,7 +87,8 @@ def autocorrelation(
         half = _from_rectangles(f, f, down, right)
         pairs = overlaps(f.shape[:2], down, right)
     else:
-        half, pairs = _from_masks(f, f, _weights(f, usable), _weights(f, usable), down, right)
+        mask = _weights(f, usable)
+        half, pairs = _from_masks(f, f, mask, mask, down, right)
     half[0, :columns] = half[0, :columns:-1]  # opposite offsets agree to the last bit
     return _mirrored(half), _mirrored(pairs)
 
@@ -163,10 +164,14 @@ def _from_rectangles(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[An
         own_f, own_g = f[..., c], g[..., c]
         transformed = fourier.rfft2(own_f, size)
         spectrum = spectrum + transformed * np.conj(transformed if f is g else fourier.rfft2(own_g, size))
-        sum_f, sum_g = _inside(own_f, *spans_f), _inside(own_g, *spans_g)
+        sums_f, squares_f = (running_sums(own, np.float64) for own in (own_f, own_f * own_f))
+        sums_g, squares_g = (
+            (sums_f, squares_f) if f is g else (running_sums(own, np.float64) for own in (own_g, own_g * own_g))
+        )
+        sum_f, sum_g = _inside(sums_f, *spans_f), _inside(sums_g, *spans_g)
         above -= sum_f * sum_g
-        spread_f = _clamped(n * _inside(own_f * own_f, *spans_f) - sum_f * sum_f)
-        spread_g = _clamped(n * _inside(own_g * own_g, *spans_g) - sum_g * sum_g)
+        spread_f = _clamped(n * _inside(squares_f, *spans_f) - sum_f * sum_f)
+        spread_g = _clamped(n * _inside(squares_g, *spans_g) - sum_g * sum_g)
         below += np.sqrt(spread_f * spread_g)
         largest = max(largest, float((own_f * own_f).sum()), float((own_g * own_g).sum()))
     above += n * _at_lags(spectrum, size, down, right)
@@ -177,18 +182,33 @@ def _from_masks(
     f: Floats, g: Floats, mf: Floats, mg: Floats, down: NDArray[Any], right: NDArray[Any]
 ) -> tuple[Floats, Floats]:
     """Eq. 3.13 where some pixels do not count: all sums by transforms, as the overlap is no rectangle."""
-    f, g = _centred(f, mf), _centred(g, mg)
-    n = np.rint(products(mf, mg, down, right))
+    size, alike = _padded(f, g, down, right), f is g and mf is mg
+    f = _centred(f, mf)
+    g = f if alike else _centred(g, mg)
+    mask_f, waves_f = _transformed(f, mf, size)
+    mask_g, waves_g = (mask_f, waves_f) if alike else _transformed(g, mg, size)
+
+    def product(one: NDArray[Any], other: NDArray[Any]) -> Floats:
+        return _at_lags(one * np.conj(other), size, down, right)
+
+    n = np.rint(product(mask_f, mask_g))
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
     for c in range(f.shape[2]):
         own_f, own_g = f[..., c], g[..., c]
-        sum_f, sum_g = products(own_f, mg, down, right), products(mf, own_g, down, right)
-        spread_f = _clamped(n * products(own_f * own_f, mg, down, right) - sum_f * sum_f)
-        spread_g = _clamped(n * products(mf, own_g * own_g, down, right) - sum_g * sum_g)
-        above += n * products(own_f, own_g, down, right) - sum_f * sum_g
+        (plain_f, squared_f), (plain_g, squared_g) = waves_f[c], waves_g[c]
+        sum_f, sum_g = product(plain_f, mask_g), product(mask_f, plain_g)
+        spread_f = _clamped(n * product(squared_f, mask_g) - sum_f * sum_f)
+        spread_g = _clamped(n * product(mask_f, squared_g) - sum_g * sum_g)
+        above += n * product(plain_f, plain_g) - sum_f * sum_g
         below += np.sqrt(spread_f * spread_g)
         largest = max(largest, float((own_f * own_f).sum()), float((own_g * own_g).sum()))
     return _ratio(above, below, FLAT * n * largest), n
+
+
+def _transformed(f: Floats, mask: Floats, size: list[int]) -> tuple[NDArray[Any], list[list[NDArray[Any]]]]:
+    """The transforms of a mask, and of the values and squares of each channel."""
+    own = [[fourier.rfft2(part, size) for part in (f[..., c], f[..., c] * f[..., c])] for c in range(f.shape[2])]
+    return fourier.rfft2(mask, size), own
 
 
 def _span(lag: NDArray[Any], mine: int, other: int) -> Spans:
@@ -196,9 +216,8 @@ def _span(lag: NDArray[Any], mine: int, other: int) -> Spans:
     return np.maximum(lag, 0), np.minimum(lag + other, mine)
 
 
-def _inside(values: Floats, rows: Spans, columns: Spans) -> Floats:
-    """Sum the values inside every rectangle of `rows` and `columns`, by running sums."""
-    total = running_sums(values, np.float64)
+def _inside(total: Floats, rows: Spans, columns: Spans) -> Floats:
+    """Sum what is inside every rectangle of `rows` and `columns`, by running sums."""
     bands = total[rows[1]] - total[rows[0]]
     result: Floats = bands[:, columns[1]] - bands[:, columns[0]]
     return result

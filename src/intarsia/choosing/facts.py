@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,21 +23,27 @@ from ..analysis.reduction import block_sums, blocks
 from ..analysis.regions import Regions, regions_of
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.symmetry import all_allowed, allowed_isometries, times_apart
-from ..blocks.grid import joints
 from ..canvas import Canvas
 from ..courses.rectified import improved
 from ..courses.rectify import Straight
-from ..courses.unequal import Masonry, masonry_of
-from ..courses.wall import brick_share
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..image import Kind
 from ..lattice.lattice import Lattice, Lattices
 from ..lattice.vectors import UNIT, cell_of, lattices_of, vectors_of
 from ..lattice.verdict import told_by_peaks
+from ..lazy import lazy
 from ..search.sizes import elements
-from ..segments.segments import segments
-from ..tiles.tiling import unlikeness
+
+if TYPE_CHECKING:
+    from ..blocks import grid
+    from ..courses import unequal, wall
+    from ..segments import segments
+    from ..tiles import tiling
+else:  # most exemplars need some of them, few need all
+    grid, tiling = lazy("intarsia.blocks.grid"), lazy("intarsia.tiles.tiling")
+    segments = lazy("intarsia.segments.segments")
+    unequal, wall = lazy("intarsia.courses.unequal"), lazy("intarsia.courses.wall")
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
 MIDDLE = 320  # and segments on its middle;
@@ -173,14 +179,15 @@ class Facts:
         part = _middle(self.picture.shape, max(COMPARED, 4 * longest))
         if not everywhere[part].any():
             part = _middle(self.picture.shape, max(self.picture.shape))
-        return unlikeness(np.ascontiguousarray(self.picture[part]), self.lattice.vectors, everywhere[part].copy())
+        seen = np.ascontiguousarray(self.picture[part])
+        return tiling.unlikeness(seen, self.lattice.vectors, everywhere[part].copy())
 
     @cached_property
     def joints(self) -> float:
         """How clearly its periods are parted by joints: 0 by nothing that is cut, 1 not at all, or without periods."""
         if self.lattice is None or self.lattice.kind == "1-D":
             return 1.0
-        return joints(self.picture, cell_of(vectors_of(self.lattice), self.picture.shape))
+        return grid.joints(self.picture, cell_of(vectors_of(self.lattice), self.picture.shape))
 
     @cached_property
     def element(self) -> ElementSize:
@@ -229,7 +236,7 @@ class Facts:
     @cached_property
     def segment(self) -> tuple[int, int]:
         """Patch and boundary zone by the vote of segments over 12 scales, px."""
-        found = segments(self.middle)
+        found = segments.segments(self.middle)
         return found.patch, found.zone
 
     @cached_property
@@ -249,17 +256,17 @@ class Facts:
         return found[0] if found else None
 
     @cached_property
-    def masonry(self) -> Masonry | None:
+    def masonry(self) -> unequal.Masonry | None:
         """Its courses of unequal heights, where their stones are clear enough to be laid one by one; None else."""
         try:
-            found = masonry_of(self.exemplar) if self.courses is not None else None
+            found = unequal.masonry_of(self.exemplar) if self.courses is not None else None
         except MethodError:
             return None
         return found if found is not None and found.sure else None
 
     def _laid(self, rows: Lattice) -> bool:
         """Whether rows are courses: of bricks that fill half of them, or of boards that run along."""
-        share = brick_share(vectors_of(rows), self.exemplar)
+        share = wall.brick_share(vectors_of(rows), self.exemplar)
         return share >= SIGNS.bricks if share else self.structure.coherence >= SIGNS.boards
 
     @cached_property

@@ -18,7 +18,6 @@ from ..methods.base import keeps_lattice
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
-from ..tasks.completion import fill_holes
 from ..tasks.contact_sheet import contact_sheet, thumbnail
 from .again import command_of, replay_command_of
 from .choosing import as_json, explain
@@ -32,10 +31,10 @@ from .request import Inputs, Targets, Wish
 
 if TYPE_CHECKING:
     from ..search import distance_map
-    from ..tasks import repair, tileable
-else:  # only --distance-map, --repair and tiling need them
+    from ..tasks import completion, repair, tileable
+else:  # only --distance-map, holes, --repair and tiling need them
     distance_map, repair = lazy("intarsia.search.distance_map"), lazy("intarsia.tasks.repair")
-    tileable = lazy("intarsia.tasks.tileable")
+    completion, tileable = lazy("intarsia.tasks.completion"), lazy("intarsia.tasks.tileable")
 
 
 @dataclass
@@ -258,7 +257,7 @@ class Batch:
         if begin is not None and begin.border is not None:
             grown = tileable.tiled(plan, order.seed, run)
         elif begin is not None and begin.holes:
-            grown = fill_holes(plan, order.seed, run, begin.edge)
+            grown = completion.fill_holes(plan, order.seed, run, begin.edge)
         else:
             grown = carry_out(plan, order.seed, run)
         more: dict[str, Any] = dict(self.wish.said)

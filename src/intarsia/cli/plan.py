@@ -19,7 +19,6 @@ from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
-from ..tasks.completion import healed_scene, planned_for_holes
 from ..tasks.repair import check_repair
 from ..tasks.starts import Margins, extension
 from .exemplars import Set, Shelf, stem_of
@@ -37,9 +36,10 @@ from .outputs import (
 from .request import Targets, Wish
 
 if TYPE_CHECKING:
-    from ..tasks import scoring, tileable
-else:  # only gates and tiling need them
+    from ..tasks import completion, scoring, tileable
+else:  # only gates, holes and tiling need them
     scoring, tileable = lazy("intarsia.tasks.scoring"), lazy("intarsia.tasks.tileable")
+    completion = lazy("intarsia.tasks.completion")
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> 
     if begin.border is not None:
         cut = begin.border.size
         return tileable.scene_to_tile(picture, donors, wrap, begin.border.band, None if cut is None else cut[::-1])
-    scene = healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, begin.grow)
+    scene = completion.healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, begin.grow)
     if "alpha" not in begin.holes:
         return scene
     return replace(scene, recipe={"heal": scene.recipe["heal"] | {"mask": "alpha"}})
@@ -221,7 +221,7 @@ def plan_of(wish: Wish, scene: Scene, distances: bool) -> Plan:
     if begin is not None and begin.border is not None:
         plan = tileable.planned_to_tile(scene, method)
     elif begin is not None and begin.holes:
-        plan = planned_for_holes(scene, method, begin.edge)
+        plan = completion.planned_for_holes(scene, method, begin.edge)
     else:
         plan = planned(scene, replace(method, laying=distances) if isinstance(method, Auto) else method)
     if plan.choice is None:

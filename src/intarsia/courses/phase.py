@@ -69,11 +69,11 @@ class Phase:
         """The phase at places from -1 to 1, in 1 / TURN courses; products one by one, the same on every machine."""
         total = np.zeros(np.broadcast_shapes(across.shape, along.shape))
         for factor, (i, j) in zip(self.factors, TERMS, strict=True):
-            term = np.full(total.shape, float(factor))
+            term = np.full_like(across, factor, np.float64)
             for place, power in ((across, i), (along, j)):
                 for _ in range(power):
                     term = term * place
-            total = total + term
+            total += term
         return total
 
 
@@ -121,7 +121,9 @@ def _spectra(layers: Floats) -> Spectra:
             part = layers[:, y : y + side, x : x + side]
             part = (part - part.mean(axis=(1, 2), keepdims=True)) * (hann[:, None] * hann)
             waves = fft(rfft(part, n)[:, :, :most], n, axis=1)
-            powers.append(np.fft.fftshift((waves.real**2 + waves.imag**2).sum(axis=0), axes=0))
+            squares = waves.view(np.float64)
+            squares *= squares
+            powers.append(np.fft.fftshift((squares[..., ::2] + squares[..., 1::2]).sum(axis=0), axes=0))
             middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
     rows = np.fft.fftshift(np.fft.fftfreq(n))
     return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1][:most])

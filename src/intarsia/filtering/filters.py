@@ -40,9 +40,11 @@ def _gaussian(lines: Array, sigma: float, beyond: str) -> Array:
     weights = np.exp(-0.5 / (sigma * sigma) * np.arange(-radius, radius + 1) ** 2)
     weights /= weights.sum()
     far = _beyond(lines, radius, radius, beyond)
-    out = far[radius : radius + length] * weights[radius]
+    out, both = far[radius : radius + length] * weights[radius], np.empty_like(lines)
     for k in range(radius):  # from afar, and both sides at once
-        out += (far[k : k + length] + far[2 * radius - k : 2 * radius - k + length]) * weights[k]
+        np.add(far[k : k + length], far[2 * radius - k : 2 * radius - k + length], out=both)
+        both *= weights[k]
+        out += both
     return np.asarray(out)
 
 
@@ -123,7 +125,8 @@ def depths(inside: NDArray[np.bool_], most: int) -> NDArray[np.float64]:
 
 def _along(values: Array, axis: int, work: Callable[[Array], Array]) -> Array:
     """Do with the lines of an axis what is done with those of the first."""
-    return np.ascontiguousarray(np.moveaxis(work(np.moveaxis(values, axis, 0)), 0, axis))
+    lines = np.ascontiguousarray(np.moveaxis(values, axis, 0))
+    return np.ascontiguousarray(np.moveaxis(work(lines), 0, axis))
 
 
 def _beyond(lines: Array, before: int, after: int, beyond: str) -> Array:

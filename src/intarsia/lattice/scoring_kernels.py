@@ -18,15 +18,18 @@ NOTHING = -(1 << 40)  # the mean of no point at all
 @kernel
 def sample_between(values: NDArray[np.int32], y: int, x: int) -> int:
     """Read a map between its pixels, at (y, x) in 1/2048 px from its middle; bilinear, rounded down."""
-    height, width = values.shape
-    y += (height >> 1) << 11
-    x += (width >> 1) << 11
+    return int(sample_at(values, y + ((values.shape[0] >> 1) << 11), x + ((values.shape[1] >> 1) << 11)))
+
+
+@kernel
+def sample_at(values: NDArray[np.int32], y: int, x: int) -> int:
+    """Read a map between its pixels, at (y, x) in 1/2048 px from its first."""
     i, j = y >> 11, x >> 11
     fy, fx = y & 2047, x & 2047
-    k = i + 1 if i + 1 < height else i
-    m = j + 1 if j + 1 < width else j
-    above = np.int64(values[i, j]) * (2048 - fx) + np.int64(values[i, m]) * fx
-    below = np.int64(values[k, j]) * (2048 - fx) + np.int64(values[k, m]) * fx
+    a, b = np.uint64(i), np.uint64(j)  # unsigned: places are not asked whether they lie before the first
+    k, m = np.uint64(min(i + 1, values.shape[0] - 1)), np.uint64(min(j + 1, values.shape[1] - 1))
+    above = np.int64(values[a, b]) * (2048 - fx) + np.int64(values[a, m]) * fx
+    below = np.int64(values[k, b]) * (2048 - fx) + np.int64(values[k, m]) * fx
     return int((above * (2048 - fy) + below * fy) >> 22)
 
 
@@ -124,18 +127,25 @@ def course_profile(
     """
     p, q = direction[0], direction[1]
     high, wide = (values.shape[0] >> 1) << 17, (values.shape[1] >> 1) << 17
+    along = abs(p) * high >= abs(q) * wide
     for s in range(len(mean)):
         total, weight = 0, 0
         y0, x0 = s * p, s * q
-        # The t between which the line stays in the map.
-        step, start, reach = (2 * p, x0, wide) if abs(p) * high >= abs(q) * wide else (-2 * q, y0, high)
-        if step < 0:
-            step, start = -step, -start
-        for t in range(-((reach + start) // step), (reach - start) // step + 1):
-            y, x = (y0 - 2 * t * q) >> 6, (x0 + 2 * t * p) >> 6
-            w = weight_at(weights, y, x)
+        first, last = -(1 << 40), 1 << 40
+        for axis in range(2):  # the t between which the line stays in the map; rounded down along the other axis
+            step, start, reach = (2 * p, x0, wide) if axis == 1 else (-2 * q, y0, high)
+            low, top = -reach, reach + (0 if (axis == 1) == along else 63)
+            if step < 0:
+                step, start, low, top = -step, -start, -top, -low
+            if step > 0:
+                first, last = max(first, -((start - low) // step)), min(last, (top - start) // step)
+            elif start < low or start > top:
+                last = first - 1
+        for t in range(first, last + 1):
+            y, x = ((y0 - 2 * t * q) >> 6) + (high >> 6), ((x0 + 2 * t * p) >> 6) + (wide >> 6)
+            w = int(weights[np.uint64((y + 1024) >> 11), np.uint64((x + 1024) >> 11)])
             if w > 0:
-                total += w * sample_between(values, y, x)
+                total += w * int(sample_at(values, y, x))
                 weight += w
         mean[s] = total // weight if weight > 0 else 0
         mass[s] = weight

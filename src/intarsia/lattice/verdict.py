@@ -216,6 +216,7 @@ def support(prepared: CorrelatedPictures, vector: tuple[int, int]) -> float:
         return 0.0
     one = np.s_[max(dy, 0) : max(dy, 0) + rows, max(dx, 0) : max(dx, 0) + columns]
     other = np.s_[max(-dy, 0) : max(-dy, 0) + rows, max(-dx, 0) : max(-dx, 0) + columns]
+    layers = [np.ascontiguousarray(np.moveaxis(p, 2, 0)) for p in (prepared.colours, prepared.edges)]
     alike, seen = 0, 0
     down, right = (_ends(n, parts) for n in (rows, columns))
     for y in range(parts):
@@ -226,8 +227,7 @@ def support(prepared: CorrelatedPictures, vector: tuple[int, int]) -> float:
                 continue
             seen += 1
             alike += any(
-                _correlation(picture[one][box], picture[other][box], known) >= ALIKE
-                for picture in (prepared.colours, prepared.edges)
+                _correlation(layer[:, *one][:, *box], layer[:, *other][:, *box], known) >= ALIKE for layer in layers
             )
     return alike / seen if seen else 0.0
 
@@ -239,9 +239,9 @@ def _ends(length: int, parts: int) -> list[int]:
 
 
 def _correlation(f: NDArray[np.float64], g: NDArray[np.float64], known: NDArray[np.bool_] | None) -> float:
-    """Correlation of equal px; channels count by their contrast."""
-    if known is not None:
-        f, g = f[known][:, None], g[known][:, None]
-    f, g = f - f.mean(axis=(0, 1)), g - g.mean(axis=(0, 1))
-    below = float(np.sqrt((f * f).sum(axis=(0, 1)) * (g * g).sum(axis=(0, 1))).sum())
-    return float((f * g).sum()) / below if below > 0 else 0.0
+    """Correlation of equal px (C, H, W) of whole numbers; channels count by their contrast."""
+    f, g = (p.reshape(len(p), -1) if known is None else p[:, known] for p in (f, g))
+    f, g = (p - p.sum(axis=1, keepdims=True) / p.shape[1] for p in (f, g))
+    one, other, both = (np.einsum("ci,ci->c", p, q) for p, q in ((f, f), (g, g), (f, g)))
+    below = float(np.sqrt(one * other).sum())
+    return float(both.sum()) / below if below > 0 else 0.0
