@@ -86,14 +86,15 @@ def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[Array, Array, 
     total, most, along = np.zeros((h, w), np.int64), np.zeros((h, w), np.int64), np.zeros((2, h, w), np.int64)
     for number, one in enumerate(filters):
         answers = fourier.fft2(one, shape)
-        squares = np.zeros((h, 2 * w))  # of whole numbers, far below 2**53: of the odd filter, of the even one
+        squares = np.zeros((h, w))  # of whole numbers, far below 2**53
         for spectrum in spectra:
             columns = fourier.ifft(spectrum * answers, axis=0, overwrite_x=True)[2 * radius : 2 * radius + h]
             found = fourier.ifft(columns, axis=1, overwrite_x=True)[:, 2 * radius : 2 * radius + w]
-            whole = np.rint(found.view(np.float64))
-            whole *= whole
-            squares += whole
-        strength = np.sqrt(squares[:, ::2] + squares[:, 1::2]).astype(np.int64)
+            for part in (found.real, found.imag):
+                whole = np.rint(part)
+                whole *= whole
+                squares += whole
+        strength = np.sqrt(squares).astype(np.int64)
         total += strength
         np.maximum(most, strength, out=most)
         for axis, close in enumerate(AXES):

@@ -121,9 +121,7 @@ def _spectra(layers: Floats) -> Spectra:
             part = layers[:, y : y + side, x : x + side]
             part = (part - part.mean(axis=(1, 2), keepdims=True)) * (hann[:, None] * hann)
             waves = fft(rfft(part, n)[:, :, :most], n, axis=1)
-            squares = waves.view(np.float64)
-            squares *= squares
-            powers.append(np.fft.fftshift((squares[..., ::2] + squares[..., 1::2]).sum(axis=0), axes=0))
+            powers.append(np.fft.fftshift((waves.real**2 + waves.imag**2).sum(axis=0), axes=0))
             middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
     rows = np.fft.fftshift(np.fft.fftfreq(n))
     return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1][:most])
