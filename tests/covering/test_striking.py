@@ -12,9 +12,10 @@ from scipy import ndimage
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.covering.covering import Laying
-from intarsia.covering.showings import COUNTING, Often
+from intarsia.covering.showings import COUNTING, Often, Show, Staying
 from intarsia.covering.striking import Thinning, thinned
 from intarsia.exemplar import Exemplar
+from intarsia.geometry import Wrap, apart
 from intarsia.segments.things import things
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
@@ -181,3 +182,62 @@ def test_what_has_no_end_is_refused() -> None:
     for name, value in (("angle", 10.0), ("zoom", 2.0), ("pin", ((3, 3, 9, 9, 4),))):
         with pytest.raises(ia.ParameterError, match="striking lays whole pixels"):
             ia.ParallelControllable(striking=0.5, **{name: value})
+
+
+def plain_stay(staying: Staying, shows: list[Show], fixed: set[int]) -> list[Show]:
+    """Those that stay, by asking each of the others how far it is from all that stay, each time."""
+
+    def far(a: Show, b: Show) -> int:
+        total = 0
+        for axis, (length, wrap) in enumerate(zip(staying.size, staying.wraps, strict=True)):
+            one, two = (2 * show.box[axis] + show.box[2 + axis] for show in (a, b))
+            total += apart(one, two, 2 * length, wrap) ** 2
+        return total
+
+    near = 4 * (min(*staying.size, staying.nearby) // 4) ** 2
+    stay = [show for show in shows if show.part in fixed]
+    for least in (80, 0):
+        others = [show for show in shows if show.percent >= least and show not in stay]
+        while others and len(stay) < staying.most:
+            away = [min((far(show, other) for other in stay), default=near) for show in others]
+            if max(away) < near:
+                break
+            stay.append(others.pop(away.index(max(away))))
+    return stay
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_those_that_stay_are_those_of_the_plain_twin(seed: int) -> None:
+    """What may not go, then whole ones, each the farthest of all, then parts."""
+    rng = np.random.default_rng(seed)
+    size = tuple(int(n) for n in rng.integers(60, 400, 2))
+    staying = Staying(int(rng.integers(0, 9)), size, (bool(seed & 1), bool(seed & 2)), int(rng.integers(60, 400)))
+    shows = [
+        Show(1, (*(int(rng.integers(n)) for n in size), *(int(n) for n in rng.integers(1, 30, 2))), k, percent)
+        for k, percent in enumerate(rng.integers(30, 120, int(rng.integers(1, 40))).tolist(), 1)
+    ]
+    fixed = {k for k in range(1, len(shows) + 1) if rng.random() < 0.1}
+    assert staying.of(shows, fixed) == plain_stay(staying, shows, fixed)
+
+
+@pytest.mark.parametrize("wrap", list(Wrap))
+def test_a_wave_takes_each_that_is_far_from_those_before(wrap: Wrap) -> None:
+    """In their order, as if each were compared with all that are taken, over borders that wrap, too."""
+    e = Exemplar.of(spotted())
+    canvas = Canvas(180, 330, wrap)
+    smap = ia.synthesize(spotted(), (180, 330), GRAPHCUT, wrap=wrap, run=ONE).map
+    often = Often(0.5, [e], canvas, np.zeros((180, 330), bool))
+    work, rng = Thinning(often, Laying(), [e], canvas, smap, 32), np.random.default_rng(1)
+    every = [Show(1, (int(rng.integers(172)), int(rng.integers(318)), 8, 12), k, 100) for k in range(1, 120)]
+    wave, others = work._apart(every)
+    assert {job.show.part for job in wave} | {show.part for show in others} == set(range(1, 120))
+    assert others
+    taken = list[tuple[int, ...]]()
+    for show in every:
+        job = next((job for job in wave if job.show is show), None)
+        alone = work._apart([show])[0][0].box
+        free = all(work._gap(alone, (*other[:2], 32, 32)) >= 32 + work.around for other in taken)
+        assert free == (job is not None)
+        if job is not None:
+            assert job.box == alone
+            taken.append(job.box)

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import maximum_flow
 
+from intarsia.seams.placement_kernels import Look
+
 Source = tuple[int, int, int]  # variant, row, column
 Sources = dict[tuple[int, int], Source]
 
@@ -130,14 +132,16 @@ def exhaustive_energy(state: NDArray[np.uint8], terms: NDArray[np.int32], saved:
 
 
 def naive_repeats(
-    naive: NaiveMap, sources: Sources, box: tuple[int, int, int, int], row: Source, step: int,
+    naive: NaiveMap, sources: Sources, box: tuple[int, int, int, int], row: Source, look: Look,
     course: int = -1,
 ) -> int:  # fmt: skip
     """How much of a candidate is shown already, 256 = all of it once; near the window up to four times that."""
     y0, x0, h, w = box
-    reach, total = 3 * max(h, w) // 2 + 1, 0
+    reach, total, step = 3 * max(h, w) // 2 + 1, 0, look.step
+    rows = [(look.y + a) % naive.size[0] for a in range(step // 2, look.rows, step)]
+    columns = [(look.x + b) % naive.size[1] for b in range(step // 2, look.columns, step)]
     for (y, x), (v, i, j) in sources.items():
-        if y % step != step // 2 or x % step != step // 2 or v != row[0]:
+        if y not in rows or x not in columns or v != row[0]:
             continue
         gap = []
         for axis, (at, middle) in enumerate(((y, y0 + h // 2), (x, x0 + w // 2))):

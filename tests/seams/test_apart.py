@@ -143,7 +143,8 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
     rng, step, (height, width) = np.random.default_rng(seed), 7, sewing.variant.shape
     rows = np.array([(0, v, *(int(n) for n in rng.integers(0, 24, 2))) for v in (0, 1, 2, 3)], np.int64)
     box, out = (9, 20, 16, 16), np.empty(4, np.int64)
-    placement_kernels.repeats(sewing.grown, sewing.pieces, sewing.variants.turns, box, rows, step, -1, out)
+    look = placement_kernels.Look(0, 0, height, width, step)
+    placement_kernels.repeats(sewing.grown, sewing.pieces, sewing.variants.turns, box, rows, look, -1, out)
     for total, (_, k, u, s) in zip(out.tolist(), rows.tolist(), strict=True):
         want, reach, (tall, wide) = 0, 3 * 16 // 2 + 1, sewing.variants.table[k, 1:3].tolist()
         for y, x in product(range(step // 2, height, step), range(step // 2, width, step)):

@@ -269,12 +269,35 @@ def test_repeats_are_counted(seed: int) -> None:
     rng = np.random.default_rng(seed)
     box = (int(rng.integers(0, 4)), int(rng.integers(0, 4)), 4, 5)
     rows = np.array([(0, *(int(n) for n in rng.integers(0, (2, 4, 4)))) for _ in range(4)], np.int64)
-    for step, course in ((1, -1), (2, -1), (1, 0), (2, 1)):
-        out = np.empty(4, np.int64)
+    high, wide = scene.naive.size
+    parts = (0, 0, high, wide), (0, 0, high, wide), (1, 2, high - 1, wide - 2), (high - 3, 0, 3, 4)
+    for part, step, course in zip(parts, (1, 2, 1, 2), (-1, -1, 0, 1), strict=True):
+        out, look = np.empty(4, np.int64), placement_kernels.Look(*part, step)
         turns = np.zeros((2, 2, 7), np.int64)  # two exemplars
-        placement_kernels.repeats(scene.shown, scene.pieces, turns, box, rows, step, course, out)
-        want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), step, course) for row in rows]
+        placement_kernels.repeats(scene.shown, scene.pieces, turns, box, rows, look, course, out)
+        want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), look, course) for row in rows]
         assert out.tolist() == want
+
+
+@pytest.mark.parametrize("wrap", list(Wrap))
+def test_as_much_is_looked_at_on_any_canvas(wrap: Wrap) -> None:
+    """What is seen together around a window, as near around it as borders let; all of a canvas that is no larger."""
+    e = Exemplar.of(texture(40, 40))
+    for size in ((500, 512), (600, 2000), (1111, 333)):
+        growth = patches_growth.Growth(PatchSettings((16, 20), (6, 6)), [e], Canvas(*size, wrap))
+        sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
+        for at in ((0, 0), (size[0] - 16, size[1] - 20), (size[0] // 2, 7)):
+            look = sewing.look((*at, 16, 20), 3)
+            assert (look.rows, look.columns) == tuple(min(n, graphcut.NEARBY) for n in size)
+            for axis, (first, long) in enumerate(zip(look[:2], look[2:4], strict=True)):
+                length, middle = size[axis], at[axis] + (8, 10)[axis]
+                assert 0 <= first < length
+                free = (wrap.y, wrap.x)[axis] and long < length
+                assert free or first + long <= length
+                gap = abs((first + long // 2 - middle + length // 2) % length - length // 2)
+                assert gap == 0 if free else gap == min(
+                    abs(other + long // 2 - middle) for other in range(length - long + 1)
+                )
 
 
 @settings(max_examples=40, deadline=None)

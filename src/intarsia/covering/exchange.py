@@ -111,7 +111,8 @@ class Exchange:
         self.map = Mending(self.sewn, elements)
         self.map.number()
         self.strikes = np.where(np.arange(len(elements.all)) > 0, strikes, 0)
-        self.free = np.zeros(self.map.shape, bool)  # what may be taken from a patch
+        self.free = np.zeros(self.map.shape, bool)  # what may be taken from a patch,
+        self._freed = self.sewn.index((0, 0, 1, 1))  # all of it here
         self.sewn.bar = self._barred
         shown, count = self.map.shown, self.map.count
         whole = 2 * shown.area[1:count] > shown.whole[1:count]
@@ -143,9 +144,9 @@ class Exchange:
                 kin = int(self.elements.kin[element])
                 shows.setdefault(kin, []).append(Show(kin, (y, x, h, w), k, 100 * area // whole))
         fixed = set(np.unique(self.map.joined[self.sewn.locked]).tolist())
-        staying = Staying(most, self.map.shape, self.sewn.wraps)
-        stay = {kin: staying.of(mine, fixed) for kin, mine in shows.items()}
-        return [show for kin in sorted(shows) for show in shows[kin] if show not in stay[kin]]
+        staying = Staying(most, self.map.shape, self.sewn.wraps, self.sewn.nearby)
+        stay = {show.part for mine in shows.values() for show in staying.of(mine, fixed)}
+        return [show for kin in sorted(shows) for show in shows[kin] if show.part not in stay]
 
     def _barred(self, box: Box, pick: Pick) -> Array:
         stays = ~self.free[self.sewn.index(box)]
@@ -157,7 +158,7 @@ class Exchange:
         where = self.sewn.index(box)
         mine = self.map.joined[where] == show.part
         solid = ndimage.binary_fill_holes(mine)
-        self.free[:] = False
+        self.free[self._freed], self._freed = False, where
         self.free[where] = grown(solid, SCALE.outside)
         must = ~grown(~solid, SCALE.inside) * np.int32(MUST)
         unit = 2 * (show.box[2] + show.box[3]) * self.map.knee

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..exemplar import Exemplar
-from ..geometry import apart
 from ..kernels.parts import boxes_of_parts, parts
-from ..seams.graphcut import Box
+from ..seams.graphcut import Box, nearby
 from ..segments.things import things
 from ..sourcemap import HOLE, SourceMap
 
@@ -26,7 +25,7 @@ class Counting(NamedTuple):
     seen: int = 30  # % of a thing: less of it is not seen as one
     least: int = 12  # px, nor is less than this
     whole: int = 80  # %: so much of it is as good as all
-    apart: int = 4  # no two within the canvas's sides through this
+    apart: int = 4  # no two within the canvas's sides, or what is seen together of it, through this
     around: int = 4  # px on each side of a thing, in the middle of its window, half as wide
 
 
@@ -55,31 +54,44 @@ def asked_for(share: float, exemplars: Sequence[Exemplar], canvas: Canvas) -> in
 
 
 class Staying(NamedTuple):
-    """Which showings of a thing stay on a canvas (height, width) that wraps (y, x), so many of them at most."""
+    """Which showings of a thing stay on a canvas (height, width) that wraps (y, x), so many of them at most.
+
+    `nearby` px are seen together.
+    """
 
     most: int
     size: tuple[int, ...]
     wraps: tuple[bool, bool]
+    nearby: int
 
     def of(self, shows: list[Show], fixed: set[int]) -> list[Show]:
         """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
-        near, stay = 4 * (min(self.size) // COUNTING.apart) ** 2, [show for show in shows if show.part in fixed]
+        near = 4 * (min(*self.size, self.nearby) // COUNTING.apart) ** 2
+        middles = np.array([[2 * s.box[axis] + s.box[2 + axis] for axis in (0, 1)] for s in shows], np.int64)
+        stays, stay, far = np.zeros(len(shows), bool), list[Show](), np.full(len(shows), near)
+
+        def keep(k: int) -> None:
+            away = self._far(middles, middles[k])
+            far[:] = np.minimum(far, away) if stay else away
+            stays[k] = True
+            stay.append(shows[k])
+
+        for k in (k for k, show in enumerate(shows) if show.part in fixed):
+            keep(k)
+        percent = np.array([show.percent for show in shows])
         for least in (COUNTING.whole, 0):
-            others = [show for show in shows if show.percent >= least and show not in stay]
-            while others and len(stay) < self.most:
-                far = [min((self._far(show, other) for other in stay), default=near) for show in others]
-                if max(far) < near:
+            while len(stay) < self.most:
+                k = int(np.where(stays | (percent < least), -1, far).argmax())
+                if stays[k] or percent[k] < least or far[k] < near:
                     break
-                stay.append(others.pop(far.index(max(far))))
+                keep(k)
         return stay
 
-    def _far(self, a: Show, b: Show) -> int:
-        """The square of how far the middles of two showings are apart, in half px."""
-        total = 0
-        for axis, (length, wrap) in enumerate(zip(self.size, self.wraps, strict=True)):
-            one, two = (2 * show.box[axis] + show.box[2 + axis] for show in (a, b))
-            total += apart(one, two, 2 * length, wrap) ** 2
-        return total
+    def _far(self, middles: Array, middle: Array) -> Array:
+        """The squares of how far middles (n, 2) are from another, all in half px."""
+        gap, length = np.abs(middles - middle), np.multiply(2, self.size)
+        short = np.where(self.wraps, np.minimum(gap % length, -gap % length), gap)
+        return np.asarray((short * short).sum(axis=1))
 
 
 class Often:
@@ -95,6 +107,7 @@ class Often:
             areas.append(mine.areas)
         self.areas = np.concatenate(areas)
         self.most = asked_for(share, exemplars, canvas)
+        self.nearby = nearby(max(max(e.height, e.width) for e in exemplars))
         self.begin = np.cumsum([0, *(labels.size for labels in self.labels)])
         self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
         self.flat = np.concatenate([labels.ravel() for labels in self.labels])
@@ -125,10 +138,12 @@ class Often:
         """The parts of the canvas, and the showings that are too many."""
         part, shows = self.shown(thing)
         fixed = set(np.unique(part[self.locked]).tolist())
-        staying = Staying(self.most, part.shape, self.wraps)
+        staying = Staying(self.most, part.shape, self.wraps, self.nearby)
+        by_thing = dict[int, list[Show]]()
+        for show in shows:
+            by_thing.setdefault(show.thing, []).append(show)
         out = []
-        for number in sorted({show.thing for show in shows}):
-            mine = [show for show in shows if show.thing == number]
-            stay = staying.of(mine, fixed)
-            out += [show for show in mine if show not in stay]
+        for thing in sorted(by_thing):
+            stay = {show.part for show in staying.of(by_thing[thing], fixed)}
+            out += [show for show in by_thing[thing] if show.part not in stay]
         return part, out

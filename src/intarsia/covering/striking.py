@@ -23,6 +23,7 @@ from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.growth import Pick
 from ..run import Run
+from ..seams import placement_kernels
 from ..seams.graphcut import Box, Cut
 from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
@@ -111,6 +112,7 @@ class Thinning(Covering):
         self.looks = Looks(np.concatenate([labels.ravel() for labels in self.labels]), strikes, frames)
         height, width = (-(-n // SCALE.looked) for n in self.sewing.variant.shape)
         many = np.empty(int((cells[:, 1] * cells[:, 2]).sum()) + 1, np.int64)
+        self.entire = max(self.sewing.variant.shape) <= self.sewing.nearby  # all of it is seen together
         self.samples = Samples(np.empty((height * width, 4), np.int32), many, cells, SCALE.looked)
         self._measure()
 
@@ -145,7 +147,8 @@ class Thinning(Covering):
             run.check()
             wave, shows = self._apart(left)
             found = self._candidates(wave, run)
-            kernels.sort_samples(sewn.grown, self.samples)
+            if self.entire:
+                kernels.sort_samples(sewn.grown, self.samples)
             with run.pool() as each:
                 cuts = each(lambda pair: self._best(part, *pair), zip(wave, found, strict=True))
             for cut in cuts:
@@ -157,6 +160,8 @@ class Thinning(Covering):
         """Those whose windows do not touch, with their windows, and the others."""
         out, others, side, size = list[Job](), list[Show](), self.side, self.sewing.variant.shape
         far, n = side + self.around, SCALE.edge
+        counts = [max(length // far, 1) for length in size]  # cells, so that what is near lies in the same or the next
+        taken = dict[tuple[int, int], list[Box]]()
         for show in shows:
             at, hole, middle = list[int](), [*show.box], True
             for axis in (0, 1):
@@ -167,8 +172,11 @@ class Thinning(Covering):
                     first, middle = inside, middle and inside == first
                 at.append(first % size[axis])
                 hole[axis], hole[2 + axis] = low, high - low
-            if all(self._gap(at, job.box) >= far for job in out):
+            cell = [a * n // length for a, n, length in zip(at, counts, size, strict=True)]
+            around = {((cell[0] + y) % counts[0], (cell[1] + x) % counts[1]) for y in (-1, 0, 1) for x in (-1, 0, 1)}
+            if all(self._gap(at, box) >= far for a in around for box in taken.get(a, ())):
                 out.append(Job(show, (at[0], at[1], side, side), (hole[0], hole[1], hole[2], hole[3]), middle))
+                taken.setdefault((cell[0], cell[1]), []).append(out[-1].box)
             else:
                 others.append(show)
         return out, others
@@ -225,7 +233,11 @@ class Thinning(Covering):
             rows[:, 2 + axis] += away % sewn.variant.shape[axis] if sewn.wraps[axis] else away
         rows = np.concatenate([rows, now])
         shown, strikes = np.empty((2, len(rows)), np.int64)
-        kernels.count_shown(sewn.grown, sewn.pieces, sewn.apart.turns, self.samples, job.hole, rows, shown)
+        if self.entire:
+            kernels.count_shown(sewn.grown, sewn.pieces, sewn.apart.turns, self.samples, job.hole, rows, shown)
+        else:
+            look = sewn.look(job.hole, SCALE.looked)
+            placement_kernels.repeats(sewn.grown, sewn.pieces, sewn.apart.turns, job.hole, rows, look, -1, shown)
         kernels.mean_strikes(self.looks, job.hole, rows, strikes)
         out = shown * np.maximum(strikes - SCALE.plain, 1) // SCALE.plain
         return out[:-1], int(out[-1])

@@ -38,7 +38,9 @@ Array = NDArray[Any]
 Box = tuple[int, int, int, int]
 Bar = Callable[[Box, Pick], Array]
 
-SAMPLES = 128  # a side of the canvas is looked at in about so many places when repeats are counted
+NEARBY = 512  # px: what is shown already counts in a square of such a side, or of two of the exemplar's, around a
+# window: so a canvas of any size looks as one of such a size, and takes as long for each window
+SAMPLES = 128  # along each side of that it is looked at in about so many places
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 ROUGH = 4  # px from one to the next where placements are compared before the best is cut in
 LEAST = 8  # so many of them at least along each side of a window
@@ -72,7 +74,8 @@ class GraphcutGrowth:
         self.grown = Grown(self.variant, self.yx, self.wraps)
         self.apart = Apart(self.grown, self.pieces, self.variants.turns)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
-        self._step = max(4, math.isqrt(self.variant.size) // SAMPLES)
+        self.nearby = nearby(self.variants.table[:, 1:3].max().tolist())
+        self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
         self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._entire: EntireSearch | None = None
@@ -184,9 +187,20 @@ class GraphcutGrowth:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
         count = np.empty(len(found.rows), np.int64)
         turns, rows = self.apart.turns, found.rows
-        placement_kernels.repeats(self.grown, self.pieces, turns, box, rows, self._step, self._course, count)
+        look = self.look(box, self._step)
+        placement_kernels.repeats(self.grown, self.pieces, turns, box, rows, look, self._course, count)
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(found.rows[:, 0] + count * price // placement_kernels.ONE)
+
+    def look(self, box: Box, step: int) -> placement_kernels.Look:
+        """Every so many-th pixel of the canvas around a window, as near around it as borders let."""
+        firsts, sides = [], []
+        for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
+            side = min(self.nearby, length)
+            first = begin + n // 2 - side // 2
+            firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
+            sides.append(side)
+        return placement_kernels.Look(firsts[0], firsts[1], sides[0], sides[1], step)
 
     def _found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
@@ -194,7 +208,7 @@ class GraphcutGrowth:
             return self._entire.find(self.variant, self.yx, box[:2], self.wraps)
         assert self._sub is not None
         search = self._sub if self.first is None else self._sub.within(self._allowed(box))
-        return search.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices())[0]
+        return search.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices(box))[0]
 
     def _allowed(self, box: Box) -> Sequence[NDArray[np.bool_]]:
         """Where the patches may lie that go into a window: anywhere, or in step with the first one."""
@@ -222,16 +236,19 @@ class GraphcutGrowth:
             for hole, variant in zip(holes, kept, strict=True):
                 self.variant[hole] = variant
 
-    def search_prices(self) -> Prices:
-        """How often every patch is shown already, for the short-list."""
+    def search_prices(self, box: Box | None = None) -> Prices:
+        """How often every patch is shown already, around a window or anywhere, for the short-list."""
         assert self._sub is not None
+        height, width = self.variant.shape
+        everything = placement_kernels.Look(0, 0, height, width, self._step)
+        look = everything if box is None else self.look(box, self._step)
         search, step, frames = self._sub, self._step, np.zeros((len(self.variants), 3), np.int64)
         f, (h, w) = search.factor, search.cells
         for v, valid in enumerate(search.valid):
             frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
         ends = np.cumsum(frames[:, 1] * frames[:, 2])
         frames[1:, 0], shown, counts = ends[:-1], np.zeros(ends[-1], np.int64), []
-        placement_kernels.count_cells(self.grown, self.apart.turns, frames, step, f, shown)
+        placement_kernels.count_cells(self.grown, self.apart.turns, frames, look, f, shown)
         for valid, (begin, high, wide), end in zip(search.valid, frames.tolist(), ends.tolist(), strict=True):
             within = window_sums(shown[begin:end].reshape(high, wide), (h, w)) if valid.size else np.zeros(valid.shape)
             counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))
@@ -309,6 +326,11 @@ class GraphcutGrowth:
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
+
+
+def nearby(side: int) -> int:
+    """The side of the square in which what is shown is seen together, px, by the longest side of the exemplars."""
+    return max(NEARBY, 2 * side)
 
 
 def middle(box: Box) -> Box:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
@@ -13,6 +13,16 @@ NEAR = 3  # a repeat beside the window counts this much more
 STRETCH = 3  # along a course so many px count as one
 
 
+class Look(NamedTuple):
+    """A part of the canvas, which may reach over borders that wrap, of which every so many-th px is looked at."""
+
+    y: int
+    x: int
+    rows: int
+    columns: int
+    step: int
+
+
 @kernel
 def posed_place(turn: Any, y: int, x: int) -> tuple[int, int]:
     """Where a pixel of a variant lies in another one of the same exemplar."""
@@ -21,26 +31,27 @@ def posed_place(turn: Any, y: int, x: int) -> tuple[int, int]:
 
 @kernel
 def repeats(
-    grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, course: int, out: Any
+    grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, look: Any, course: int, out: Any
 ) -> None:
     """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
-    the candidates. Every `step`-th pixel of the canvas is looked at. Within one and a half windows of the middle a
-    repeat counts up to NEAR times more; `course` is the axis along which courses run, where nearness reaches STRETCH
-    times as far, or -1. What merely goes on from the canvas is no repeat; what is shown in another pose is one, by
-    `turns` as ``PosedExemplars.turns``.
+    the candidates. Within one and a half windows of the middle a repeat counts up to NEAR times more; `course` is the
+    axis along which courses run, where nearness reaches STRETCH times as far, or -1. What merely goes on from the
+    canvas is no repeat; what is shown in another pose is one, by `turns` as ``PosedExemplars.turns``.
     """
-    (variant, yx, wrap), table, torus = grown, pieces.table, pieces.torus
+    (variant, yx, wrap), table, torus, step = grown, pieces.table, pieces.torus, look.step
     height, width = variant.shape
     h, w = box[2], box[3]
     reach = 3 * max(h, w) // 2 + 1
     out[:] = 0
-    for y in range(step // 2, height, step):
+    for a in range(step // 2, look.rows, step):
+        y = (look.y + a) % height
         dy = y - (box[0] + h // 2)
         if wrap[0]:
             dy = (dy + height // 2) % height - height // 2
-        for x in range(step // 2, width, step):
+        for b in range(step // 2, look.columns, step):
+            x = (look.x + b) % width
             v = variant[y, x]
             if v == HOLE:
                 continue
@@ -71,15 +82,17 @@ def repeats(
 
 
 @kernel
-def count_cells(grown: Any, turns: Any, frames: Any, step: int, side: int, out: Any) -> None:
-    """Count how often the canvas shows every cell of side x side px of the variants, by every `step`-th pixel.
+def count_cells(grown: Any, turns: Any, frames: Any, look: Any, side: int, out: Any) -> None:
+    """Count how often a part of the canvas shows every cell of side x side px of the variants.
 
     What is shown in another pose counts, too, by `turns` as ``PosedExemplars.turns``. `frames` (V, 3): where the cells
     of a variant begin in `out`, their rows and columns, the last of which hold what lies beyond, too.
     """
     variant, yx, _ = grown
-    for y in range(0, variant.shape[0], step):
-        for x in range(0, variant.shape[1], step):
+    for a in range(0, look.rows, look.step):
+        y = (look.y + a) % variant.shape[0]
+        for b in range(0, look.columns, look.step):
+            x = (look.x + b) % variant.shape[1]
             v = variant[y, x]
             if v == HOLE:
                 continue
