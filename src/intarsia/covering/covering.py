@@ -49,12 +49,15 @@ class Laying:
         Patches are shifted by whole steps of these; none: by anything.
     distance : int
         No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+    own : bool
+        The map is nobody else's, and may be used up: its pixels are laid over in place.
     """
 
     weights: tuple[float, ...] | None = None
     isometries: str | tuple[int, ...] = "none"
     lattice: Lattice = ()
     distance: int = 0
+    own: bool = False
 
     def settings(self, exemplars: Sequence[Exemplar], side: int, listed: int) -> PatchSettings:
         """Windows of so many px a side, with so many candidates."""
@@ -72,12 +75,12 @@ class Covering:
 
     def __init__(
         self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap,
-        distance: int, stitch: GraphcutSettings = PLAIN,
+        distance: int, stitch: GraphcutSettings = PLAIN, own: bool = False,
     ) -> None:  # fmt: skip
         overlap = (settings.patch[0] // 4, settings.patch[1] // 4)  # around the middle that is to be covered
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
-        self.growth = Growth(replace(settings, overlap=overlap, rim=1), exemplars, whole)
-        self.growth.growing.locked[:] = kept(canvas.start, smap)
+        self.growth = Growth(replace(settings, overlap=overlap, rim=1), exemplars, whole, own=own)
+        self.growth.growing.locked[:] = False if canvas.start is None else kept(canvas.start, smap)
         self.bars = Constraints(self.growth, canvas.guide, distance)
         self.margin = min(settings.patch) // REACH
         stitch = replace(stitch, margin=self.margin)

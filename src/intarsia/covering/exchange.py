@@ -83,12 +83,15 @@ def exchanged(
     if not any(mine.any() for mine in strikes):
         return smap
     side = min(SCALE.window, *(n // 2 for e in exemplars for n in (e.height, e.width)), smap.height, smap.width)
-    work = Covering(laying.settings(exemplars, side, 1), exemplars, canvas, smap, laying.distance)
+    settings = laying.settings(exemplars, side, 1)
+    work = Covering(settings, exemplars, canvas, smap, laying.distance, own=laying.own)
     elements = Elements(work.growth.variants, [w for w in map(wholes, exemplars) if w is not None])
     if len(elements.boxes) < RULE.fewest:
         return smap
     exchange = Exchange(work, elements, np.concatenate(strikes)[elements.kin - 1])
-    return work.growth.map(smap.blend) if exchange.carried_out(asked_for(share, exemplars, canvas), run) else smap
+    done = exchange.carried_out(asked_for(share, exemplars, canvas), run)
+    work.sewing.bar = None  # no circle keeps what is not needed any more
+    return work.growth.map(smap.blend) if done else smap
 
 
 def striking(exemplar: Exemplar) -> NDArray[np.int64]:

@@ -30,6 +30,7 @@ class Counting(NamedTuple):
 
 
 COUNTING = Counting()
+STRIP = 256  # rows of the canvas that are looked at together: nothing larger is held besides the map
 
 
 class Show(NamedTuple):
@@ -114,11 +115,17 @@ class Often:
 
     def things(self, smap: SourceMap) -> Array:
         """The thing that every pixel of a canvas shows, (H, W) int32; 0: none."""
-        y, x = smap.yx[..., 0], smap.yx[..., 1]
-        if smap.which is None:
-            return self.labels[0][y, x]
-        at = np.minimum(smap.which, len(self.labels) - 1)  # of a hole anything
-        return np.where(smap.which == HOLE, 0, self.flat[self.begin[at] + y * self.width[at] + x])
+        thing = np.empty((smap.height, smap.width), np.int32)
+        for top in range(0, smap.height, STRIP):
+            strip = slice(top, top + STRIP)
+            y, x = smap.yx[strip, :, 0], smap.yx[strip, :, 1]
+            if smap.which is None:
+                thing[strip] = self.labels[0][y, x]
+            else:
+                at = np.minimum(smap.which[strip], len(self.labels) - 1)  # of a hole anything
+                shows = self.flat[self.begin[at] + y * self.width[at] + x]
+                thing[strip] = np.where(smap.which[strip] == HOLE, 0, shows)
+        return thing
 
     def shown(self, thing: Array) -> tuple[Array, list[Show]]:
         """Number the showings of all things on a canvas, (H, W) int32, and list those that are seen as such."""
@@ -126,7 +133,8 @@ class Often:
         box = np.empty((parts(thing, self.wraps, part), 5), np.int64)
         boxes_of_parts(part, self.wraps, box)
         names = np.zeros(len(box) + 1, np.int32)
-        names[part.ravel()] = thing.ravel()
+        for top in range(0, smap.height, STRIP):
+            names[part[top : top + STRIP].ravel()] = thing[top : top + STRIP].ravel()
         whole = self.areas[names[1:]]
         out = []
         for k in np.flatnonzero(box[:, 4] >= np.maximum(whole * COUNTING.seen // 100, COUNTING.least)).tolist():

@@ -118,7 +118,8 @@ class Spreading(Covering):
     def __init__(
         self, price: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
-        super().__init__(laying.settings(exemplars, side, SCALE.listed), exemplars, canvas, smap, laying.distance)
+        settings = laying.settings(exemplars, side, SCALE.listed)
+        super().__init__(settings, exemplars, canvas, smap, laying.distance, own=laying.own)
         self.lattice = laying.lattice
         sampled = sizes.sampled(exemplars)
         sewn, element = self.sewing, _element(sampled)

@@ -99,7 +99,8 @@ class Thinning(Covering):
     def __init__(
         self, often: Often, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
-        super().__init__(laying.settings(exemplars, side, SCALE.listed), exemplars, canvas, smap, laying.distance)
+        settings = laying.settings(exemplars, side, SCALE.listed)
+        super().__init__(settings, exemplars, canvas, smap, laying.distance, own=laying.own)
         self.often, self.lattice = often, laying.lattice
         variants, table = self.growth.variants, self.growth.variants.table
         posed = list(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True))
@@ -110,10 +111,10 @@ class Thinning(Covering):
         for first in (frames, cells):
             first[1:, 0] = np.cumsum(first[:-1, 1] * first[:-1, 2])
         self.looks = Looks(np.concatenate([labels.ravel() for labels in self.labels]), strikes, frames)
-        height, width = (-(-n // SCALE.looked) for n in self.sewing.variant.shape)
-        many = np.empty(int((cells[:, 1] * cells[:, 2]).sum()) + 1, np.int64)
         self.entire = max(self.sewing.variant.shape) <= self.sewing.nearby  # all of it is seen together
-        self.samples = Samples(np.empty((height * width, 4), np.int32), many, cells, SCALE.looked)
+        samples = math.prod(-(-n // SCALE.looked) for n in self.sewing.variant.shape) if self.entire else 0
+        many = np.empty(int((cells[:, 1] * cells[:, 2]).sum()) + 1, np.int64)
+        self.samples = Samples(np.empty((samples, 4), np.int32), many, cells, SCALE.looked)
         self._measure()
 
     def resize(self, side: int) -> None:

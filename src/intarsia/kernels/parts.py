@@ -18,7 +18,9 @@ def parts(values: NDArray[np.int32], wrap: tuple[bool, bool], out: NDArray[np.in
     the picture goes on in itself.
     """
     height, width = values.shape
-    parent = np.arange(height * width).astype(np.int32)
+    parent = out.reshape(height * width)  # of each pixel one before it in its part, until all are numbered
+    for at in range(height * width):
+        parent[at] = at
     for y in range(height):
         for x in range(width):
             if values[y, x] == 0:
@@ -35,14 +37,14 @@ def parts(values: NDArray[np.int32], wrap: tuple[bool, bool], out: NDArray[np.in
         for x in range(width):
             at = y * width + x
             if values[y, x] == 0:
-                out[y, x] = 0
-                continue
-            first = find_root(parent, at)
-            if first == at:  # the first of its part in rows
+                parent[at] = 0
+            elif parent[at] == at:  # the first of its part in rows
                 count += 1
-                out[y, x] = count
+                parent[at] = -count
             else:
-                out[y, x] = out[first // width, first % width]
+                parent[at] = parent[parent[at]]  # that is numbered already
+    for at in range(height * width):
+        parent[at] = -parent[at]
     return count
 
 

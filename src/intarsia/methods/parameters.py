@@ -96,7 +96,8 @@ def gone_over(
     if not asked:
         return smap
     lattice = method.lattice if keeps_lattice(method) else None  # type: ignore[attr-defined]
-    laying = covering.Laying(its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance)
+    own = canvas.start is None  # else it may be what was given
+    laying = covering.Laying(its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance, own)
     if "spread" in asked:
         smap = spreading.spread_out(asked["spread"], laying, exemplars, canvas, smap, run.part(1, parts))
     if "striking" in asked:

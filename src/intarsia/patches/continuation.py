@@ -31,7 +31,7 @@ Vector = tuple[int, int]
 def depth_of(known: Mask, wrap: Wrap, most: int) -> NDArray[Any]:
     """How deep known pixels lie, px from the nearest hole, 1 beside it; around a border that wraps up to `most`."""
     if known.all():
-        return np.full(known.shape, most + 1)
+        return np.full(known.shape, most + 1, np.int32)
     pad = [(most + 1, most + 1) if around else (0, 0) for around in (wrap.y, wrap.x)]
     depth = ndimage.distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
     inner = tuple(slice(p[0], n + p[0]) for p, n in zip(pad, known.shape, strict=True))

@@ -24,6 +24,7 @@ from .continuation import depth_of
 from .fill_order import levels
 
 Window = tuple[int, int]
+STRIP = 256  # rows of a start map that are read together: nothing larger is held besides the map
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,24 +37,37 @@ class GrowingMap:
     locked: NDArray[np.bool_]
 
     @classmethod
-    def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int) -> GrowingMap:
-        """Begin with the canvas's start map; what lies deeper than `rim` px from every hole is locked."""
+    def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int, own: bool = False) -> GrowingMap:
+        """Begin with the canvas's start map; what lies deeper than `rim` px from every hole is locked.
+
+        `own`: the start map is nobody else's, and may be used up.
+        """
         shape = (canvas.height, canvas.width)
-        variant, yx = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
         if canvas.start is None:
-            return cls(variants, variant, yx, np.zeros(shape, bool))
-        start = canvas.start
-        which = np.zeros(shape, np.uint8) if start.which is None else start.which
-        pose = np.zeros(shape, np.uint8) if start.pose is None else start.pose
-        for v in range(len(variants)):
-            mine = (which == variants.exemplar[v]) & (pose == variants.pose[v])
-            iso = ISOMETRIES[variants.pose[v]]
-            _, height, width, _ = variants.table[v].tolist()
-            origin = np.array(iso.start(width, height) if iso.swaps else iso.start(height, width), np.int32)
-            away, j = np.moveaxis(start.yx, 2, 0) - origin[:, None, None], iso.j
-            for axis in (0, 1):
-                np.copyto(yx[:, :, axis], away[0] * j[0][axis] + away[1] * j[1][axis], where=mine)
-            variant[mine] = v
+            empty = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
+            return cls(variants, *empty, np.zeros(shape, bool))
+        start, memory = canvas.start, canvas.start.yx.base
+        upright = start.which is None and start.pose is None
+        if own and upright and memory is not None and memory.flags.writeable and memory.shape == start.yx.shape:
+            return cls(variants, np.zeros(shape, np.uint8), memory, np.ones(shape, bool))
+        variant, yx = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
+        for top in range(0, canvas.height, STRIP):
+            rows = slice(top, top + STRIP)
+            for v in range(len(variants)):
+                mine = np.ones(yx[rows].shape[:2], bool)
+                if start.which is not None or variants.exemplar[v]:
+                    mine &= (0 if start.which is None else start.which[rows]) == variants.exemplar[v]
+                if start.pose is not None or variants.pose[v]:
+                    mine &= (0 if start.pose is None else start.pose[rows]) == variants.pose[v]
+                if not mine.any():
+                    continue
+                iso = ISOMETRIES[variants.pose[v]]
+                _, height, width, _ = variants.table[v].tolist()
+                origin = np.array(iso.start(width, height) if iso.swaps else iso.start(height, width), np.int32)
+                away, j = np.moveaxis(start.yx[rows], 2, 0) - origin[:, None, None], iso.j
+                for axis in (0, 1):
+                    np.copyto(yx[rows, :, axis], away[0] * j[0][axis] + away[1] * j[1][axis], where=mine)
+                variant[rows][mine] = v
         return cls(variants, variant, yx, depth_of(variant != HOLE, canvas.wrap, rim) > rim)
 
     def open_windows(self, layout: WindowGrid, wanted: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:

@@ -72,12 +72,12 @@ class Growth:
     """A map that grows, and all that is needed to grow it.
 
     Windows may be left out: with `inside_only` those that hold a boundary of labels; with `wanted`, a mask of the
-    canvas, those that hold none of its pixels.
+    canvas, those that hold none of its pixels. `own`: the canvas's start map may be used up.
     """
 
     def __init__(
         self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
-        wanted: NDArray[np.bool_] | None = None, turn: Turn = ONLY,
+        wanted: NDArray[np.bool_] | None = None, turn: Turn = ONLY, own: bool = False,
     ) -> None:  # fmt: skip
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
         self.layout = settings.layout(canvas)
@@ -93,7 +93,7 @@ class Growth:
         priced = usage and rule is RepetitionRule.PRICES
         prices = striking(self.features, self.finder) if priced else None
         self.repetition = Repetition(self.finder, self.layout, usage, distance, prices, rule)
-        self.growing = GrowingMap.begin(self.variants, canvas, rim)
+        self.growing = GrowingMap.begin(self.variants, canvas, rim, own)
         windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
         if self.guided is not None and self.guided.guidance.guide.is_labels:

@@ -81,8 +81,8 @@ class GraphcutGrowth:
         self._entire: EntireSearch | None = None
         self._sub: PatchSearch | None = None
         self.first: tuple[int, int] | None = None  # where patches in step have the canvas's first px
-        known = np.argwhere(self.variant == 0)[:1].tolist()
-        for y, x in known if stitch.lattice else ():
+        if stitch.lattice and (self.variant == 0).any():
+            y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = int(self.yx[y, x, 0]) - y, int(self.yx[y, x, 1]) - x
         if stitch.placement == "entire":
             self._entire = EntireSearch(growth.finder, self.pieces)

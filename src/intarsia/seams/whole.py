@@ -34,6 +34,7 @@ from .whole_kernels import Counts, Shown
 
 Array = NDArray[Any]
 MUST = 1 << 24  # what it costs to leave what must be taken
+STRIP = 256  # rows of the canvas that are looked at together: nothing larger is held besides the map
 
 
 class Rule(NamedTuple):
@@ -134,14 +135,19 @@ class Mending:
         self.shown = Shown(zeros, np.zeros((room, 2), np.int64), zeros.copy(), zeros.copy(), np.arange(room))
         got, on, names = np.zeros((3, len(elements.all)), np.int64)
         self.counts = Counts(zeros.copy(), got, on, zeros.copy(), names)
-        pieces, first = np.unique(self.joined, return_index=True)
-        y, x = np.divmod(first, self.shape[1])
+        rows, columns = self.shape
+        first = np.zeros(self.count, np.int64)
+        for top in range((rows - 1) // STRIP * STRIP, -1, -STRIP):  # from the last pixel to the first, which stays
+            strip = self.joined[top : top + STRIP]
+            first[strip.ravel()[::-1]] = np.arange(top * columns, top * columns + strip.size)[::-1]
+            self.shown.area[: self.count] += np.bincount(strip.ravel(), minlength=self.count)
+        pieces = np.flatnonzero(self.shown.area[: self.count])
+        y, x = np.divmod(first[pieces], columns)
         at, v = sewn.yx[y, x].astype(np.int64), sewn.variant[y, x]
         table = sewn.pieces.table
         flat = table[v, 0] // sewn.pieces.channels + at[:, 0] * table[v, 3] + at[:, 1]
         self.shown.element[pieces] = np.where(pieces > 0, elements.labels[flat], 0)
         self.shown.shift[pieces] = np.stack([y, x], axis=1) - at
-        self.shown.area[: self.count] = np.bincount(self.joined.ravel(), minlength=self.count)
         self.shown.whole[:] = elements.known[0][self.shown.element]
         self._at_borders()
         pairs, often = np.unique(np.sort(meets[:n], axis=1), axis=0, return_counts=True)
@@ -170,8 +176,12 @@ class Mending:
 
     def _damaged(self) -> list[tuple[int, Box]]:
         """The damaged bodies and their boxes, those with the dearest seams first."""
-        body = self.shown.body[self.joined].astype(np.int32)
-        self.size = np.bincount(body.ravel(), minlength=len(self.shown.area))
+        body, bodies = np.empty(self.shape, np.int32), self.shown.body.astype(np.int32)
+        self.size = np.zeros(len(self.shown.area), np.int64)
+        for top in range(0, self.shape[0], STRIP):
+            strip = body[top : top + STRIP]
+            np.take(bodies, self.joined[top : top + STRIP], out=strip, mode="clip")
+            self.size += np.bincount(strip.ravel(), minlength=len(self.size))
         missing = np.minimum(self.shown.area, self.shown.whole - self.shown.area)
         hidden = np.bincount(self.shown.body, np.maximum(missing, 0), len(self.size))
         out, boxes = [], np.empty((int(body.max()), 5), np.int64)

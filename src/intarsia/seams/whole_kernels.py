@@ -47,7 +47,9 @@ def number_pieces(grown: Any, pieces: Any, labels: Any, joined: Any, meets: Any)
     variant, yx, wrap = grown
     table, channels, inside = pieces.table, pieces.channels, pieces.inside
     h, w = variant.shape
-    parent, name = np.arange(h * w), np.zeros(h * w, np.int32)
+    parent = joined.reshape(h * w)  # of each pixel one before it in its piece, until all are numbered
+    for at in range(h * w):
+        parent[at] = at
     for y in range(h):
         for x in range(w):
             here = source_at(variant, yx, table, channels, y, x)
@@ -63,14 +65,16 @@ def number_pieces(grown: Any, pieces: Any, labels: Any, joined: Any, meets: Any)
     count, n = 0, 0
     for y in range(h):
         for x in range(w):
-            here = source_at(variant, yx, table, channels, y, x)
-            joined[y, x] = 0
-            if here >= 0 and labels[here] > 0:
-                root = find_root(parent, y * w + x)
-                if name[root] == 0:
-                    count += 1
-                    name[root] = count
-                joined[y, x] = name[root]
+            here, at = source_at(variant, yx, table, channels, y, x), y * w + x
+            if here < 0 or labels[here] <= 0:
+                parent[at] = 0
+            elif parent[at] == at:  # the first of its piece in rows
+                count += 1
+                parent[at] = -count
+            else:
+                parent[at] = parent[parent[at]]  # that is numbered already
+    for at in range(h * w):
+        parent[at] = -parent[at]
     for y in range(h):
         for x in range(w):
             for k in range(2):

@@ -19,6 +19,7 @@ from ..kernels.windows import Posed
 from ..sourcemap import HOLE
 
 MAX_VARIANTS = 250
+STRIP = 256  # rows of a map that are turned together: nothing larger is held besides the map
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +75,15 @@ class PosedExemplars:
             which = _lookup(self.exemplar, variant)
             return yx, which, np.zeros_like(which)
         out = np.zeros_like(yx)
-        for v in range(len(self)):
-            mine = variant == v
-            iso = ISOMETRIES[self.pose[v]]
-            _, height, width, _ = self.table[v]
-            size = (width, height) if iso.swaps else (height, width)
-            start = np.array(iso.start(*(int(s) for s in size)), np.int32)
-            out[mine] = start + yx[mine] @ np.array(iso.j, np.int32).T
+        for top in range(0, len(yx), STRIP):
+            rows = slice(top, top + STRIP)
+            for v in range(len(self)):
+                mine = variant[rows] == v
+                iso = ISOMETRIES[self.pose[v]]
+                _, height, width, _ = self.table[v]
+                size = (width, height) if iso.swaps else (height, width)
+                start = np.array(iso.start(*(int(s) for s in size)), np.int32)
+                out[rows][mine] = start + yx[rows][mine] @ np.array(iso.j, np.int32).T
         return out, _lookup(self.exemplar, variant), np.where(variant == HOLE, 0, _lookup(self.pose, variant))
 
 
@@ -145,4 +148,7 @@ def in_one_row(valid: Sequence[NDArray[np.bool_]]) -> tuple[NDArray[np.uint8], N
 def _lookup(table: NDArray[np.uint8], variant: NDArray[Any]) -> NDArray[np.uint8]:
     full = np.full(256, HOLE, np.uint8)
     full[: len(table)] = table
-    return np.asarray(full[variant])
+    out = np.empty(variant.shape, np.uint8)
+    for top in range(0, len(variant), STRIP):  # numbers are made wide to look anything up
+        out[top : top + STRIP] = full[variant[top : top + STRIP]]
+    return out
