@@ -133,7 +133,7 @@ class TestRules:
         clear = choice_of(tiles())
         assert (clear.rule, clear.method.slug) == ("periods", "near-regular")
         assert clear.facts.joints < BOUNDS.joints < choice_of(picture("brick_colours")).facts.joints
-        for canvas in (ia.Canvas(256, 256, "both"), ia.Canvas(2049, 2048)):
+        for canvas in (ia.Canvas(256, 256, "both"), ia.Canvas(4097, 4096)):
             assert choice_of(picture("brick_colours"), canvas).rule == "periods"
 
     def test_a_lattice_that_only_its_peaks_tell_keeps_patches_in_step(self) -> None:
@@ -171,10 +171,10 @@ class TestRules:
             assert rules._mixed(shape) is mixed  # type: ignore[arg-type]
 
     def test_a_canvas_that_is_vast_is_quilted(self) -> None:
-        found = choice_of(speckle(96, 96), ia.Canvas(2048, 2049))
+        found = choice_of(speckle(96, 96), ia.Canvas(4096, 4097))
         assert (found.rule, found.method.slug) == ("patches", "image-quilting")
         assert any("minutes" in why for why in found.why)
-        assert choice_of(speckle(96, 96), ia.Canvas(2048, 2048)).rule == "mixed"
+        assert choice_of(speckle(96, 96), ia.Canvas(4096, 4096)).rule == "mixed"
 
     def test_patches_are_turned_only_where_that_keeps_the_look(self) -> None:
         turned = []

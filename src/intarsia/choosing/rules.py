@@ -18,7 +18,7 @@ from .begun import closes, goes_on
 from .facts import Facts
 
 TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
-VAST = 1 << 22  # px: of a larger canvas, searching for the shape of every patch takes minutes
+VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
 ENLARGED = 1.5  # times the area of the exemplar; less shows hardly anything twice
 MIXED = 1 << 20  # px of an exemplar: 1024 px a side are grown from 512, 768, 1024 px in 8, 9 and 15 s of CPU
 
@@ -293,7 +293,7 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: True, _nothing,
         lambda f: (
             "Its lattice is left aside, as it was asked." if f.lattice is not None
-            else "It repeats by no lattice, and patches of free shape would take minutes." if not _free(f)
+            else "It repeats by no lattice, and patches of free shape would take many minutes." if not _free(f)
             else "It repeats by no lattice.",
             f"Patches of the size of its elements suit it: {_size(f)}.",
         ),

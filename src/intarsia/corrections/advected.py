@@ -138,7 +138,7 @@ class TornPlaces:
                     continue
                 as_positions(self._padded(yx, place.h, closed), place.border, place.stride, padded)
                 at = rows + REACH, columns + REACH
-                found = subpass(padded, at, arrays, rule, None, place.stride, each)
+                found = subpass(padded, at, arrays, rule, None, place.stride, run, each)
                 better = np.empty((*found.shape, 2), np.int32)
                 pixels(found, 0, place.border, place.stride, better)
                 index = np.ix_(rows, columns)

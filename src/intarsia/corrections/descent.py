@@ -115,7 +115,7 @@ class Descent:
                 frame = self._frame(level, spans)
                 coords = self._handed_down(coords, level, spans, frame)
             if level < self._mended:
-                coords = self._corrected(coords, level, spans[level], run, frame)
+                coords = self._corrected(coords, level, spans[level], run.part(top - level, top + 1), frame)
             elif edge := self._margin(level):
                 coords = coords[edge:-edge, edge:-edge]
         run.tick(top + 1, top + 1)
@@ -260,12 +260,13 @@ class Descent:
         classes = [span.at % side for span in spans]
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
+                run.tick(number, self.rules.passes * self.rules.subpasses)
                 here, edge = divmod(number % self.rules.subpasses, side), REACH * (number + 1)
                 rows, cols = (
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                found = subpass(work, (rows, cols), arrays, rule, frame, place.stride, each)
+                found = subpass(work, (rows, cols), arrays, rule, frame, place.stride, run, each)
                 put_positions(work, rows, cols, found)
         margin = self._margin(level)
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
@@ -274,13 +275,15 @@ class Descent:
 
 
 def subpass(
-    work: Array, where: tuple[Array, Array], arrays: LevelArrays, rule: Array, frame: Array | None, long: int, each: Any
-) -> Array:
+    work: Array, where: tuple[Array, Array], arrays: LevelArrays, rule: Array, frame: Array | None, long: int, run: Run,
+    each: Any,
+) -> Array:  # fmt: skip
     """Find better positions for the pixels of some rows and columns, in bands; nothing is written."""
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
 
     def band(low: int) -> None:
+        run.check()
         correct(work, rows, cols, low, min(low + BAND, len(rows)), arrays, rule, frame, long, found)
 
     each(band, range(0, len(rows), BAND))

@@ -32,6 +32,7 @@ Array = NDArray[Any]
 
 REACH = 6  # a patch reaches 1 / REACH of its side around its window
 PLAIN = GraphcutSettings()
+AT_ONCE = 64  # windows of a wave that are searched for and cut before progress is told; what they hold is dropped then
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 
 

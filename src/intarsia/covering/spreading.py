@@ -36,7 +36,7 @@ from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
 from . import copies_kernels
 from .copies_kernels import FINE, STEP, Repeats, Terms
-from .covering import Covering, Laying
+from .covering import AT_ONCE, Covering, Laying
 from .origins import around, no_copies, origins_of
 
 Array = NDArray[Any]
@@ -62,6 +62,7 @@ class Scale(NamedTuple):
 
 
 SCALE = Scale()
+ROWS = 256  # of the canvas, a multiple of a block's: so many are priced together, so nothing large is held besides
 
 
 def spread_out(
@@ -90,7 +91,7 @@ def spread_out(
         work = work or Spreading(price, laying, exemplars, canvas, smap, side)
         work.resize(side)
         run.tick(number, len(sides), work.growth.draft)
-        work.wave(run)
+        work.wave(run.part(number, len(sides)))
     assert work is not None
     run.tick(len(sides), len(sides), work.growth.draft)
     return work.growth.map(smap.blend)
@@ -152,7 +153,8 @@ class Spreading(Covering):
         self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
         self.repeats = Repeats(sewn.grown, self.origins, self.copies, self.terms)
         self._list(whole)
-        self._field[:, :, 0], self._stale = self._priced(whole), False
+        self._price_all()
+        self._stale = False
         self.worst = WorstSeams(self._field, self.growth.layout.patch, sewn.wraps)
 
     @property
@@ -163,9 +165,15 @@ class Spreading(Covering):
         return self._field
 
     def _measure(self) -> None:
-        self._field[:, :, 0] = self._priced((0, 0, *self.sewing.variant.shape))
+        self._price_all()
         self._stale = False
         self.worst.read()
+
+    def _price_all(self) -> None:
+        height, width = self.sewing.variant.shape
+        for top in range(0, height, ROWS):
+            rows = min(ROWS, height - top)
+            self._field[top : top + rows, :, 0] = self._priced((top, 0, rows, width))
 
     def wave(self, run: Run) -> int:
         """Cover the dearest windows that lie apart; returns how many patches were laid."""
@@ -175,9 +183,13 @@ class Spreading(Covering):
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
         if not boxes:
             return 0
-        found = self._candidates(boxes, run)
-        with run.pool() as each:
-            cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
+        cuts, told = list[Cut | None](), None if self.lattice else self._told()
+        for begin in range(0, len(boxes), AT_ONCE):
+            run.tick(begin, len(boxes), self.growth.draft)
+            some = boxes[begin : begin + AT_ONCE]
+            found = self._candidates(some, told, run)
+            with run.pool() as each:
+                cuts += each(lambda pair: self._best(*pair), zip(some, found, strict=True))
         return self._laid(zip(wave, cuts, strict=True))
 
     def _laid(self, cuts: Iterable[tuple[Cell, Cut | None]]) -> int:
@@ -250,11 +262,11 @@ class Spreading(Covering):
 
     # ---- candidates
 
-    def _candidates(self, boxes: list[Box], run: Run) -> list[Candidates]:
+    def _candidates(self, boxes: list[Box], told: Prices | None, run: Run) -> list[Candidates]:
         holes = list(map(middle, boxes))
-        if self.lattice:
+        if told is None:
             return self.stepped(boxes, holes, self.lattice, SCALE.listed, run)
-        return self.found(boxes, holes, self._told(), run)
+        return self.found(boxes, holes, told, run)
 
     def _told(self) -> Prices:
         """How striking and how used the middle of every patch is, for the short-list."""

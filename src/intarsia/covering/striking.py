@@ -15,6 +15,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +30,7 @@ from ..seams.graphcut import Box, Cut
 from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
 from . import striking_kernels as kernels
-from .covering import Covering, Laying, kept
+from .covering import AT_ONCE, Covering, Laying, kept
 from .showings import Often, Show
 from .striking_kernels import CELL, Looks, Samples
 
@@ -87,7 +89,7 @@ def thinned(
         if shows:
             work = work or Thinning(often, laying, exemplars, canvas, smap, side)
             work.resize(side)
-            work.cover(part, shows, run)
+            work.cover(part, shows, run.part(number, len(fit)))
             part, many = often.surplus(work.things())
     run.tick(1, 1)
     return smap if work is None else work.growth.map(smap.blend)
@@ -143,15 +145,17 @@ class Thinning(Covering):
 
     def cover(self, part: Array, shows: list[Show], run: Run) -> None:
         """Cover showings of things, each once: those first whose windows do not touch, then the others."""
-        sewn = self.sewing
+        sewn, total = self.sewing, len(shows)
         while left := [show for show in shows if (part[sewn.index(show.box)] == show.part).any()]:  # some went
-            run.check()
-            wave, shows = self._apart(left)
-            found = self._candidates(wave, run)
+            (wave, shows), cuts = self._apart(left), list[Cut | None]()
             if self.entire:
                 kernels.sort_samples(sewn.grown, self.samples)
-            with run.pool() as each:
-                cuts = each(lambda pair: self._best(part, *pair), zip(wave, found, strict=True))
+            for begin in range(0, len(wave), AT_ONCE):
+                run.tick(total - len(left) + begin, total, self.growth.draft)
+                some = wave[begin : begin + AT_ONCE]
+                with run.pool() as each:
+                    pairs = zip(some, self._candidates(some, run), strict=True)
+                    cuts += each(lambda pair: self._best(part, *pair), pairs)
             for cut in cuts:
                 if cut is not None and not self.bars.returns(cut.box, cut.pick, cut.take):
                     self.paste(cut)

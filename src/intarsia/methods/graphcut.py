@@ -147,9 +147,10 @@ class Graphcut(parameters.CutSquares):
         """Grow without a guide."""
         growth = patches_growth.Growth(self.patch_settings(0), exemplars, canvas)
         sewn = graphcut.GraphcutGrowth(growth, self.stitch)
-        sewn.fill(seed, STAGE, run, self.refinements or 0)
-        sewn.refine(seed, STAGE, run, self.refinements or 0)
-        whole.make_whole(sewn, list(exemplars), self.whole, run)
+        laying = run.part(0, 2) if self.whole else run
+        sewn.fill(seed, STAGE, laying, self.refinements or 0)
+        sewn.refine(seed, STAGE, laying, self.refinements or 0)
+        whole.make_whole(sewn, list(exemplars), self.whole, run.part(1, 2))
         return growth.map(self.blend)
 
     def guided(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:

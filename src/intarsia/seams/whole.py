@@ -80,9 +80,8 @@ def make_whole(sewn: GraphcutGrowth, exemplars: list[Exemplar], rounds: int, run
     if len(elements.boxes) < RULE.fewest:
         return 0
     work, laid = Mending(sewn, elements), 0
-    for _ in range(rounds):
-        run.check()
-        now = work.cover(run)
+    for number in range(rounds):
+        now = work.cover(run.part(number, rounds))
         laid += now
         if not now:
             break
@@ -105,8 +104,9 @@ class Mending:
         """Cover every damaged body once; returns how many patches were laid."""
         self.number()
         laid = 0
-        for body, box in self._damaged():
-            run.check()
+        bodies = self._damaged()
+        for number, (body, box) in enumerate(bodies):
+            run.tick(number, len(bodies), self.sewn.growth.draft)
             mine = self.shown.body[self.joined[self.sewn.index(box)]] == body
             room = len(self.shown.area) - self.count > len(self.elements.all)
             if int(mine.sum()) * 4 < 3 * int(self.size[body]) or not room:
