@@ -292,13 +292,22 @@ def case_command() -> list[Result]:
         r = statistics.median(unit_r() for _ in range(REPEATS))  # a target in seconds supposes 40 ms
         peak = child("peak", *command, "--size", "1024", *quilting)["peak"]
         chosen = child_cpu([sys.executable, "-m", *command, "--size", "512"], REPEATS)
-        taken = child("peak", *command, "--size", "512")["peak"]
+        sides = (512, 1024, 2048)
+        taken = [child("peak", *command, "--size", str(side)) for side in sides]
+    larger = [
+        row for side, found in zip(sides[1:], taken[1:], strict=True) for row in (
+            Result(f"the same to {side}x{side}, for each million px, CPU", found["seconds"] / r / (side * side / 1e6),
+                   "R", 45, f"{found['seconds']:.3g} s, kernels loaded and the method chosen once"),
+            Result("peak memory of that", found["peak"] / 1e6, "MB", 250 + 24 * side * side / 1e6),
+        )
+    ]  # fmt: skip
     return [
         Result("`intarsia grow -m image-quilting`, 256x256 to 512x512, whole command, CPU", seconds, "s", 1.2,
                f"{seconds / r:.0f} R of {1000 * r:.0f} ms"),
         Result("peak memory of that to 1024x1024", peak / 1e6, "MB", 250 + 24 * 1024**2 / 1e6),
         Result("`intarsia grow`, which chooses graphcut, the same, CPU", chosen, "s", None, f"{chosen / r:.0f} R"),
-        Result("peak memory of that", taken / 1e6, "MB", None),
+        Result("peak memory of that", taken[0]["peak"] / 1e6, "MB", 250 + 24 * 512**2 / 1e6),
+        *larger,
     ]
 
 
@@ -333,16 +342,17 @@ def case_analyze() -> list[Result]:
 
 
 def child_peak(*command: str) -> dict[str, float]:
-    """Run the command line in this process, and tell the most memory that it held."""
+    """Run the command line in this process, and tell the most memory that it held, and its CPU time."""
     from intarsia.cli import main
 
+    begin = time.process_time()
     sys.argv = list(command)
     try:
         main()
     except SystemExit as end:
         if end.code:
             raise
-    return {"peak": peak_bytes()}
+    return {"peak": peak_bytes(), "seconds": time.process_time() - begin}
 
 
 def case_pixels() -> list[Result]:

@@ -194,7 +194,7 @@ def plain_stay(staying: Staying, shows: list[Show], fixed: set[int]) -> list[Sho
             total += apart(one, two, 2 * length, wrap) ** 2
         return total
 
-    near = 4 * (min(*staying.size, staying.nearby) // 4) ** 2
+    near = 4 * (min(staying.size) // 4) ** 2
     stay = [show for show in shows if show.part in fixed]
     for least in (80, 0):
         others = [show for show in shows if show.percent >= least and show not in stay]
@@ -211,7 +211,7 @@ def test_those_that_stay_are_those_of_the_plain_twin(seed: int) -> None:
     """What may not go, then whole ones, each the farthest of all, then parts."""
     rng = np.random.default_rng(seed)
     size = tuple(int(n) for n in rng.integers(60, 400, 2))
-    staying = Staying(int(rng.integers(0, 9)), size, (bool(seed & 1), bool(seed & 2)), int(rng.integers(60, 400)))
+    staying = Staying(int(rng.integers(0, 9)), size, (bool(seed & 1), bool(seed & 2)))
     shows = [
         Show(1, (*(int(rng.integers(n)) for n in size), *(int(n) for n in rng.integers(1, 30, 2))), k, percent)
         for k, percent in enumerate(rng.integers(30, 120, int(rng.integers(1, 40))).tolist(), 1)

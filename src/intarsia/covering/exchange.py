@@ -147,7 +147,7 @@ class Exchange:
                 kin = int(self.elements.kin[element])
                 shows.setdefault(kin, []).append(Show(kin, (y, x, h, w), k, 100 * area // whole))
         fixed = set(np.unique(self.map.joined[self.sewn.locked]).tolist())
-        staying = Staying(most, self.map.shape, self.sewn.wraps, self.sewn.nearby)
+        staying = Staying(most, self.map.shape, self.sewn.wraps)
         stay = {show.part for mine in shows.values() for show in staying.of(mine, fixed)}
         return [show for kin in sorted(shows) for show in shows[kin] if show.part not in stay]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..kernels.parts import boxes_of_parts, parts
-from ..seams.graphcut import Box, nearby
+from ..seams.graphcut import Box
 from ..segments.things import things
 from ..sourcemap import HOLE, SourceMap
 
@@ -25,7 +25,7 @@ class Counting(NamedTuple):
     seen: int = 30  # % of a thing: less of it is not seen as one
     least: int = 12  # px, nor is less than this
     whole: int = 80  # %: so much of it is as good as all
-    apart: int = 4  # no two within the canvas's sides, or what is seen together of it, through this
+    apart: int = 4  # no two within the canvas's sides through this
     around: int = 4  # px on each side of a thing, in the middle of its window, half as wide
 
 
@@ -55,19 +55,15 @@ def asked_for(share: float, exemplars: Sequence[Exemplar], canvas: Canvas) -> in
 
 
 class Staying(NamedTuple):
-    """Which showings of a thing stay on a canvas (height, width) that wraps (y, x), so many of them at most.
-
-    `nearby` px are seen together.
-    """
+    """Which showings of a thing stay on a canvas (height, width) that wraps (y, x), so many of them at most."""
 
     most: int
     size: tuple[int, ...]
     wraps: tuple[bool, bool]
-    nearby: int
 
     def of(self, shows: list[Show], fixed: set[int]) -> list[Show]:
         """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
-        near = 4 * (min(*self.size, self.nearby) // COUNTING.apart) ** 2
+        near = 4 * (min(self.size) // COUNTING.apart) ** 2
         middles = np.array([[2 * s.box[axis] + s.box[2 + axis] for axis in (0, 1)] for s in shows], np.int64)
         stays, stay, far = np.zeros(len(shows), bool), list[Show](), np.full(len(shows), near)
 
@@ -108,7 +104,6 @@ class Often:
             areas.append(mine.areas)
         self.areas = np.concatenate(areas)
         self.most = asked_for(share, exemplars, canvas)
-        self.nearby = nearby(max(max(e.height, e.width) for e in exemplars))
         self.begin = np.cumsum([0, *(labels.size for labels in self.labels)])
         self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
         self.flat = np.concatenate([labels.ravel() for labels in self.labels])
@@ -146,7 +141,7 @@ class Often:
         """The parts of the canvas, and the showings that are too many."""
         part, shows = self.shown(thing)
         fixed = set(np.unique(part[self.locked]).tolist())
-        staying = Staying(self.most, part.shape, self.wraps, self.nearby)
+        staying = Staying(self.most, part.shape, self.wraps)
         by_thing = dict[int, list[Show]]()
         for show in shows:
             by_thing.setdefault(show.thing, []).append(show)

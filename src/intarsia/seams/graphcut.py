@@ -29,6 +29,7 @@ from . import energy_kernels, placement_kernels, recut_kernels
 from .apart import Apart
 from .chances import drawn, likelihood
 from .entire_patch import EntireSearch, pieces_of
+from .placement_kernels import Look
 from .settings import GraphcutSettings
 from .shifts import shifts_around
 from .steps import in_step
@@ -38,8 +39,7 @@ Array = NDArray[Any]
 Box = tuple[int, int, int, int]
 Bar = Callable[[Box, Pick], Array]
 
-NEARBY = 512  # px: what is shown already counts in a square of such a side, or of two of the exemplar's, around a
-# window: so a canvas of any size looks as one of such a size, and takes as long for each window
+NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen with a window, where repeats are counted
 SAMPLES = 128  # along each side of that it is looked at in about so many places
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 ROUGH = 4  # px from one to the next where placements are compared before the best is cut in
@@ -74,8 +74,8 @@ class GraphcutGrowth:
         self.grown = Grown(self.variant, self.yx, self.wraps)
         self.apart = Apart(self.grown, self.pieces, self.variants.turns)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
-        self.nearby = nearby(self.variants.table[:, 1:3].max().tolist())
-        self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
+        self._nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
+        self._step = max(4, math.isqrt(math.prod(min(n, self._nearby) for n in self.variant.shape)) // SAMPLES)
         self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._entire: EntireSearch | None = None
@@ -187,20 +187,20 @@ class GraphcutGrowth:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
         count = np.empty(len(found.rows), np.int64)
         turns, rows = self.apart.turns, found.rows
-        look = self.look(box, self._step)
-        placement_kernels.repeats(self.grown, self.pieces, turns, box, rows, look, self._course, count)
+        look, course = self.look(box, self._step), self._course
+        placement_kernels.repeats(self.grown, self.pieces, turns, box, rows, look, course, count)
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(found.rows[:, 0] + count * price // placement_kernels.ONE)
 
-    def look(self, box: Box, step: int) -> placement_kernels.Look:
+    def look(self, box: Box, step: int) -> Look:
         """Every so many-th pixel of the canvas around a window, as near around it as borders let."""
         firsts, sides = [], []
         for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
-            side = min(self.nearby, length)
+            side = min(self._nearby, length)
             first = begin + n // 2 - side // 2
             firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
             sides.append(side)
-        return placement_kernels.Look(firsts[0], firsts[1], sides[0], sides[1], step)
+        return Look(firsts[0], firsts[1], sides[0], sides[1], step)
 
     def _found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
@@ -239,10 +239,9 @@ class GraphcutGrowth:
     def search_prices(self, box: Box | None = None) -> Prices:
         """How often every patch is shown already, around a window or anywhere, for the short-list."""
         assert self._sub is not None
-        height, width = self.variant.shape
-        everything = placement_kernels.Look(0, 0, height, width, self._step)
-        look = everything if box is None else self.look(box, self._step)
-        search, step, frames = self._sub, self._step, np.zeros((len(self.variants), 3), np.int64)
+        (height, width), step = self.variant.shape, self._step
+        look = self.look(box, step) if box else Look(0, 0, height, width, step)
+        search, frames = self._sub, np.zeros((len(self.variants), 3), np.int64)
         f, (h, w) = search.factor, search.cells
         for v, valid in enumerate(search.valid):
             frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
@@ -326,11 +325,6 @@ class GraphcutGrowth:
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
-
-
-def nearby(side: int) -> int:
-    """The side of the square in which what is shown is seen together, px, by the longest side of the exemplars."""
-    return max(NEARBY, 2 * side)
 
 
 def middle(box: Box) -> Box:
