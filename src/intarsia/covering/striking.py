@@ -11,11 +11,10 @@ is this project's own.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray

@@ -141,10 +141,9 @@ class Mending:
             strip = self.joined[top : top + STRIP]
             first[strip.ravel()[::-1]] = np.arange(top * columns, top * columns + strip.size)[::-1]
             self.shown.area[: self.count] += np.bincount(strip.ravel(), minlength=self.count)
-        pieces = np.flatnonzero(self.shown.area[: self.count])
+        pieces, table = np.flatnonzero(self.shown.area[: self.count]), sewn.pieces.table
         y, x = np.divmod(first[pieces], columns)
         at, v = sewn.yx[y, x].astype(np.int64), sewn.variant[y, x]
-        table = sewn.pieces.table
         flat = table[v, 0] // sewn.pieces.channels + at[:, 0] * table[v, 3] + at[:, 1]
         self.shown.element[pieces] = np.where(pieces > 0, elements.labels[flat], 0)
         self.shown.shift[pieces] = np.stack([y, x], axis=1) - at
