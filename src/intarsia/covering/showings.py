@@ -128,7 +128,7 @@ class Often:
         box = np.empty((parts(thing, self.wraps, part), 5), np.int64)
         boxes_of_parts(part, self.wraps, box)
         names = np.zeros(len(box) + 1, np.int32)
-        for top in range(0, smap.height, STRIP):
+        for top in range(0, len(part), STRIP):
             names[part[top : top + STRIP].ravel()] = thing[top : top + STRIP].ravel()
         whole = self.areas[names[1:]]
         out = []
@@ -146,7 +146,7 @@ class Often:
         for show in shows:
             by_thing.setdefault(show.thing, []).append(show)
         out = []
-        for thing in sorted(by_thing):
-            stay = {show.part for show in staying.of(by_thing[thing], fixed)}
-            out += [show for show in by_thing[thing] if show.part not in stay]
+        for number in sorted(by_thing):
+            stay = {show.part for show in staying.of(by_thing[number], fixed)}
+            out += [show for show in by_thing[number] if show.part not in stay]
         return part, out

@@ -74,8 +74,8 @@ class GraphcutGrowth:
         self.grown = Grown(self.variant, self.yx, self.wraps)
         self.apart = Apart(self.grown, self.pieces, self.variants.turns)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
-        self._nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
-        self._step = max(4, math.isqrt(math.prod(min(n, self._nearby) for n in self.variant.shape)) // SAMPLES)
+        self.nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
+        self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
         self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._entire: EntireSearch | None = None
@@ -196,7 +196,7 @@ class GraphcutGrowth:
         """Every so many-th pixel of the canvas around a window, as near around it as borders let."""
         firsts, sides = [], []
         for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
-            side = min(self._nearby, length)
+            side = min(self.nearby, length)
             first = begin + n // 2 - side // 2
             firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
             sides.append(side)
