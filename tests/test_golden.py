@@ -257,8 +257,8 @@ GOLDEN = {
         "472f73ae88be2976d5536f650fab4624519169c9db4e5e13f7a6adb7b48c226d",
     ),
     "tried": (
-        "89c37ea9af9065fe32de0954888a8b68651b8320b6a24b836a022385cfe1bac2",
-        "5e607b0f6973ab37d11e69ced0f92121573f256cd95c781b236c2b26f2c7b7ed",
+        "75c48a7f45d6cad6e36a8ab08b4d98d3e8dc6f198d53d720e0ec7aebedf49ca8",
+        "12922ee21dce5b4197335117b01394d31d1769c1c2c623e3c1278d437217564b",
     ),
     "regular": (
         "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
@@ -281,8 +281,8 @@ GOLDEN = {
         "f3d1bfc4d343c9bdf595b8a981ba71184806bdfaad0b6bc433c8f7a80131a511",
     ),
     "corrected": (
-        "56f92aa03d6b6032c8a9436f0b7abc34a577e0ecc3890be056aba9e422006fd4",
-        "e8c20bb233ce95c0624d513f96e16c9ebbe55444c7519690a2ddf615febdf0e5",
+        "d09aeebe3d2d3d3c0d1b8ae7807afa107a56f751ab03dbf21b5091f0170bb373",
+        "cd44f4d92d2260f843aa2bf33b8d3bf904a1940cb03adec429592501fcc1e91c",
     ),
     "boards": (
         "dc52bc82181c1c4b3385a8773e5b476fc57618d18f20d7fe46c4834f0402eef5",
