@@ -253,8 +253,8 @@ GOLDEN = {
         "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
     ),
     "chosen": (
-        "cc5596f4df4e7f9cc607616375401429828e9898b544b279d32009c17906b2dd",
-        "472f73ae88be2976d5536f650fab4624519169c9db4e5e13f7a6adb7b48c226d",
+        "988bd5cc01d5bfc0ac27e829ea6c2fea4af0a05fbfd1dc467b5b0fdbeb0cd45d",
+        "48634ad062a6be59e57699258cfb41988fde42ee632448a4fb7044323b75da61",
     ),
     "tried": (
         "75c48a7f45d6cad6e36a8ab08b4d98d3e8dc6f198d53d720e0ec7aebedf49ca8",
@@ -277,8 +277,8 @@ GOLDEN = {
         "879a8328c25cc88bf21fbc9284c2a8fb641b82af3bc8943a13889f2ee810983c",
     ),
     "shifted": (
-        "46b9d7a2118f3d1f27fc0f6669a873be1b6bcdd2f77ec0e4819a368d1fe393e5",
-        "f3d1bfc4d343c9bdf595b8a981ba71184806bdfaad0b6bc433c8f7a80131a511",
+        "2b0c0442f7c2d8832267dcbde0758b9432c1a12ab2fd1e05343d96c01d68525a",
+        "5840fb62fb6f3e2558bbeaa895859b2bb732c99085eaa34909e9bfc8a9e298ee",
     ),
     "corrected": (
         "d09aeebe3d2d3d3c0d1b8ae7807afa107a56f751ab03dbf21b5091f0170bb373",
@@ -305,8 +305,8 @@ GOLDEN = {
         "e06e902abcb2540c8644cbcb15f0316314509dc4ba4dba09d3cd9a7b158cd367",
     ),
     "flattened": (
-        "67421c91ead7c73bac369af356b4c68ad3003b43da4ad242e78a16fbf15cfa05",
-        "1d504b7a438e77a473e35f9d585e411052313520c11066a94592ae06abb15289",
+        "aab09c63c481f3bd63fde65c84f2a7a41cff4b371167f3f610789b569ed60bda",
+        "0aa24226b32d223f8483d456a3a248123fe6f136cf97e48a19a5f0952b98ea79",
     ),
     "spread": (
         "408dbc06dfc9543c6992378ded868d6135e9dde2a6177b8e746af813e16678fa",

@@ -19,7 +19,8 @@ from ..patches.growth import Growth
 from ..patches.settings import PatchSettings
 from ..run import Run
 from ..seams import recut_kernels
-from ..seams.graphcut import Box, Cut, GraphcutGrowth
+from ..seams.cut import Box, Cut
+from ..seams.graphcut import GraphcutGrowth
 from ..seams.settings import GraphcutSettings
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch

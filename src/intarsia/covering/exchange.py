@@ -25,7 +25,7 @@ from ..geometry import widened
 from ..kernels.parts import boxes_of_parts
 from ..patches.growth import Pick
 from ..run import Run
-from ..seams.graphcut import Box, Cut
+from ..seams.cut import Box, Cut
 from ..seams.whole import MUST, RULE, Mending
 from ..seams.whole_elements import RING, Elements
 from ..segments.things import things

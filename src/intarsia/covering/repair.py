@@ -22,7 +22,8 @@ from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.graphcut import SHOWN, Box, Cut, middle
+from ..seams.cut import Box, Cut, middle
+from ..seams.graphcut import SHOWN
 from ..seams.settings import GraphcutSettings
 from ..seams.worst import Cell, WorstSeams
 from ..search.candidates import Candidates

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,6 +27,7 @@ from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .apart import Apart
 from .chances import drawn, likelihood
+from .cut import Box, Cut, middle
 from .entire_patch import EntireSearch, pieces_of
 from .placement_kernels import Look
 from .settings import GraphcutSettings
@@ -36,7 +36,6 @@ from .steps import in_step
 from .worst import WorstSeams
 
 Array = NDArray[Any]
-Box = tuple[int, int, int, int]
 Bar = Callable[[Box, Pick], Array]
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen with a window, where repeats are counted
@@ -46,16 +45,6 @@ ROUGH = 4  # px from one to the next where placements are compared before the be
 LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
 EVERY = 4  # px from one to the next where pieces about a window are counted
-
-
-@dataclass(frozen=True, eq=False)
-class Cut:
-    """A patch cut into a window: what seams cost more than before, where it lies, and which of its pixels are taken."""
-
-    change: int
-    box: Box
-    pick: Pick
-    take: Array
 
 
 class GraphcutGrowth:
@@ -194,13 +183,7 @@ class GraphcutGrowth:
 
     def look(self, box: Box, step: int) -> Look:
         """Every so many-th pixel of the canvas around a window, as near around it as borders let."""
-        firsts, sides = [], []
-        for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
-            side = min(self.nearby, length)
-            first = begin + n // 2 - side // 2
-            firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
-            sides.append(side)
-        return Look(firsts[0], firsts[1], sides[0], sides[1], step)
+        return placement_kernels.look_around(box, self.variant.shape, self.wraps, self.nearby, step)
 
     def _found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
@@ -325,9 +308,3 @@ class GraphcutGrowth:
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
-
-
-def middle(box: Box) -> Box:
-    """The middle of a window, half as high and wide."""
-    y, x, h, w = box
-    return y + h // 4, x + w // 4, h // 2, w // 2

@@ -28,7 +28,8 @@ from ..patches.growth import Pick
 from ..run import Run
 from ..segments.wholes import wholes
 from . import whole_kernels as kernels
-from .graphcut import Box, Cut, GraphcutGrowth
+from .cut import Box, Cut
+from .graphcut import GraphcutGrowth
 from .whole_elements import RING, Elements
 from .whole_kernels import Counts, Shown
 
