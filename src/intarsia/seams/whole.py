@@ -306,8 +306,7 @@ class Mending:
         sewn, where = self.sewn, (*cut.box[:2], *cut.pick, 1)
         sewn.paste(cut)
         labels, known = self.elements.labels, self.elements.known
-        count = kernels.renew(self.joined, sewn.pieces, labels, known, self.shown, where, cut.take, self.count)
-        self.count = int(count)
+        self.count = int(kernels.renew(self.joined, sewn.pieces, labels, known, self.shown, where, cut.take, self.count))
         if candidate.element:
             shift = cut.box[0] - cut.pick[1], cut.box[1] - cut.pick[2]
             self.often.setdefault(candidate.element, []).append(shift)
