@@ -45,8 +45,8 @@ def test_what_is_shown_is_counted_as_by_going_over_the_canvas(isometries: str, w
         rows[:, 2:] = rng.integers(-6 if toroidal else 0, 60, (40, 2))
         rows[0, 1:] = sewn.variant[box[:2]], *sewn.yx[box[:2]]  # what is there already goes on
         expected, found, strikes = np.empty((3, len(rows)), np.int64)
-        placement_kernels.repeats(
-            sewn.grown, sewn.pieces, sewn.apart.turns, box, rows, SCALE.looked, -1, expected)  # fmt: skip
+        look = sewn.look(box, SCALE.looked)
+        placement_kernels.repeats(sewn.grown, sewn.pieces, sewn.apart.turns, box, rows, look, -1, expected)
         kernels.count_shown(sewn.grown, sewn.pieces, sewn.apart.turns, work.samples, box, rows, found)
         assert (found == expected).all()
         any_ += int((found > 0).sum())

@@ -303,10 +303,10 @@ class Mending:
         return float(price)
 
     def _lay(self, candidate: Candidate, cut: Cut) -> None:
-        sewn, where = self.sewn, (*cut.box[:2], *cut.pick, 1)
+        sewn, labels, known = self.sewn, self.elements.labels, self.elements.known
         sewn.paste(cut)
-        labels, known = self.elements.labels, self.elements.known
-        self.count = int(kernels.renew(self.joined, sewn.pieces, labels, known, self.shown, where, cut.take, self.count))
+        at = (*cut.box[:2], *cut.pick, 1)
+        self.count = int(kernels.renew(self.joined, sewn.pieces, labels, known, self.shown, at, cut.take, self.count))
         if candidate.element:
             shift = cut.box[0] - cut.pick[1], cut.box[1] - cut.pick[2]
             self.often.setdefault(candidate.element, []).append(shift)
