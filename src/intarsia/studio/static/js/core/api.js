@@ -1,0 +1,106 @@
+/** What the server is asked: one function for each way of asking, and errors in the server's own line. */
+
+/** @typedef {import("./types.js").Exemplar} Exemplar */
+/** @typedef {import("./types.js").Job} Job */
+/** @typedef {import("./types.js").Result} Result */
+/** @typedef {import("./types.js").Schema} Schema */
+
+/** What the server refused; the message is its line. */
+export class Refused extends Error {
+  /**
+   * @param {string} line
+   * @param {number} status
+   */
+  constructor(line, status) {
+    super(line);
+    this.status = status;
+  }
+}
+
+/**
+ * @param {string} path
+ * @param {RequestInit} [how]
+ * @returns {Promise<Response>}
+ */
+async function ask(path, how = {}) {
+  const headers = { "X-Intarsia": "1", ...(how.headers ?? {}) };
+  let answer;
+  try {
+    answer = await fetch(path, { credentials: "same-origin", ...how, headers });
+  } catch {
+    throw new Refused("The studio does not answer; is `intarsia studio` still running?", 0);
+  }
+  if (answer.ok) return answer;
+  let line = `The studio answered ${answer.status}.`;
+  try {
+    line = (await answer.json()).error ?? line;
+  } catch {
+    // not JSON: the line above must do
+  }
+  throw new Refused(line, answer.status);
+}
+
+/**
+ * @param {string} path
+ * @returns {Promise<any>}
+ */
+export async function get(path) {
+  return (await ask(path)).json();
+}
+
+/**
+ * @param {string} path
+ * @param {unknown} [body] JSON, or a form, or bytes
+ * @returns {Promise<any>}
+ */
+export async function post(path, body = {}) {
+  const plain = body instanceof FormData || body instanceof Blob;
+  /** @type {Record<string, string>} */
+  const headers = plain ? {} : { "Content-Type": "application/json" };
+  const answer = await ask(path, { method: "POST", body: plain ? body : JSON.stringify(body), headers });
+  return answer.status === 204 ? null : answer.json();
+}
+
+/** @param {string} path */
+export async function remove(path) {
+  await ask(path, { method: "DELETE" });
+}
+
+/**
+ * A picture, decoded off the main thread. Its numbers stay as they are stored.
+ * @param {string} path
+ * @returns {Promise<ImageBitmap>}
+ */
+export async function picture(path) {
+  const answer = await ask(path);
+  return createImageBitmap(await answer.blob(), { colorSpaceConversion: "none", premultiplyAlpha: "default" });
+}
+
+/**
+ * @param {string} path
+ * @returns {Promise<ArrayBuffer>}
+ */
+export async function bytes(path) {
+  return (await ask(path)).arrayBuffer();
+}
+
+/**
+ * Where a reduced picture of an exemplar lies.
+ * @param {Exemplar} exemplar
+ * @param {number} [side]
+ * @param {string} [plane]
+ */
+export function viewOf(exemplar, side, plane) {
+  const at = exemplar.planes.find((p) => p.name === plane) ?? exemplar.planes[0];
+  return side ? `${at?.view}?side=${side}` : (at?.view ?? "");
+}
+
+/**
+ * Where a view of a result lies: a plane, pieces, seams, usage, ...
+ * @param {string} result
+ * @param {string} kind
+ * @param {number} [side]
+ */
+export function lookOf(result, kind, side) {
+  return `/api/results/${result}/view/${kind}.png${side ? `?side=${side}` : ""}`;
+}

@@ -1,0 +1,204 @@
+/** What the page knows: exemplars, jobs, results, and which of them are looked at. Who shows it listens for its changes. */
+
+import { get, picture, post, remove, lookOf, viewOf } from "./api.js";
+
+/** @typedef {import("./types.js").Exemplar} Exemplar */
+/** @typedef {import("./types.js").Job} Job */
+/** @typedef {import("./types.js").Result} Result */
+/** @typedef {"exemplars" | "exemplar" | "jobs" | "chosen" | "warm" | "here" | "preview"} Topic */
+
+class Store extends EventTarget {
+  /** @type {import("./types.js").Schema | null} */
+  schema = null;
+  /** @type {Exemplar[]} newest first */
+  exemplars = [];
+  /** @type {Exemplar | null} the one that is worked with */
+  exemplar = null;
+  /** @type {Map<string, Job>} */
+  jobs = new Map();
+  /** @type {string | null} the job that is looked at */
+  chosen = null;
+  /** @type {{done: number, total: number}} */
+  warm = { done: 0, total: 0 };
+  here = true;
+  /** @type {Map<string, number>} the number of a job's last preview */
+  previews = new Map();
+  /** @type {Map<string, Promise<Result>>} */
+  #results = new Map();
+  /** @type {Map<string, Promise<ImageBitmap>>} the last few pictures, so that going to and fro is quick */
+  #pictures = new Map();
+  #soon = new Set();
+
+  /**
+   * Tell that something changed, once for many changes of a moment.
+   * @param {Topic} topic
+   */
+  tell(topic) {
+    if (this.#soon.has(topic)) return;
+    this.#soon.add(topic);
+    queueMicrotask(() => {
+      this.#soon.delete(topic);
+      this.dispatchEvent(new Event(topic));
+    });
+  }
+
+  /**
+   * Call `act` now, and again whenever one of the topics changes, until the signal says stop.
+   * @param {Topic[]} topics
+   * @param {() => void} act
+   * @param {AbortSignal} [signal]
+   */
+  on(topics, act, signal) {
+    for (const topic of topics) this.addEventListener(topic, act, { signal });
+    act();
+  }
+
+  /** Ask for all that the server has. */
+  async load() {
+    [this.schema, this.exemplars] = await Promise.all([get("/api/schema"), get("/api/exemplars")]);
+    for (const job of await get("/api/jobs")) this.jobs.set(job.id, job);
+    const kept = localStorage.getItem("intarsia-exemplar");
+    this.exemplar = this.exemplars.find((e) => e.id === kept) ?? null;
+    for (const topic of /** @type {Topic[]} */ (["exemplars", "exemplar", "jobs"])) this.tell(topic);
+  }
+
+  /** @param {Exemplar | null} exemplar */
+  choose(exemplar) {
+    if (exemplar && !this.exemplars.some((e) => e.id === exemplar.id)) this.exemplars.unshift(exemplar);
+    this.exemplar = exemplar;
+    if (exemplar) localStorage.setItem("intarsia-exemplar", exemplar.id);
+    this.tell("exemplars");
+    this.tell("exemplar");
+  }
+
+  /**
+   * A new exemplar: files, a built-in sample, or a result.
+   * @param {FormData | {sample: string} | {result: string}} from
+   */
+  async bring(from) {
+    this.choose(await post("/api/exemplars", from));
+  }
+
+  /** @param {Exemplar} exemplar */
+  async forget(exemplar) {
+    await remove(`/api/exemplars/${exemplar.id}`);
+    this.exemplars = this.exemplars.filter((e) => e.id !== exemplar.id);
+    if (this.exemplar?.id === exemplar.id) this.exemplar = null;
+    this.tell("exemplars");
+    this.tell("exemplar");
+  }
+
+  /** @param {Job} job */
+  note(job) {
+    this.jobs.set(job.id, job);
+    this.tell("jobs");
+  }
+
+  /**
+   * There is a new preview of a job.
+   * @param {string} id
+   * @param {number} number
+   */
+  seen(id, number) {
+    this.previews.set(id, number);
+    this.tell("preview");
+  }
+
+  /**
+   * Ask for a job.
+   * @param {string} verb
+   * @param {string[]} exemplars
+   * @param {import("./types.js").Options} options
+   * @returns {Promise<Job>}
+   */
+  async start(verb, exemplars, options) {
+    const job = await post("/api/jobs", { verb, exemplars, options });
+    if (!this.jobs.has(job.id)) this.note(job);
+    return job;
+  }
+
+  /**
+   * @param {Job} job
+   * @param {"cancel" | "again"} what
+   * @returns {Promise<Job>}
+   */
+  async change(job, what) {
+    const now = await post(`/api/jobs/${job.id}/${what}`);
+    this.note(now);
+    return now;
+  }
+
+  /** @param {Job} job */
+  async drop(job) {
+    await remove(`/api/jobs/${job.id}`);
+    this.jobs.delete(job.id);
+    if (this.chosen === job.id) this.chosen = null;
+    this.tell("jobs");
+    this.tell("chosen");
+  }
+
+  /** @param {string | null} id of the job to look at */
+  look(id) {
+    this.chosen = id;
+    this.tell("chosen");
+  }
+
+  /** @returns {Job[]} those that grow something, newest first */
+  get made() {
+    const known = [...this.jobs.values()].filter((job) => job.verb !== "analyze" && job.verb !== "score");
+    return known.sort((a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : a.id < b.id ? 1 : -1));
+  }
+
+  /**
+   * @param {string} id
+   * @returns {Promise<Result>}
+   */
+  result(id) {
+    const known = this.#results.get(id);
+    if (known) return known;
+    const asked = get(`/api/results/${id}`);
+    asked.catch(() => this.#results.delete(id));
+    this.#results.set(id, asked);
+    return asked;
+  }
+
+  /**
+   * A picture by its address, from memory where it was seen lately.
+   * @param {string} path
+   * @returns {Promise<ImageBitmap>}
+   */
+  picture(path) {
+    const known = this.#pictures.get(path) ?? picture(path);
+    known.catch(() => this.#pictures.delete(path));
+    this.#pictures.delete(path);
+    this.#pictures.set(path, known);
+    for (const oldest of this.#pictures.keys()) {
+      if (this.#pictures.size <= 24) break;
+      this.#pictures.delete(oldest);
+    }
+    return known;
+  }
+
+  /**
+   * The picture that a result shows, whole.
+   * @param {Result} result
+   */
+  shown(result) {
+    return this.picture(lookOf(result.id, planeOf(result)));
+  }
+
+  /** @param {Exemplar} exemplar */
+  exemplarPicture(exemplar) {
+    return this.picture(viewOf(exemplar));
+  }
+}
+
+/**
+ * The plane that a result is looked at by: its first picture.
+ * @param {Result} result
+ */
+export function planeOf(result) {
+  return result.files.find((file) => !["map", "report", "sheet", "recipe"].includes(file.holds))?.holds ?? "albedo";
+}
+
+export const store = new Store();

@@ -1,0 +1,22 @@
+/**
+ * What the server answers, as the contract tells it (`GET /api/openapi.json`).
+ *
+ * @typedef {{name: string, view: string}} Plane
+ * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: string, channels: number,
+ *   created: string}} Exemplar
+ * @typedef {"queued" | "running" | "done" | "failed" | "cancelled" | "interrupted"} State
+ * @typedef {Record<string, any>} Options values of options by name; those left out are automatic
+ * @typedef {{id: string, verb: string, exemplars: string[], options: Options, state: State, fraction: number | null,
+ *   stage: string | null, error: string | null, created: string, began: string | null, ended: string | null,
+ *   result: string | null, label: string | null}} Job
+ * @typedef {{name: string, holds: string, url: string, bytes: number}} Made
+ * @typedef {{id: string, job: string, size: [number, number], files: Made[], told: any, command: string, python: string,
+ *   score: any}} Result
+ * @typedef {{name: string, flag?: string, kind: string, help: string, default: any, low: number | null,
+ *   high: number | null, unit: string, choices: string[], multiple?: boolean, parameter?: any}} Option
+ * @typedef {{slug: string, paper: string, summary: string, supports: string[], parameters: Option[]}} Method
+ * @typedef {{version: string, verbs: Record<string, {summary: string, options: Option[]}>, methods: Method[],
+ *   samples: string[], limits: Record<string, number>}} Schema
+ */
+
+export {};

@@ -1,0 +1,61 @@
+/** Names and numbers as people read them. */
+
+/** @typedef {import("./types.js").Job} Job */
+
+/**
+ * `min_repeat_distance` as "Min repeat distance".
+ * @param {string} name
+ */
+export function readable(name) {
+  const words = name.replaceAll(/[_-]/g, " ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+/**
+ * How long a job took, or has taken.
+ * @param {Job} job
+ */
+export function took(job) {
+  if (!job.began) return "";
+  const seconds = ((job.ended ? Date.parse(job.ended) : Date.now()) - Date.parse(job.began)) / 1000;
+  return seconds < 60 ? `${Math.max(0, seconds).toFixed(1)} s` : `${Math.floor(seconds / 60)} min ${Math.round(seconds % 60)} s`;
+}
+
+/**
+ * @param {number} width
+ * @param {number} height
+ */
+export function size(width, height) {
+  return `${width} × ${height}`;
+}
+
+/** @param {number} bytes */
+export function weight(bytes) {
+  if (bytes < 1e3) return `${bytes} B`;
+  return bytes < 1e6 ? `${Math.round(bytes / 1e3)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+}
+
+/**
+ * A job in a few words: its method and seed.
+ * @param {Job} job
+ */
+export function title(job) {
+  const { method, seed } = job.options;
+  const verbs = /** @type {Record<string, string>} */ ({ grow: "Grown", paint: "Painted", extend: "Extended", heal: "Healed" });
+  const first = method && method !== "auto" ? method : (verbs[job.verb] ?? readable(job.verb));
+  return `${first}, seed ${seed ?? 0}`;
+}
+
+/**
+ * What a job is at, in a few words.
+ * @param {Job} job
+ */
+export function state(job) {
+  if (job.state === "running") return job.stage ? readable(job.stage) : "Growing";
+  return { queued: "Waiting", done: "Done", failed: "Failed", cancelled: "Cancelled", interrupted: "Interrupted" }[job.state];
+}
+
+/** A seed that nobody thought of. */
+export function anySeed() {
+  return Math.floor(Math.random() * 1_000_000);
+}

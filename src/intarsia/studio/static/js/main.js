@@ -1,0 +1,27 @@
+/** Begin: the look, the shell, what the server has, and then listening to it. */
+
+import { listen } from "./core/live.js";
+import { store } from "./core/store.js";
+import { begin } from "./core/theme.js";
+import { tried } from "./core/toast.js";
+import "./shell.js";
+
+begin();
+await tried(() => store.load());
+let away = false;
+listen({
+  warm: (told) => {
+    store.warm = told;
+    store.tell("warm");
+  },
+  job: (job) => store.note(job),
+  preview: (told) => {
+    store.seen(told.id, told.number);
+  },
+  here: (here) => {
+    if (here && away) void tried(() => store.load());
+    away = !here;
+    store.here = here;
+    store.tell("here");
+  },
+});

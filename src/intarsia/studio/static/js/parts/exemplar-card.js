@@ -1,0 +1,60 @@
+/** The exemplar that is worked with: its picture, its size, its planes; and the others that are open. */
+
+import { button, el, fill } from "../core/dom.js";
+import { viewOf } from "../core/api.js";
+import { icon } from "../core/icons.js";
+import { store } from "../core/store.js";
+import { readable, size } from "../core/words.js";
+import { pick } from "./bring.js";
+
+class ExemplarCard extends HTMLElement {
+  #gone = new AbortController();
+
+  connectedCallback() {
+    this.className = "exemplar-card";
+    store.on(["exemplar", "exemplars"], () => this.#draw(), this.#gone.signal);
+  }
+
+  disconnectedCallback() {
+    this.#gone.abort();
+  }
+
+  #draw() {
+    const exemplar = store.exemplar;
+    if (!exemplar) return fill(this);
+    const { name, width, height, planes } = exemplar;
+    const picture = el("img", { class: "main", src: viewOf(exemplar, 480), alt: `Exemplar ${name}`, width, height });
+    const others = store.exemplars.filter((other) => other.id !== exemplar.id);
+    fill(
+      this,
+      el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture),
+      el("div", {}, el("h2", { class: "one-line", title: name }, name), facts(size(width, height), depth(exemplar.depth))),
+      planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
+      el(
+        "div",
+        { class: "others" },
+        others.map((other) => {
+          const small = el("img", { src: viewOf(other, 128), alt: "" });
+          return el("button", {
+            type: "button", class: "thumb", title: other.name, "aria-label": `Use ${other.name}`,
+            onclick: () => [store.look(null), store.choose(other)],
+          }, small);
+        }),
+        button("Open another", pick, { icon: icon("add"), bare: true, class: "framed thumb" }),
+      ),
+    );
+  }
+}
+
+/** @param {string} told 8, 16, half or float */
+function depth(told) {
+  return /^\d+$/.test(String(told)) ? `${told} bit` : String(told ?? "");
+}
+
+/** @param {...string} told */
+function facts(...told) {
+  return el("p", { class: "quiet small number" }, told.filter(Boolean).join("   "));
+}
+
+customElements.define("exemplar-card", ExemplarCard);
+export { ExemplarCard };

@@ -1,0 +1,42 @@
+/** How far a job is: a bar, what it is doing, and a way to stop it. */
+
+import { button, el, fill } from "../core/dom.js";
+import { store } from "../core/store.js";
+import { tried } from "../core/toast.js";
+import { state, took } from "../core/words.js";
+
+/** @typedef {import("../core/types.js").Job} Job */
+
+/** @param {Job | null | undefined} job */
+export function busy(job) {
+  return job?.state === "running" || job?.state === "queued";
+}
+
+/**
+ * A bar that is as long as a job is far.
+ * @param {Job} job
+ */
+export function bar(job) {
+  const inside = el("i");
+  inside.style.transform = `scaleX(${job.fraction ?? 0})`;
+  const percent = Math.round((job.fraction ?? 0) * 100);
+  return el("div", { class: "bar", role: "progressbar", "aria-label": "Progress", "aria-valuenow": percent }, inside);
+}
+
+/**
+ * Show a job that is under way, or why it ended without a result.
+ * @param {HTMLElement} place
+ * @param {Job | null} job
+ */
+export function showProgress(place, job) {
+  place.hidden = !job || job.state === "done";
+  if (!job || place.hidden) return fill(place);
+  if (busy(job)) {
+    const cancel = button("Cancel", () => void tried(() => store.change(job, "cancel")), { class: "framed" });
+    const told = el("span", { class: "quiet number" }, `${state(job)}  ${took(job)}`);
+    return fill(place, bar(job), told, cancel);
+  }
+  const again = button("Again", () => void tried(async () => store.look((await store.change(job, "again")).id)), { class: "framed" });
+  const line = el("span", { class: job.error ? "bad" : "quiet", role: "alert" }, job.error ?? state(job));
+  fill(place, line, again);
+}

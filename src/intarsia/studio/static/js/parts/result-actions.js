@@ -1,0 +1,45 @@
+/** What can be taken from a result: files, the command, the lines of Python. */
+
+import { button, el } from "../core/dom.js";
+import { icon } from "../core/icons.js";
+import { copied } from "../core/toast.js";
+import { weight } from "../core/words.js";
+
+/**
+ * @param {import("../core/types.js").Result} result
+ * @param {string} plane its picture
+ * @returns {HTMLElement[]}
+ */
+export function resultActions(result, plane) {
+  const main = result.files.find((file) => file.holds === plane) ?? result.files[0];
+  const more = el("div", { class: "menu", hidden: true, role: "group", "aria-label": "Downloads" });
+  for (const file of result.files) more.append(link(file.url, file.name, `${file.name}   ${weight(file.bytes)}`));
+  more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
+  more.append(button("Copy as Python", () => void copied(result.python, "Python"), {}));
+  const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
+  const open = (/** @type {boolean} */ yes) => {
+    more.hidden = !yes;
+    toggle.setAttribute("aria-expanded", String(yes));
+  };
+  const around = el("span", { class: "around" }, toggle, more);
+  around.addEventListener("focusout", (e) => {
+    if (!(e.relatedTarget instanceof Node && around.contains(e.relatedTarget))) open(false);
+  });
+  around.addEventListener("keydown", (e) => e.key === "Escape" && [open(false), toggle.focus()]);
+  const command = button("Command", () => void copied(result.command, "Command"), { icon: icon("copy"), title: result.command });
+  const made = [command, around];
+  if (main) {
+    const download = el("a", { class: "button framed", href: main.url, download: main.name }, icon("down"), "Download");
+    made.unshift(download);
+  }
+  return made;
+}
+
+/**
+ * @param {string} href
+ * @param {string} name
+ * @param {string} says
+ */
+function link(href, name, says) {
+  return el("a", { class: "button", href, download: name }, says);
+}

@@ -1,0 +1,82 @@
+/** Grow: the exemplar on the left, the picture in the middle, what can be set on the right, and one button. */
+
+import { button, el, fill, typing } from "../core/dom.js";
+import { icon } from "../core/icons.js";
+import { growing } from "../core/settings.js";
+import { store } from "../core/store.js";
+import { tried } from "../core/toast.js";
+import { segments } from "../parts/choice.js";
+import { ExemplarCard } from "../parts/exemplar-card.js";
+import { ResultView } from "../parts/result-view.js";
+import { seedField } from "../parts/seed.js";
+import { sizeField } from "../parts/size.js";
+
+export class GrowRoom extends HTMLElement {
+  #gone = new AbortController();
+
+  connectedCallback() {
+    this.className = "grow three";
+    this.#draw();
+    store.on(["exemplar"], () => this.#panel(), this.#gone.signal);
+    addEventListener("keydown", (e) => this.#key(e), { signal: this.#gone.signal });
+  }
+
+  disconnectedCallback() {
+    this.#gone.abort();
+  }
+
+  #draw() {
+    this.panel = el("aside", { class: "panel", "aria-label": "Settings" });
+    fill(this, new ExemplarCard(), new ResultView(), this.panel);
+  }
+
+  #panel() {
+    if (!this.panel) return;
+    const wrap = segments(
+      "Tiles",
+      [["none", "No"], ["x", "Across"], ["y", "Down"], ["both", "Both"]],
+      () => growing.options.wrap ?? "none",
+      (value) => growing.set("wrap", value === "none" ? null : value),
+      { wide: true },
+    );
+    growing.addEventListener("change", wrap.show);
+    const undo = button("Undo", () => growing.undo(), { icon: icon("undo"), bare: true });
+    const redo = button("Redo", () => growing.redo(), { icon: icon("redo"), bare: true });
+    const able = () => [(undo.disabled = !growing.canUndo), (redo.disabled = !growing.canRedo)];
+    growing.addEventListener("change", able);
+    able();
+    fill(
+      this.panel,
+      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), undo, redo),
+      el(
+        "div",
+        { class: "fields" },
+        sizeField(growing),
+        el("div", { class: "row" }, el("span", {}, "Tiles"), wrap.element),
+        seedField(growing),
+      ),
+    );
+  }
+
+  /** Ask for what is set. */
+  async grow() {
+    const exemplar = store.exemplar;
+    if (!exemplar) return;
+    await tried(async () => {
+      const job = await store.start("grow", [exemplar.id], growing.options);
+      store.look(job.id);
+    });
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const held = event.ctrlKey || event.metaKey;
+    if (held && event.key === "Enter") void this.grow();
+    else if (!held || typing(event) || event.key.toLowerCase() !== "z") return;
+    else if (event.shiftKey) growing.redo();
+    else growing.undo();
+    event.preventDefault();
+  }
+}
+
+customElements.define("grow-room", GrowRoom);

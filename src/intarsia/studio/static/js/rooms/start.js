@@ -1,0 +1,56 @@
+/** Where everything begins: a place to drop a picture on, what was opened before, and the built-in samples. */
+
+import { button, el, fill } from "../core/dom.js";
+import { viewOf } from "../core/api.js";
+import { store } from "../core/store.js";
+import { bringSample, pick } from "../parts/bring.js";
+
+export class StartRoom extends HTMLElement {
+  #gone = new AbortController();
+
+  connectedCallback() {
+    this.className = "start";
+    store.on(["exemplars"], () => this.#draw(), this.#gone.signal);
+  }
+
+  disconnectedCallback() {
+    this.#gone.abort();
+  }
+
+  #draw() {
+    const drop = el(
+      "section",
+      { class: "drop", "aria-label": "Open a picture" },
+      el("h1", {}, "Drop a picture of a texture"),
+      el("p", { class: "quiet" }, "or paste one. All planes of a material at once make one exemplar."),
+      button("Choose files", pick, { class: "strong big" }),
+    );
+    const before = store.exemplars.map((exemplar) =>
+      card(exemplar.name, viewOf(exemplar, 320), () => {
+        store.choose(exemplar);
+        location.hash = "#grow";
+      }),
+    );
+    const samples = (store.schema?.samples ?? []).map((name) =>
+      card(name, `/api/samples/${name}.png?side=320`, () => void bringSample(name)),
+    );
+    fill(
+      this,
+      drop,
+      before.length > 0 && el("section", {}, el("h2", {}, "Opened before"), el("ul", { class: "cards" }, before)),
+      el("section", {}, el("h2", {}, "Built-in samples"), el("ul", { class: "cards" }, samples)),
+    );
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {string} src
+ * @param {() => void} act
+ */
+function card(name, src, act) {
+  const picture = el("img", { src, alt: "", loading: "lazy", decoding: "async" });
+  return el("li", {}, el("button", { type: "button", class: "card", onclick: act }, picture, el("span", {}, name)));
+}
+
+customElements.define("start-room", StartRoom);

@@ -1,0 +1,76 @@
+/** The frame around all rooms: which room, how the server is, light or dark; and files that are dropped or pasted anywhere. */
+
+import { button, el, fill } from "./core/dom.js";
+import { icon } from "./core/icons.js";
+import { store } from "./core/store.js";
+import { turn } from "./core/theme.js";
+import { bringFiles, filesOf } from "./parts/bring.js";
+import { GrowRoom } from "./rooms/grow.js";
+import { StartRoom } from "./rooms/start.js";
+
+/** @type {{name: string, title: string, room: new () => HTMLElement, bare?: boolean}[]} */
+const ROOMS = [{ name: "grow", title: "Grow", room: GrowRoom }];
+
+class Shell extends HTMLElement {
+  main = el("main", { class: "room", id: "room" });
+  status = el("span", { class: "status quiet small", role: "status" });
+  nav = el("nav", { class: "rooms", "aria-label": "Rooms" });
+  /** @type {string} what is shown now */
+  #shown = "";
+
+  connectedCallback() {
+    const theme = button("Light or dark", turn, { icon: icon("dark"), bare: true });
+    const mark = el("a", { class: "mark", href: "#start", "aria-label": "intarsia studio: begin" }, "intarsia");
+    fill(this, el("header", { class: "top" }, mark, this.nav, this.status, theme), this.main);
+    store.on(["warm", "here"], () => this.#tell());
+    store.on(["exemplar"], () => this.#route());
+    addEventListener("hashchange", () => this.#route());
+    this.#listen();
+  }
+
+  #tell() {
+    const { done, total } = store.warm;
+    if (!store.here) this.status.textContent = "The studio does not answer";
+    else this.status.textContent = done < total ? `Warming up ${done} of ${total}` : "";
+  }
+
+  #route() {
+    const asked = location.hash.slice(1);
+    const room = ROOMS.find((r) => r.name === asked) ?? ROOMS[0];
+    if (!room) return;
+    const start = asked === "start" || (!store.exemplar && !room.bare);
+    const name = start ? "start" : room.name;
+    fill(
+      this.nav,
+      ROOMS.map((r) =>
+        el("a", { class: "button", href: `#${r.name}`, "aria-current": r.name === name ? "page" : null }, r.title),
+      ),
+    );
+    this.nav.hidden = !store.exemplar && !store.made.length;
+    if (name === this.#shown) return;
+    this.#shown = name;
+    fill(this.main, start ? new StartRoom() : new room.room());
+  }
+
+  #listen() {
+    let depth = 0;
+    const over = (/** @type {number} */ by) => {
+      depth = Math.max(0, depth + by);
+      this.classList.toggle("over", depth > 0);
+    };
+    addEventListener("dragenter", () => over(1));
+    addEventListener("dragleave", () => over(-1));
+    addEventListener("dragover", (e) => e.preventDefault());
+    addEventListener("drop", (e) => {
+      e.preventDefault();
+      over(-depth);
+      void bringFiles(filesOf(e.dataTransfer));
+    });
+    addEventListener("paste", (e) => {
+      const files = filesOf(e.clipboardData);
+      if (files.length) void bringFiles(files);
+    });
+  }
+}
+
+customElements.define("studio-shell", Shell);

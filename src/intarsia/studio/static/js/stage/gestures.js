@@ -1,0 +1,152 @@
+/** Wheel, drag, pinch and keys move a view. A tool may take strokes first; the middle button and two fingers always move. */
+
+import { typing } from "../core/dom.js";
+
+/**
+ * @typedef {object} Stroke what a tool does with a pointer that is down; places are picture pixels
+ * @property {(x: number, y: number, event: PointerEvent) => boolean} down whether it takes the stroke
+ * @property {(x: number, y: number, event: PointerEvent) => void} move
+ * @property {(x: number, y: number, event: PointerEvent) => void} up
+ * @property {() => void} stop a second finger came: undo what the first began
+ */
+
+/**
+ * @typedef {object} Ground what gestures act upon
+ * @property {HTMLElement} element that is touched
+ * @property {import("./view.js").View} view
+ * @property {(moving: boolean) => void} redraw
+ * @property {() => void} fit
+ * @property {() => Stroke | null} tool
+ */
+
+export class Gestures {
+  /** @type {Map<number, {x: number, y: number}>} pointers that are down, in device pixels */
+  #down = new Map();
+  /** @type {Stroke | null} */
+  #stroke = null;
+  #held = false;
+
+  /** @param {Ground} ground */
+  constructor(ground) {
+    this.ground = ground;
+    const { element } = ground;
+    element.addEventListener("wheel", (e) => this.#wheel(e), { passive: false });
+    element.addEventListener("pointerdown", (e) => this.#begin(e));
+    element.addEventListener("pointermove", (e) => this.#go(e));
+    element.addEventListener("pointerup", (e) => this.#end(e));
+    element.addEventListener("pointercancel", (e) => this.#end(e));
+    element.addEventListener("keydown", (e) => this.#key(e));
+    element.addEventListener("keyup", (e) => e.key === " " && (this.#held = false));
+    element.addEventListener("blur", () => (this.#held = false));
+    element.addEventListener("dblclick", () => ground.tool() || this.#toggle());
+  }
+
+  /**
+   * @param {MouseEvent} event
+   * @returns {{x: number, y: number}} device pixels of the stage
+   */
+  #place(event) {
+    const box = this.ground.element.getBoundingClientRect();
+    const ratio = devicePixelRatio;
+    return { x: (event.clientX - box.left) * ratio, y: (event.clientY - box.top) * ratio };
+  }
+
+  /** @param {WheelEvent} event */
+  #wheel(event) {
+    event.preventDefault();
+    const { view, redraw } = this.ground;
+    const step = event.deltaMode === 1 ? 16 : 1;
+    if (event.shiftKey) view.move(-(event.deltaX + event.deltaY) * step, 0);
+    else {
+      const { x, y } = this.#place(event);
+      view.zoom(view.scale * Math.exp(-event.deltaY * step * (event.ctrlKey ? 0.01 : 0.002)), x, y);
+    }
+    redraw(true);
+  }
+
+  /** @param {PointerEvent} event */
+  #begin(event) {
+    if (event.button === 2) return;
+    this.ground.element.focus({ preventScroll: true });
+    const place = this.#place(event);
+    this.#down.set(event.pointerId, place);
+    this.ground.element.setPointerCapture(event.pointerId);
+    if (this.#down.size > 1) {
+      this.#stroke?.stop();
+      this.#stroke = null;
+      return;
+    }
+    const tool = this.ground.tool();
+    const [u, v] = this.ground.view.at(place.x, place.y);
+    if (tool && event.button === 0 && !this.#held && tool.down(u, v, event)) this.#stroke = tool;
+  }
+
+  /** @param {PointerEvent} event */
+  #go(event) {
+    const before = this.#down.get(event.pointerId);
+    if (!before) return;
+    if (this.#stroke) {
+      for (const each of event.getCoalescedEvents().concat(event)) {
+        const place = this.#place(each);
+        this.#stroke.move(...this.ground.view.at(place.x, place.y), each);
+      }
+      return;
+    }
+    const now = this.#place(event);
+    const others = [...this.#down.entries()].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
+    const { view, redraw } = this.ground;
+    const other = others[0];
+    if (other) {
+      const was = Math.hypot(before.x - other.x, before.y - other.y);
+      const is = Math.hypot(now.x - other.x, now.y - other.y);
+      view.move((now.x - before.x) / 2, (now.y - before.y) / 2);
+      if (was > 8) view.zoom((view.scale * is) / was, (now.x + other.x) / 2, (now.y + other.y) / 2);
+    } else view.move(now.x - before.x, now.y - before.y);
+    this.#down.set(event.pointerId, now);
+    redraw(true);
+  }
+
+  /** @param {PointerEvent} event */
+  #end(event) {
+    if (!this.#down.delete(event.pointerId)) return;
+    if (this.#stroke) {
+      const place = this.#place(event);
+      this.#stroke.up(...this.ground.view.at(place.x, place.y), event);
+      this.#stroke = null;
+    }
+    this.ground.redraw(false);
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    if (typing(event) || event.ctrlKey || event.metaKey || event.altKey) return;
+    const { element, view, redraw, fit } = this.ground;
+    const middle = { x: (element.clientWidth * devicePixelRatio) / 2, y: (element.clientHeight * devicePixelRatio) / 2 };
+    const far = event.shiftKey ? 200 : 50;
+    /** @type {Record<string, () => void>} */
+    const keys = {
+      ArrowLeft: () => view.move(far, 0),
+      ArrowRight: () => view.move(-far, 0),
+      ArrowUp: () => view.move(0, far),
+      ArrowDown: () => view.move(0, -far),
+      "+": () => view.zoom(view.scale * 1.25, middle.x, middle.y),
+      "=": () => view.zoom(view.scale * 1.25, middle.x, middle.y),
+      "-": () => view.zoom(view.scale / 1.25, middle.x, middle.y),
+      "0": fit,
+      "1": () => view.zoom(1, middle.x, middle.y),
+      " ": () => (this.#held = true),
+    };
+    const act = keys[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act();
+    redraw(false);
+  }
+
+  #toggle() {
+    const { element, view, redraw, fit } = this.ground;
+    if (view.fitted) view.zoom(1, (element.clientWidth * devicePixelRatio) / 2, (element.clientHeight * devicePixelRatio) / 2);
+    else fit();
+    redraw(false);
+  }
+}

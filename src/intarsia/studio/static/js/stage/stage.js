@@ -1,0 +1,196 @@
+/** The stage: one picture, large, on a canvas; zoomed, moved, tiled, with layers over it, or two side by side. */
+
+import { el } from "../core/dom.js";
+import { Gestures } from "./gestures.js";
+import { View } from "./view.js";
+
+/** @typedef {ImageBitmap | HTMLCanvasElement | OffscreenCanvas} Drawable */
+/** @typedef {{picture: Drawable, alpha?: number}} Layer a picture over the picture, stretched to its size */
+
+const MARGIN = 24;
+const BLOCKS = 4;
+
+export class Stage extends HTMLElement {
+  /** @type {Drawable | null} */
+  picture = null;
+  /** @type {Drawable | null} what is seen to the right of the divider */
+  other = null;
+  divider = 0.5;
+  /** @type {number} how often it is drawn along each axis */
+  tiles = 1;
+  /** @type {Layer[]} */
+  layers = [];
+  /** @type {((pen: CanvasRenderingContext2D, view: View) => void) | null} draws marks, in device pixels */
+  marks = null;
+  /** @type {import("./gestures.js").Stroke | null} */
+  tool = null;
+  view = new View();
+  canvas = el("canvas", { role: "img" });
+  #width = 0;
+  #height = 0;
+  #asked = 0;
+  #rest = 0;
+
+  constructor() {
+    super();
+    new Gestures({
+      element: this,
+      view: this.view,
+      redraw: (moving) => this.draw(moving),
+      fit: () => this.fit(),
+      tool: () => this.tool,
+    });
+    this.addEventListener("pointermove", (e) => this.#hover(e));
+    this.addEventListener("pointerleave", () => this.dispatchEvent(new CustomEvent("hover", { detail: null })));
+  }
+
+  connectedCallback() {
+    this.classList.add("stage");
+    this.tabIndex = 0;
+    if (!this.canvas.isConnected) this.prepend(this.canvas);
+    this.observer = new ResizeObserver(() => this.#resize());
+    this.observer.observe(this);
+  }
+
+  disconnectedCallback() {
+    this.observer?.disconnect();
+    cancelAnimationFrame(this.#asked);
+    this.#asked = 0;
+  }
+
+  /**
+   * Show a picture. The view stays where the size is the same.
+   * @param {Drawable | null} picture
+   * @param {string} [name] what it is, for those who do not see it
+   * @param {[number, number]} [size] that it stands for, where a preview is smaller
+   */
+  show(picture, name = "", size) {
+    const [width, height] = size ?? [picture?.width ?? 0, picture?.height ?? 0];
+    const same = width === this.#width && height === this.#height;
+    this.picture = picture;
+    [this.#width, this.#height] = [width, height];
+    this.canvas.setAttribute("aria-label", name);
+    if (!same) this.fit();
+    this.draw();
+  }
+
+  /** Size of the picture in its own pixels. */
+  get size() {
+    return { width: this.#width, height: this.#height };
+  }
+
+  /** Show all of it, all its tiles as well. */
+  fit() {
+    const most = this.tiles > 1 ? 1 : BLOCKS;
+    const { width, height } = this.canvas;
+    const margin = MARGIN * devicePixelRatio;
+    this.view.fit(this.#width * this.tiles || 1, this.#height * this.tiles || 1, width, height, margin, most);
+    this.draw();
+    this.dispatchEvent(new Event("view"));
+  }
+
+  /** One picture pixel a device pixel, the middle where it was. */
+  whole() {
+    this.view.zoom(1, this.canvas.width / 2, this.canvas.height / 2);
+    this.view.x = Math.round(this.view.x);
+    this.view.y = Math.round(this.view.y);
+    this.draw();
+    this.dispatchEvent(new Event("view"));
+  }
+
+  /** @param {number} tiles along each axis */
+  tile(tiles) {
+    this.tiles = tiles;
+    this.fit();
+  }
+
+  /**
+   * Draw at the next frame.
+   * @param {boolean} [moving] then what is far is drawn quickly, and well once it rests
+   */
+  draw(moving = false) {
+    clearTimeout(this.#rest);
+    if (moving) this.#rest = window.setTimeout(() => this.draw(), 120);
+    if (this.#asked) return;
+    this.#asked = requestAnimationFrame(() => {
+      this.#asked = 0;
+      this.#draw(moving);
+    });
+    if (moving) this.dispatchEvent(new Event("view"));
+  }
+
+  #resize() {
+    const ratio = devicePixelRatio;
+    this.canvas.width = Math.max(1, Math.round(this.clientWidth * ratio));
+    this.canvas.height = Math.max(1, Math.round(this.clientHeight * ratio));
+    if (this.view.fitted) this.fit();
+    this.#draw(false);
+  }
+
+  /** @param {boolean} moving */
+  #draw(moving) {
+    const pen = this.canvas.getContext("2d");
+    if (!pen) return;
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    if (!this.picture) return;
+    pen.imageSmoothingEnabled = this.view.scale < 2;
+    pen.imageSmoothingQuality = moving ? "low" : "high";
+    this.#tiles(pen, this.picture);
+    if (this.other) {
+      const [left] = this.split();
+      pen.save();
+      pen.beginPath();
+      pen.rect(left, 0, this.canvas.width, this.canvas.height);
+      pen.clip();
+      this.#tiles(pen, this.other);
+      pen.restore();
+    }
+    for (const layer of this.layers) {
+      pen.globalAlpha = layer.alpha ?? 1;
+      this.#tiles(pen, layer.picture);
+      pen.globalAlpha = 1;
+    }
+    this.marks?.(pen, this.view);
+  }
+
+  /**
+   * Draw a picture once for each tile, each from one whole device pixel to another, so that no gap shows.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Drawable} picture
+   */
+  #tiles(pen, picture) {
+    const { scale, x, y } = this.view;
+    const wide = this.#width * scale;
+    const high = this.#height * scale;
+    for (let row = 0; row < this.tiles; row += 1) {
+      const top = Math.round(y + row * high);
+      const below = Math.round(y + (row + 1) * high);
+      if (below < 0 || top > this.canvas.height) continue;
+      for (let column = 0; column < this.tiles; column += 1) {
+        const left = Math.round(x + column * wide);
+        const right = Math.round(x + (column + 1) * wide);
+        if (right < 0 || left > this.canvas.width) continue;
+        pen.drawImage(picture, left, top, Math.max(1, right - left), Math.max(1, below - top));
+      }
+    }
+  }
+
+  /** @returns {[number, number]} where the divider stands, and how wide all tiles are, in device pixels */
+  split() {
+    const wide = this.#width * this.view.scale * this.tiles;
+    return [this.view.x + wide * this.divider, wide];
+  }
+
+  /** @param {PointerEvent} event */
+  #hover(event) {
+    const box = this.getBoundingClientRect();
+    const ratio = devicePixelRatio;
+    const [x, y] = this.view.at((event.clientX - box.left) * ratio, (event.clientY - box.top) * ratio);
+    const inside = x >= 0 && y >= 0 && x < this.#width * this.tiles && y < this.#height * this.tiles;
+    const place = inside ? { x: Math.floor(x) % this.#width, y: Math.floor(y) % this.#height } : null;
+    this.dispatchEvent(new CustomEvent("hover", { detail: place }));
+  }
+}
+
+customElements.define("studio-stage", Stage);
