@@ -30,6 +30,7 @@ FLOORS = (
     {"synthesis"},
     {"giant", "tasks"},
     {"cli", "testing"},
+    {"studio"},
     {"cli.commands"},
     {"__init__"},
     {"__main__"},

@@ -19,8 +19,10 @@ PUBLIC = {
 HOMES = {
     "OpenImageIO": {"files"},
     "PIL": {"disk", "files"},
-    "click": {"cli"},
+    "click": {"cli", "studio"},
     "rich": {"cli"},
+    "starlette": {"studio"},
+    "uvicorn": {"studio"},
     "llvmlite": {"kernels"},
     "hypothesis": {"testing"},
     "pytest": {"testing"},

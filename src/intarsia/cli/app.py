@@ -26,6 +26,7 @@ COMMANDS = {
     "analyze": "Tell how a texture repeats, how large its elements are, and how to grow it.",
     "score": "Tell how good an output is, and what speaks against it.",
     "methods": "List the methods, or the parameters of one.",
+    "studio": "Open a page on this machine to see, grow, paint and keep.",
     "warm-up": "Compile everything now, so that the first picture comes at once.",
 }
 """Name -> what it does, in the order of the help. The module is named alike and holds `command`."""

@@ -159,10 +159,11 @@ class Batch:
         asked = self.targets.distance_map
         probe = None if asked is None else Probe(asked[0][1] // order.times, asked[0][0] // order.times)
         grown_at = 0.6 if self.wish.repair else 0.9
-        run = Run(threads, meter.stage("grow", 0.0, grown_at), CANCEL, probe=probe)
+        run = Run(threads, meter.stage("grow", 0.0, grown_at, scene.exemplars), CANCEL, probe=probe)
         grown, seams = self._grow(order, scene, run), dict[str, Any]()
         if self.wish.repair:
-            grown, seams = self._repaired(grown, replace(run, step=meter.stage("repair", grown_at, 0.9)))
+            step = meter.stage("repair", grown_at, 0.9, scene.exemplars)
+            grown, seams = self._repaired(grown, replace(run, step=step))
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())

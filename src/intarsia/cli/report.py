@@ -16,10 +16,20 @@ if TYPE_CHECKING:
     from ..tasks.ahead import Beside
 
 Step = Callable[[int, int, Any], None]
+Listener = Callable[[float, str, Any, tuple[Any, ...]], None]
+"""What is called with the fraction that is done, the stage, what makes the map as far as it has grown (or None), and
+the exemplars of that map."""
 
+_listener: Listener | None = None
 _listening: list[Report] = []
 _registered = False
 _hears_trouble = False
+
+
+def listen(listener: Listener | None) -> None:
+    """Have every Meter of this process call `listener` at each step of its work, too; None: no more."""
+    global _listener
+    _listener = listener
 
 
 @dataclass
@@ -82,13 +92,17 @@ class Meter:
     def __init__(self, report: Report, parts: int) -> None:
         self._report, self._parts, self._part, self._span = report, parts, 0, (0.0, 1.0)
         self._fraction, self._told, self._stage = 0.0, 0.0, ""
+        self._exemplars: tuple[Any, ...] = ()
         self._lines = report.progress == "json"
         self._wants_bar = not self._lines and not report.quiet and sys.stderr is not None and sys.stderr.isatty()
         self._bar: Any = None
 
-    def stage(self, name: str, begin: float, end: float) -> Step:
-        """Begin a stage that takes the part from `begin` to `end` of 1; return what a Run calls at each step."""
-        self._stage, self._span = name, (begin, end)
+    def stage(self, name: str, begin: float, end: float, exemplars: tuple[Any, ...] = ()) -> Step:
+        """Begin a stage that takes the part from `begin` to `end` of 1; return what a Run calls at each step.
+
+        `exemplars` are those of the map that grows in it.
+        """
+        self._stage, self._span, self._exemplars = name, (begin, end), exemplars
         self._told = 0.0
         return self._step
 
@@ -106,6 +120,8 @@ class Meter:
 
     def _step(self, done: int, total: int, draft: Any = None) -> None:
         self._show(done, total, last=done == total)
+        if _listener is not None:
+            _listener(self._fraction, self._stage, draft if self._exemplars else None, self._exemplars)
 
     def _show(self, done: int, total: int, last: bool) -> None:
         begin, end = self._span

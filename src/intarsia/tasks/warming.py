@@ -32,9 +32,10 @@ def warm(*methods: str, run: Run | None = None) -> int:
             method_class(slug)
         wanted += [name for name in lists() if name == slug or (slug == AUTO_METHOD and name.startswith(f"{slug}-"))]
     kernels = dict.fromkeys(line for name in wanted for line in lists()[name])
-    for line in kernels:
-        run.check()
+    for number, line in enumerate(kernels):
+        run.tick(number, len(kernels))
         do(line, run)
+    run.tick(len(kernels), len(kernels))
     return len(kernels)
 
 

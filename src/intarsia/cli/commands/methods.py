@@ -7,8 +7,9 @@ from typing import Any
 import click
 
 from ...methods.base import METHODS, method_class
-from ...params import Parameter, parameters
+from ...params import parameters
 from ..exits import say, say_json
+from ..listing import entries
 
 
 @click.command(name="methods")
@@ -19,29 +20,12 @@ def command(slug: str | None, as_json: bool) -> None:
     """List the methods, or the parameters of one METHOD."""
     classes = [method_class(slug)] if slug is not None else [method_class(s) for s in METHODS]
     if as_json:
-        say_json([_entry(cls) for cls in classes])
+        say_json(entries(*(cls.slug for cls in classes)))
     elif slug is not None:
         say(_page(classes[0]))
     else:
         wide = max(len(cls.slug) for cls in classes)
         say(f"{cls.slug:{wide}}  {cls.summary} ({cls.paper})" for cls in classes)
-
-
-def _entry(cls: type[Any]) -> dict[str, Any]:
-    return {
-        "slug": cls.slug,
-        "paper": cls.paper,
-        "summary": cls.summary,
-        "supports": sorted(ability.value for ability in cls.supports),
-        "parameters": [_xy(p) for p in parameters(cls)],
-    }
-
-
-def _xy(p: Parameter) -> dict[str, Any]:
-    entry = p.as_dict()
-    if p.kind == "extent" and isinstance(p.default, tuple):
-        entry["default"] = list(reversed(p.default))
-    return entry
 
 
 def _page(cls: type[Any]) -> list[str]:

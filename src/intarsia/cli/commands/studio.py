@@ -1,0 +1,46 @@
+"""``intarsia studio``: the page where one sees what one does. Imports nothing heavy before the work starts."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from importlib.util import find_spec
+
+import click
+
+from ...errors import ResourceError
+from ..exits import Interrupted, one_line, tell
+from ..options import FILE
+
+NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}
+"""What the server is made with: the module, and how it is installed."""
+
+
+@click.command(name="studio")
+@click.argument("files", nargs=-1, type=FILE, metavar="[FILES]...")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Listen there. By default at a free port."
+)
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
+@click.option(
+    "--folder", type=FILE, default="intarsia-studio", show_default=True, metavar="DIR",
+    help="Keep exemplars and results there.",
+)  # fmt: skip
+@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+def command(files: tuple[str, ...], port: int, no_browser: bool, folder: str) -> None:
+    """Open a page on this machine: drop a picture, see what is in it, grow, paint, heal, look, keep.
+
+    FILES are its first exemplars. Nothing leaves this machine; Ctrl-C ends the studio.
+
+    \b
+    intarsia studio
+    intarsia studio stones.png --folder walls
+    """
+    missing = [name for module, name in NEEDED.items() if find_spec(module) is None]
+    if missing:
+        raise ResourceError(
+            f"the studio needs {' and '.join(missing)}; install what is missing: pip install 'intarsia[studio]'"
+        )
+    from ...studio.serving import serve
+
+    with suppress(Interrupted):
+        serve(files, folder, port, not no_browser, lambda line: tell(one_line(line)))

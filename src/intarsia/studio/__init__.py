@@ -1,0 +1,1 @@
+"""The studio: a page on this machine, and the server behind it; a job is a command."""

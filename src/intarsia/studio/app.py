@@ -1,0 +1,221 @@
+"""The routes of the studio, in one table, and what each answers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+
+from ..arguments import SAMPLES
+from ..errors import InputError, IntarsiaError, ParameterError
+from . import results, uploads
+from .events import Events
+from .jobs import Jobs, Refused
+from .processes import Process
+from .safety import Safety, TooLargeError
+from .schema import LIMITS, schema
+from .store import Store
+
+STATIC = Path(__file__).parent / "static"
+SIDE = 4096  # px: no picture for a page is larger
+KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
+"""What is named by its contents does not change."""
+
+Handler = Callable[[Request], Awaitable[Response]]
+
+
+class Studio:
+    """Everything that the routes work on."""
+
+    def __init__(self, folder: str | Path) -> None:
+        self.store, self.events = Store(folder), Events()
+        self.looker = Process(uploads.MOST_BYTES)
+        self.jobs = Jobs(self.store, self.events, Process(), Process())
+        self.uploads = uploads.Uploads(self.store, self.looker)
+
+    @asynccontextmanager
+    async def living(self, app: Starlette) -> AsyncIterator[None]:
+        """Work as long as the server runs; nothing is left afterwards."""
+        self.jobs.begin()
+        try:
+            yield
+        finally:
+            self.events.close()
+            await self.jobs.end()
+            await self.looker.end()
+            self.store.close()
+
+    def row(self, request: Request, kind: str) -> dict[str, Any]:
+        """The row that a request names."""
+        row = self.store.get(kind, request.path_params["id"])
+        if row is None:
+            raise Refused(404, f"there is no such {kind[:-1]}.")
+        return row
+
+    # routes
+
+    async def page(self, request: Request) -> Response:
+        return FileResponse(STATIC / "index.html", media_type="text/html")
+
+    async def schema(self, request: Request) -> Response:
+        return JSONResponse(schema())
+
+    async def sample_view(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in SAMPLES:
+            raise Refused(404, "there is no such sample.")
+        data = await self.uploads.seen([f"sample:{name}"], "albedo", side_of(request))
+        return Response(data, media_type="image/png", headers=KEPT)
+
+    async def put_exemplar(self, request: Request) -> Response:
+        if request.headers.get("content-type", "").startswith("multipart/form-data"):
+            form = await request.form(max_files=LIMITS["files"], max_fields=8)
+            parts = [(f.filename or "", await f.read()) for f in form.getlist("files") if not isinstance(f, str)]
+            await form.close()
+            if not parts:
+                raise ParameterError("no file came; send them as the field files.")
+            return JSONResponse(await self.uploads.exemplar(parts), 201)
+        given = await said(request)
+        if set(given) == {"sample"}:
+            return JSONResponse(await self.uploads.sample(given["sample"]), 201)
+        if set(given) == {"result"}:
+            return JSONResponse(await self.uploads.result(given["result"]), 201)
+        raise ParameterError("send files, or the name of a sample, or the id of a result.")
+
+    async def exemplars(self, request: Request) -> Response:
+        return JSONResponse([uploads.told(row) for row in self.store.all("exemplars")])
+
+    async def exemplar(self, request: Request) -> Response:
+        return JSONResponse(uploads.told(self.row(request, "exemplars")))
+
+    async def drop_exemplar(self, request: Request) -> Response:
+        self.store.drop("exemplars", self.row(request, "exemplars")["id"])
+        return Response(status_code=204)
+
+    async def exemplar_view(self, request: Request) -> Response:
+        row = self.row(request, "exemplars")
+        data = await self.uploads.view(row, request.path_params["plane"], side_of(request))
+        return Response(data, media_type="image/png", headers=KEPT)
+
+    async def put_image(self, request: Request) -> Response:
+        return JSONResponse(await self.uploads.image(await request.body()), 201)
+
+    async def put_job(self, request: Request) -> Response:
+        return JSONResponse(self.jobs.add(await said(request)), 202)
+
+    async def all_jobs(self, request: Request) -> Response:
+        return JSONResponse([self.jobs.get(row["id"]) for row in self.store.all("jobs")])
+
+    async def job(self, request: Request) -> Response:
+        return JSONResponse(self.jobs.get(request.path_params["id"]))
+
+    async def cancel(self, request: Request) -> Response:
+        return JSONResponse(self.jobs.cancel(request.path_params["id"]))
+
+    async def again(self, request: Request) -> Response:
+        return JSONResponse(self.jobs.again(request.path_params["id"]), 202)
+
+    async def drop_job(self, request: Request) -> Response:
+        self.jobs.drop(request.path_params["id"])
+        return Response(status_code=204)
+
+    async def preview(self, request: Request) -> Response:
+        number, data = self.jobs.previews.get(request.path_params["id"], (0, b""))
+        if not number:
+            raise Refused(404, "there is no preview of this job now.")
+        return Response(data, media_type="image/png")
+
+    async def listen(self, request: Request) -> Response:
+        return StreamingResponse(self.events.heard(self.jobs.now), media_type="text/event-stream")
+
+    async def result(self, request: Request) -> Response:
+        return JSONResponse(results.told(self.row(request, "results")))
+
+    async def result_file(self, request: Request) -> Response:
+        row, name = self.row(request, "results"), request.path_params["name"]
+        if name not in [entry["name"] for entry in row["files"]]:
+            raise Refused(404, "there is no such file.")
+        path = self.store.folder / "results" / row["id"] / name
+        return FileResponse(path, filename=name, headers=KEPT)
+
+    @property
+    def table(self) -> list[tuple[str, str, Handler]]:
+        """Method, path, handler."""
+        return [
+            ("GET", "/", self.page),
+            ("GET", "/api/schema", self.schema),
+            ("GET", "/api/samples/{name}.png", self.sample_view),
+            ("POST", "/api/exemplars", self.put_exemplar),
+            ("GET", "/api/exemplars", self.exemplars),
+            ("GET", "/api/exemplars/{id}", self.exemplar),
+            ("DELETE", "/api/exemplars/{id}", self.drop_exemplar),
+            ("GET", "/api/exemplars/{id}/{plane}.png", self.exemplar_view),
+            ("POST", "/api/images", self.put_image),
+            ("POST", "/api/jobs", self.put_job),
+            ("GET", "/api/jobs", self.all_jobs),
+            ("GET", "/api/jobs/{id}", self.job),
+            ("DELETE", "/api/jobs/{id}", self.drop_job),
+            ("POST", "/api/jobs/{id}/cancel", self.cancel),
+            ("POST", "/api/jobs/{id}/again", self.again),
+            ("GET", "/api/jobs/{id}/preview.png", self.preview),
+            ("GET", "/api/events", self.listen),
+            ("GET", "/api/results/{id}", self.result),
+            ("GET", "/api/results/{id}/files/{name}", self.result_file),
+        ]
+
+
+async def said(request: Request) -> dict[str, Any]:
+    """The JSON object of a request."""
+    try:
+        given = json.loads(await request.body())
+    except (ValueError, RecursionError):
+        given = None
+    if not isinstance(given, dict):
+        raise ParameterError("send a JSON object.")
+    return given
+
+
+def side_of(request: Request) -> int:
+    """How large a picture shall be at most."""
+    text = request.query_params.get("side", "1024")
+    if not (text.isascii() and text.isdigit() and len(text) < 6 and 1 <= int(text) <= SIDE):
+        raise ParameterError(f"side: give 1 to {SIDE} px.")
+    return int(text)
+
+
+async def _refused(request: Request, e: Exception) -> Response:
+    """One line for every error; what is not meant for a client is not told."""
+    if isinstance(e, Refused):
+        return JSONResponse({"error": str(e)}, e.status)
+    if isinstance(e, HTTPException):
+        return JSONResponse({"error": str(e.detail)}, e.status_code)
+    status = 400 if isinstance(e, ParameterError | InputError) or getattr(e, "exit_code", 1) in (2, 3, 4) else 500
+    return JSONResponse({"error": str(e)}, status)
+
+
+async def _wrong(request: Request, e: Exception) -> Response:
+    return JSONResponse({"error": f"internal error, {type(e).__name__}; please report it."}, 500)
+
+
+async def _too_large(request: Request, e: Exception) -> Response:
+    return JSONResponse({"error": "this is too large."}, 413)
+
+
+def app_of(studio: Studio, token: str | None = None) -> Safety:
+    """Return the application, with the safety layer around it."""
+    routes: list[Any] = [Route(path, handler, methods=[method]) for method, path, handler in studio.table]
+    routes.append(Mount("/static", StaticFiles(directory=STATIC)))
+    handlers: dict[Any, Any] = {
+        TooLargeError: _too_large, IntarsiaError: _refused, Refused: _refused, HTTPException: _refused,
+        Exception: _wrong,
+    }  # fmt: skip
+    return Safety(Starlette(routes=routes, exception_handlers=handlers, lifespan=studio.living), token)

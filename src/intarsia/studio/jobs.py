@@ -1,0 +1,244 @@
+"""The queue: one job after another goes to the worker; states, cancel, restart."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from ..errors import ParameterError
+from .events import Events
+from .processes import FailedError, Process
+from .results import result_of
+from .schema import LIMITS
+from .store import OPEN, Row, Store, digest
+from .words import Words, words_of
+
+PATIENCE = 3.0  # s: a worker that does not stop within them is ended
+
+JOB = (
+    "id", "verb", "exemplars", "options", "state", "fraction", "stage", "error", "created", "began", "ended", "result",
+    "label", "score",
+)  # fmt: skip
+"""What clients are told of a job."""
+
+
+class Refused(Exception):
+    """A request that cannot be met as things are; the status tells why."""
+
+    def __init__(self, status: int, line: str) -> None:
+        super().__init__(line)
+        self.status = status
+
+
+class Jobs:
+    """All jobs, and the process that carries them out."""
+
+    def __init__(self, store: Store, events: Events, worker: Process, beside: Process) -> None:
+        self.store, self.events, self.worker, self.beside = store, events, worker, beside
+        self.previews: dict[str, tuple[int, bytes]] = {}
+        self.warmth: dict[str, Any] = {"done": 0, "total": 1}
+        self._running: str | None = None
+        self._cancelled: set[str] = set()
+        self._wake = asyncio.Event()
+        self._tasks: list[asyncio.Task[None]] = []
+        self._to_score: asyncio.Queue[str] = asyncio.Queue()
+
+    # what the server asks for
+
+    def begin(self) -> None:
+        """Begin to work."""
+        self._tasks = [asyncio.create_task(self._work()), asyncio.create_task(self._score())]
+
+    async def end(self) -> None:
+        """Stop at once; what ran is interrupted at the next start."""
+        for task in self._tasks:
+            task.cancel()
+        for task in self._tasks:
+            with suppress(asyncio.CancelledError):
+                await task
+        await self.worker.end()
+        await self.beside.end()
+
+    def add(self, given: dict[str, Any]) -> Row:
+        """Check a job and queue it."""
+        verb, exemplars, options = given.get("verb"), given.get("exemplars", []), given.get("options", {})
+        label = given.get("label")
+        if unknown := set(given) - {"verb", "exemplars", "options", "label"}:
+            listed = ", ".join(sorted(unknown))[:100]
+            raise ParameterError(f"{listed} is unknown; a job has a verb, exemplars, options and a label.")
+        if not isinstance(verb, str) or not isinstance(exemplars, list) or not isinstance(options, dict):
+            raise ParameterError("a job has a verb, exemplars (a list of ids) and options (an object).")
+        if label is not None and (not isinstance(label, str) or len(label) > 200 or not label.isprintable()):
+            raise ParameterError("the label is a text of at most 200 characters.")
+        if sum(job["state"] == "queued" for job in self.store.all("jobs")) >= LIMITS["queue"]:
+            raise Refused(429, f"{LIMITS['queue']} jobs wait already; wait for some, or cancel them.")
+        asked = {"verb": verb, "exemplars": exemplars, "options": options}
+        words_of(asked, self.store)
+        names = [row["name"] for e in exemplars if (row := self.store.get("exemplars", e)) is not None]
+        empty = dict.fromkeys(("stage", "error", "began", "ended", "result", "score"))
+        job = {
+            "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
+            "label": label or " ".join([verb, *names]),
+        }  # fmt: skip
+        return self._tell(job, wake=True)
+
+    def get(self, name: str) -> Row:
+        """Return a job."""
+        job = self.store.get("jobs", name)
+        if job is None:
+            raise Refused(404, "there is no such job.")
+        return told(job)
+
+    def cancel(self, name: str) -> Row:
+        """Stop a job that waits or runs."""
+        job = self.get(name)
+        if job["state"] == "queued":
+            return self._tell(job | {"state": "cancelled", "ended": time.time()})
+        if job["state"] != "running":
+            raise Refused(409, f"this job is {job['state']}.")
+        if name not in self._cancelled:
+            self._cancelled.add(name)
+            self.worker.cancel()
+            asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, name)
+        return job
+
+    def again(self, name: str) -> Row:
+        """Queue the same job anew."""
+        job = self.get(name)
+        return self.add({key: job[key] for key in ("verb", "exemplars", "options", "label")})
+
+    def drop(self, name: str) -> None:
+        """Take a job away, and what it made unless another job made the same."""
+        job = self.get(name)
+        if job["state"] in OPEN:
+            raise Refused(409, f"this job is {job['state']}; cancel it first.")
+        self.store.drop("jobs", name)
+        made = job["result"]
+        if made is not None and all(other["result"] != made for other in self.store.all("jobs")):
+            self.store.drop("results", made)
+        self.events.tell("gone", {"job": name})
+
+    def now(self) -> list[tuple[str, Any]]:
+        """How things are, for one who begins to listen."""
+        jobs = [("job", told(job)) for job in self.store.all("jobs") if job["state"] in OPEN]
+        return [("warm", self.warmth), *jobs]
+
+    # the work
+
+    def _tell(self, job: Row, wake: bool = False) -> Row:
+        self.store.put("jobs", job)
+        self.events.tell("job", told(job))
+        if wake:
+            self._wake.set()
+        return told(job)
+
+    def _end_worker(self, name: str) -> None:
+        if self._running == name and self._cancelled & {name}:
+            self._tasks.append(asyncio.create_task(self._kill()))
+
+    async def _kill(self) -> None:
+        await self.worker.end()
+
+    async def warm(self) -> None:
+        """Have the worker load or compile what growing needs."""
+
+        def heard(said: dict[str, Any], data: bytes) -> None:
+            if "warm" in said:
+                self.warmth = dict(zip(("done", "total"), said["warm"], strict=True))
+                self.events.tell("warm", self.warmth)
+
+        with suppress(FailedError):  # then the first job compiles
+            await self.worker.ask("warm", heard)
+        self.warmth = {"done": self.warmth["total"], "total": self.warmth["total"]}
+        self.events.tell("warm", self.warmth)
+
+    async def _work(self) -> None:
+        warmed = None
+        while True:
+            if self.worker.pid is None or self.worker.pid != warmed:
+                await self.warm()
+                warmed = self.worker.pid
+            self._wake.clear()
+            waiting = [job for job in self.store.all("jobs") if job["state"] == "queued"]
+            if not waiting:
+                await self._wake.wait()
+            for job in waiting[:1]:
+                await self._carry_out(job)
+
+    async def _carry_out(self, job: Row) -> None:
+        """Do a job: its state tells how it ended."""
+        name = self._running = job["id"]
+        job = job | {"state": "running", "began": time.time(), "fraction": 0.0}
+        self._tell(job)
+        folder = self.store.under_way("results")
+        failed: dict[str, Any]
+        words = Words([])
+        try:
+            words = words_of(job, self.store)
+            answer, _ = await self.worker.ask("command", self._hearing(job), words=words.said, folder=str(folder))
+            row = await asyncio.to_thread(self._keep, job, words, answer, folder)
+            self.store.get("results", row["id"])
+            failed = {"state": "done", "result": row["id"], "fraction": 1.0, "stage": "done", "score": row["score"]}
+        except Exception as e:
+            line = str(e) or type(e).__name__
+            code = e.exit_code if isinstance(e, FailedError) else 1
+            stopped = name in self._cancelled or code == 130
+            line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
+            failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+            self._running = None
+            self._cancelled.discard(name)
+            self.previews.pop(name, None)
+        self._tell(job | failed | {"ended": time.time()})
+        if failed.get("result") and failed.get("score") is None:
+            self._to_score.put_nowait(name)
+
+    def _hearing(self, job: Row) -> Any:
+        """What to do with what the worker tells of a job."""
+        name = job["id"]
+
+        def heard(said: dict[str, Any], data: bytes) -> None:
+            if said.get("preview"):
+                number = self.previews.get(name, (0, b""))[0] + 1
+                self.previews[name] = (number, data)
+                self.events.tell("preview", {"id": name, "number": number})
+            elif "fraction" in said:
+                job.update(fraction=said["fraction"], stage=said["stage"])
+                self.events.tell("job", told(job))
+
+        return heard
+
+    def _keep(self, job: Row, words: Words, answer: dict[str, Any], folder: Path) -> Row:
+        """Keep what a job made, under the digest of its files."""
+        files = [p for p in folder.iterdir() if p.is_file()]
+        name = digest(files)
+        return self.store.keep("results", folder, result_of(name, job, words, answer, files))
+
+    async def _score(self) -> None:
+        """Score one result after another, beside the work."""
+        while True:
+            name = await self._to_score.get()
+            job = self.store.get("jobs", name)
+            row = None if job is None else self.store.get("results", job["result"])
+            if job is None or row is None or row["score_words"] is None:
+                continue
+            place = self.store.folder / "results" / row["id"]
+            with suppress(FailedError):
+                answer, _ = await self.beside.ask("command", within=120, words=row["score_words"], folder=str(place))
+                row = self.store.get("results", row["id"])
+                job = self.store.get("jobs", name)
+                if row is not None and job is not None:
+                    found = {key: answer[key] for key in ("total", "parts", "version") if key in answer}
+                    self.store.put("results", row | {"score": found})
+                    self._tell(job | {"score": found.get("total")})
+
+
+def told(job: Row) -> Row:
+    """What clients are told of a job."""
+    return {key: job.get(key) for key in JOB}

@@ -1,0 +1,109 @@
+"""The server's end of a process beside: asked one thing at a time, ended and begun anew where it no longer answers."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from ..errors import IntarsiaError
+
+Heard = Callable[[dict[str, Any], bytes], None]
+
+LONGEST = 1 << 28  # bytes of a line
+
+
+class FailedError(IntarsiaError):
+    """What was asked of a process was refused, or went wrong: one line, and the exit code that a shell would see."""
+
+    def __init__(self, line: str, code: int) -> None:
+        super().__init__(line)
+        self.exit_code = code
+
+
+class Process:
+    """A process that does the work of `worker.py`, started when it is first asked."""
+
+    def __init__(self, limit: int = 0) -> None:
+        self._limit, self._number = limit, 0
+        self._process: asyncio.subprocess.Process | None = None
+        self._turn = asyncio.Lock()
+
+    @property
+    def pid(self) -> int | None:
+        """The number of the process, while there is one."""
+        return None if self._process is None else self._process.pid
+
+    async def ask(self, do: str, heard: Heard | None = None, within: float | None = None, **given: Any) -> Any:
+        """Have it do something: what it answers, as (JSON, bytes). FailedError where that fails.
+
+        `heard` is called with what it tells meanwhile; after `within` seconds it is ended, and that is a failure.
+        """
+        async with self._turn:
+            try:
+                return await asyncio.wait_for(self._ask(do, heard, given), within)
+            except TimeoutError:
+                await self.end()
+                raise FailedError(f"this took longer than {within:.0f} s and was stopped.", 1) from None
+            except asyncio.CancelledError:
+                await self.end()
+                raise
+
+    async def _ask(self, do: str, heard: Heard | None, given: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+        process = await self._started()
+        self._number += 1
+        assert process.stdin is not None
+        try:
+            process.stdin.write(json.dumps({"number": self._number, "do": do, **given}).encode() + b"\n")
+            await process.stdin.drain()
+            while True:
+                said, data = await self._frame(process)
+                if said.get("number") != self._number:
+                    continue
+                if "done" in said:
+                    return said["done"], data
+                if "failed" in said:
+                    raise FailedError(said["failed"], said["code"])
+                if heard is not None:
+                    heard(said, data)
+        except (OSError, asyncio.IncompleteReadError):
+            code = await self.end()
+            why = "out of memory, mostly" if code in (-9, 137, -11) else f"code {code}"
+            raise FailedError(f"the process that did the work ended early ({why}); ask again.", 1) from None
+
+    async def _started(self) -> asyncio.subprocess.Process:
+        if self._process is not None and self._process.returncode is None:
+            return self._process
+        pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.worker", str(self._limit)]
+        home = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+        found = os.environ | {"PYTHONPATH": os.pathsep.join([home, *filter(None, [os.environ.get("PYTHONPATH")])])}
+        self._process = await asyncio.create_subprocess_exec(
+            *words, stdin=pipe, stdout=pipe, stderr=asyncio.subprocess.DEVNULL, limit=LONGEST, env=found,
+            start_new_session=True,
+        )  # fmt: skip
+        await self._frame(self._process)
+        return self._process
+
+    async def _frame(self, process: asyncio.subprocess.Process) -> tuple[dict[str, Any], bytes]:
+        assert process.stdout is not None
+        said = json.loads(await process.stdout.readuntil(b"\n"))
+        return said, await process.stdout.readexactly(said["bytes"])
+
+    def cancel(self) -> None:
+        """Ask it to stop what it does."""
+        if self._process is not None and self._process.stdin is not None:
+            with suppress(OSError, RuntimeError):
+                self._process.stdin.write(json.dumps({"do": "cancel", "number": self._number}).encode() + b"\n")
+
+    async def end(self) -> int | None:
+        """End it now; return its exit code."""
+        process, self._process = self._process, None
+        if process is None:
+            return None
+        with suppress(ProcessLookupError):
+            process.kill()
+        return await process.wait()

@@ -1,0 +1,45 @@
+"""What is told of a result: its files and what each holds, the command to copy, the score once it is known."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .store import Row
+from .words import MAP, Words
+
+PUBLIC = ("id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "made", "score")
+
+
+def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: Sequence[Path]) -> Row:
+    """Return the row of a result: what the command told, without a path."""
+    holds = {Path(entry["path"]).name: entry["holds"] for entry in answer.get("files", [])}
+    entries = [
+        {"name": p.name, "holds": holds.get(p.name, "map" if p.name == MAP else "recipe"), "bytes": p.stat().st_size}
+        for p in sorted(files)
+    ]
+    pictures = [Path(entry["path"]).name for entry in answer.get("files", []) if Path(entry["path"]).name != MAP]
+    clean = words.cleaned(answer)
+    return {
+        "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
+        "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
+        "command": words.command(pictures[0] if pictures else "out.png"), "made": time.time(), "score": None,
+        "score_words": _score_words(words, pictures, entries),
+    }  # fmt: skip
+
+
+def _score_words(words: Words, pictures: Sequence[str], entries: Sequence[Row]) -> list[str] | None:
+    """The words that score a result in its folder; None where it has no exemplar or no map."""
+    sources = [w for w in words.said[1:] if not w.startswith("-")]
+    if not pictures or not sources or words.said[0] == "render" or MAP not in [e["name"] for e in entries]:
+        return None
+    return ["score", *sources, pictures[0], f"--map={MAP}", "--json"]
+
+
+def told(row: Row) -> Row:
+    """What clients are told of a result."""
+    address = f"/api/results/{row['id']}"
+    files = [entry | {"url": f"{address}/files/{entry['name']}"} for entry in row["files"]]
+    return {key: row[key] for key in PUBLIC} | {"files": files}

@@ -1,0 +1,135 @@
+"""One layer around all routes: only this machine's own page comes in, with its token, and nothing too large."""
+
+from __future__ import annotations
+
+import hmac
+import os
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any
+
+from starlette.datastructures import Headers, MutableHeaders, QueryParams
+from starlette.requests import cookie_parser
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse
+
+from .schema import LIMITS
+
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Any, Receive, Send], Awaitable[None]]
+
+HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; object-src 'none'; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+}
+READS = ("GET", "HEAD")
+LARGE = {"/api/exemplars": LIMITS["upload"], "/api/images": LIMITS["image"]}
+
+
+class TooLargeError(Exception):
+    """More came in than may."""
+
+
+class Safety:
+    """Refuses what does not come from the studio's own page, or from a program that knows the token."""
+
+    def __init__(self, app: App, token: str | None = None) -> None:
+        self.app, self.token = app, token or os.urandom(16).hex()
+        self.port = 0
+
+    @property
+    def cookie(self) -> str:
+        """The name of the cookie: cookies do not know ports."""
+        return f"intarsia-{self.port}"
+
+    async def __call__(self, scope: Any, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            if scope["type"] == "lifespan":
+                await self.app(scope, receive, send)
+            return
+
+        async def sent(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers[name] = value
+                headers.setdefault("Cache-Control", "no-store")
+            await send(message)
+
+        refusal = self._refusal(scope)
+        if refusal is not None:
+            await refusal(scope, receive, sent)
+            return
+        try:
+            await self.app(scope, self._limited(scope, receive), sent)
+        except TooLargeError:
+            await _error(413, "this is too large.")(scope, receive, sent)
+
+    def _refusal(self, scope: Any) -> Any:
+        """Return what a request is answered that does not come in; None for one that does."""
+        headers = Headers(scope=scope)
+        own = {f"127.0.0.1:{self.port}", f"localhost:{self.port}"}
+        if headers.get("host") not in own:
+            return _error(403, "this host is not served here.")
+        origin, site = headers.get("origin"), headers.get("sec-fetch-site")
+        if origin is not None and origin not in {f"http://{host}" for host in own}:
+            return _error(403, "requests from other pages are not served.")
+        if scope["method"] not in READS and site not in (None, "same-origin"):
+            return _error(403, "requests from other pages are not served.")
+        if scope["path"] == "/" and scope["method"] == "GET" and (given := _query_token(scope)) is not None:
+            return self._entrance(given)
+        if not self._known(headers):
+            return _asked_for_token(scope["path"])
+        if scope["method"] not in READS and headers.get("x-intarsia") != "1":
+            return _error(403, "a request that changes something carries the header X-Intarsia: 1.")
+        return None
+
+    def _known(self, headers: Headers) -> bool:
+        """Whether a request carries the token, in the cookie or as `Authorization: Bearer`."""
+        cookies = cookie_parser(headers.get("cookie", ""))
+        bearer = headers.get("authorization", "")
+        given = cookies.get(self.cookie) or (bearer[7:] if bearer.startswith("Bearer ") else "")
+        return hmac.compare_digest(given.encode(), self.token.encode())
+
+    def _entrance(self, given: str) -> Any:
+        if not hmac.compare_digest(given.encode(), self.token.encode()):
+            return _asked_for_token("/")
+        answer = RedirectResponse("/", 303)
+        answer.set_cookie(self.cookie, self.token, httponly=True, samesite="strict", path="/")
+        return answer
+
+    def _limited(self, scope: Any, receive: Receive) -> Receive:
+        """Count what comes in, and stop where it is too much."""
+        most, got = LARGE.get(scope["path"], LIMITS["json"]), 0
+        length = Headers(scope=scope).get("content-length", "")
+        announced = int(length) if length.isdigit() else 0
+
+        async def limited() -> Message:
+            nonlocal got
+            if announced > most:
+                raise TooLargeError
+            message = await receive()
+            got += len(message.get("body", b""))
+            if got > most:
+                raise TooLargeError
+            return message
+
+        return limited
+
+
+def _query_token(scope: Any) -> str | None:
+    return QueryParams(scope["query_string"]).get("token")
+
+
+def _asked_for_token(path: str) -> Any:
+    line = "open the address that intarsia studio printed: it carries the token of this studio."
+    return _error(401, line) if path.startswith("/api/") else PlainTextResponse(f"intarsia: {line}\n", 401)
+
+
+def _error(status: int, line: str) -> JSONResponse:
+    return JSONResponse({"error": line}, status)

@@ -1,0 +1,133 @@
+"""Files in: limits before decoding, names made here, decoding in a process with limits; what can be seen of them."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..arguments import SAMPLES
+from ..errors import InputError, said
+from .processes import FailedError, Process
+from .store import Row, Store, digest
+
+MOST_BYTES = 3 << 30  # address space of the process that decodes
+WITHIN = 30.0  # s for it to look at an exemplar
+
+MAGIC = {
+    "png": ((b"\x89PNG\r\n\x1a\n",), (".png",)),
+    "jpeg": ((b"\xff\xd8\xff",), (".jpg", ".jpeg")),
+    "tiff": ((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), (".tif", ".tiff")),
+    "exr": ((b"v/1\x01",), (".exr",)),
+    "hdr": ((b"#?RADIANCE", b"#?RGBE"), (".hdr",)),
+    "gif": ((b"GIF87a", b"GIF89a"), (".gif",)),
+    "webp": ((b"RIFF",), (".webp",)),
+    "bmp": ((b"BM",), (".bmp",)),
+    "ppm": ((b"P3", b"P6"), (".ppm",)),
+    "pgm": ((b"P2", b"P5"), (".pgm",)),
+    "pfm": ((b"PF", b"Pf"), (".pfm",)),
+}
+"""Formats that may come in: their first bytes, and what their names end in."""
+
+EXEMPLAR = ("id", "name", "width", "height", "planes", "depth", "channels", "created")
+
+
+def ending_of(data: bytes, name: str) -> str:
+    """Return what the name of a file shall end in, by its first bytes. InputError where they are of no known format."""
+    for format, (marks, endings) in MAGIC.items():
+        if data.startswith(marks) and (format != "webp" or data[8:12] == b"WEBP"):
+            own = Path(name).suffix.lower()
+            return own if own in endings else endings[0]
+    raise InputError("this is no picture in a format that is read here; send PNG, JPEG, TIFF, EXR, HDR, WebP or BMP.")
+
+
+def stem_of(name: str) -> str:
+    """Return what of a name is kept: letters, digits, _ and - of its last part, without its ending."""
+    last = re.split(r"[/\\]", name)[-1]
+    stem = last.rpartition(".")[0] or last
+    kept = "".join(c if (c.isalnum() or c in "_-") and c.isprintable() else "_" for c in stem)
+    return kept.strip("_")[:60].lstrip("-") or "picture"
+
+
+class Uploads:
+    """What comes in, and the process that looks at it."""
+
+    def __init__(self, store: Store, looker: Process) -> None:
+        self.store, self.looker = store, looker
+
+    async def exemplar(self, parts: Sequence[tuple[str, bytes]]) -> Row:
+        """Keep the files of one exemplar, given as (name, contents)."""
+        folder, names = self.store.under_way("exemplars"), list[str]()
+        try:
+            for name, data in parts:
+                own = stem_of(name) + ending_of(data[:32], name)
+                if own in names:
+                    raise InputError(f"two files are called {own}; rename one.")
+                names.append(own)
+                (folder / own).write_bytes(data)
+            paths = [str(folder / name) for name in names]
+            row = await self._looked(paths)
+            row |= {"id": digest(folder.iterdir()), "files": names}
+            return told(self.store.keep("exemplars", folder, row))
+        except FailedError as e:
+            raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    async def sample(self, name: Any) -> Row:
+        """Take a built-in exemplar."""
+        if name not in SAMPLES:
+            raise InputError(f"{said(name)} is no built-in exemplar; give one of {', '.join(SAMPLES)}.")
+        row = await self._looked([f"sample:{name}"])
+        row |= {"id": digest((), f"sample:{name}"), "files": [], "sample": name}
+        return told(self.store.get("exemplars", row["id"]) or self.store.put("exemplars", row))
+
+    async def result(self, name: Any) -> Row:
+        """Take a result as an exemplar."""
+        row = self.store.get("results", name) if isinstance(name, str) else None
+        if row is None:
+            raise InputError(f"{said(name)} is not the id of a result.")
+        place = self.store.folder / "results" / row["id"]
+        return await self.exemplar([(name, (place / name).read_bytes()) for name in row["pictures"]])
+
+    async def _looked(self, paths: list[str]) -> Row:
+        seen, _ = await self.looker.ask("look", within=WITHIN, paths=paths)
+        return {**seen, "created": time.time()}
+
+    async def image(self, data: bytes) -> Row:
+        """Keep a picture of numbers: labels, a mask."""
+        if ending_of(data[:32], "x.png") != ".png":
+            raise InputError("the image is no PNG; save it so, with one channel of 8 bits.")
+        folder = self.store.under_way("images")
+        try:
+            path = folder / "image.png"
+            path.write_bytes(data)
+            seen, _ = await self.looker.ask("look", within=WITHIN, paths=[str(path)], labels=True)
+            row = {**seen, "id": digest([path])}
+            path.replace(self.store.image(row["id"]))
+            return self.store.put("images", row)
+        except FailedError as e:
+            raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    async def view(self, row: Row, plane: str, side: int) -> bytes:
+        """Return what can be seen of a plane of an exemplar, as PNG."""
+        place = self.store.folder / "exemplars" / row["id"]
+        paths = [f"sample:{row['sample']}"] if row.get("sample") else [str(place / name) for name in row["files"]]
+        return await self.seen(paths, plane, side)
+
+    async def seen(self, paths: list[str], plane: str, side: int) -> bytes:
+        """Return what can be seen of a plane of an exemplar's files."""
+        _, data = await self.looker.ask("see", within=WITHIN, paths=paths, plane=plane, side=side)
+        picture: bytes = data
+        return picture
+
+
+def told(row: Row) -> Row:
+    """What clients are told of an exemplar."""
+    planes = [plane | {"view": f"/api/exemplars/{row['id']}/{plane['name']}.png"} for plane in row["planes"]]
+    return {key: row[key] for key in EXEMPLAR} | {"planes": planes, "sample": row.get("sample")}

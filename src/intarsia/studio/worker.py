@@ -1,0 +1,117 @@
+"""The process beside the server: it is warm, and does what it is told, one thing after another.
+
+It reads lines of JSON from its standard input and answers with frames on what was its standard output: a line of JSON
+that tells how many bytes follow. It ends when its input does, so that none outlives its server.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import sys
+import threading
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, BinaryIO
+
+Answer = tuple[dict[str, Any], bytes]
+Tell = Callable[..., None]
+"""Sends what is known so far: fields of JSON, and `data` as bytes."""
+
+WORK = {
+    "command": ("intarsia.studio.running", "command"),
+    "warm": ("intarsia.studio.running", "warm"),
+    "look": ("intarsia.studio.looking", "look"),
+    "see": ("intarsia.studio.looking", "see"),
+}
+"""What can be asked for -> where the function is that does it; it is given what was said, and how to tell more."""
+
+_cancelled: set[int] = set()
+
+
+class Channel:
+    """Frames out, lines in."""
+
+    def __init__(self, out: BinaryIO) -> None:
+        self._out, self._lock = out, threading.Lock()
+
+    def send(self, said: dict[str, Any], data: bytes = b"") -> None:
+        """Send a frame; a server that is gone ends this process."""
+        line = json.dumps({**said, "bytes": len(data)}).encode()
+        try:
+            with self._lock:
+                self._out.write(line + b"\n" + data)
+                self._out.flush()
+        except OSError:
+            os._exit(1)
+
+
+def main(limit: int = 0) -> None:
+    """Work until the input ends; `limit` is the most address space in bytes, 0: as much as there is."""
+    if limit:
+        _limit(limit)
+    channel = Channel(os.fdopen(os.dup(1), "wb"))
+    os.dup2(2, 1)  # whatever a library prints is no frame
+    import warnings
+
+    warnings.simplefilter("ignore")
+    from ..disk.memory import make_room
+
+    make_room()
+    todo: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(sys.stdin.buffer, todo), daemon=True).start()
+    channel.send({"ready": os.getpid()})
+    while True:
+        _do(todo.get(), channel)
+
+
+def _limit(limit: int) -> None:
+    """Take no more address space than this, and leave no core dump."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    if hard == resource.RLIM_INFINITY or hard > limit:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
+    """Hand on what is asked for; a cancel is heard at once."""
+    from ..cli.exits import CANCEL
+
+    for line in lines:
+        said = json.loads(line)
+        if said["do"] == "cancel":
+            _cancelled.add(said["number"])
+            CANCEL.set()
+        else:
+            todo.put(said)
+    os._exit(0)
+
+
+def _do(said: dict[str, Any], channel: Channel) -> None:
+    """Do one thing, and answer: what came of it, or why it failed, in one line."""
+    from ..cli.exits import CANCEL, judge
+
+    number = said["number"]
+
+    def tell(data: bytes = b"", **more: Any) -> None:
+        channel.send({"number": number, **more}, data)
+
+    CANCEL.clear()
+    if number in _cancelled:
+        CANCEL.set()
+    try:
+        module, name = WORK[said["do"]]
+        answer, data = getattr(import_module(module), name)(said, tell)
+        channel.send({"number": number, "done": answer}, data)
+    except BaseException as e:
+        code, line = judge(e)
+        channel.send({"number": number, "failed": line, "code": 130 if CANCEL.is_set() else code})
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 0)
