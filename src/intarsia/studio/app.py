@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
 from starlette.applications import Starlette
+from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
@@ -23,9 +26,11 @@ from .jobs import Jobs, Refused
 from .processes import Process
 from .safety import Safety, TooLargeError
 from .schema import LIMITS, schema
+from .showing import FOUND, Showing
 from .store import Store
 
 STATIC = Path(__file__).parent / "static"
+WHOLE = re.compile("-?[0-9]{1,15}")
 SIDE = 4096  # px: no picture for a page is larger
 KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
 """What is named by its contents does not change."""
@@ -39,8 +44,10 @@ class Studio:
     def __init__(self, folder: str | Path) -> None:
         self.store, self.events = Store(folder), Events()
         self.looker = Process(uploads.MOST_BYTES)
-        self.jobs = Jobs(self.store, self.events, Process(), Process())
+        beside = Process()
+        self.jobs = Jobs(self.store, self.events, Process(), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
+        self.showing = Showing(self.store, self.uploads, beside)
 
     @asynccontextmanager
     async def living(self, app: Starlette) -> AsyncIterator[None]:
@@ -52,6 +59,7 @@ class Studio:
             self.events.close()
             await self.jobs.end()
             await self.looker.end()
+            await self.showing.weaver.end()
             self.store.close()
 
     def row(self, request: Request, kind: str) -> dict[str, Any]:
@@ -73,8 +81,7 @@ class Studio:
         name = request.path_params["name"]
         if name not in SAMPLES:
             raise Refused(404, "there is no such sample.")
-        data = await self.uploads.seen([f"sample:{name}"], "albedo", side_of(request))
-        return Response(data, media_type="image/png", headers=KEPT)
+        return picture(await self.showing.sample(name, side_of(request)))
 
     async def put_exemplar(self, request: Request) -> Response:
         if request.headers.get("content-type", "").startswith("multipart/form-data"):
@@ -103,8 +110,20 @@ class Studio:
 
     async def exemplar_view(self, request: Request) -> Response:
         row = self.row(request, "exemplars")
-        data = await self.uploads.view(row, request.path_params["plane"], side_of(request))
-        return Response(data, media_type="image/png", headers=KEPT)
+        return picture(await self.showing.exemplar(row, request.path_params["plane"], side_of(request)))
+
+    async def edit(self, request: Request) -> Response:
+        row = self.row(request, "exemplars")
+        return JSONResponse(await self.showing.edited(row, await said(request)), 201)
+
+    async def found(self, request: Request) -> Response:
+        return JSONResponse(await self.showing.found(self.row(request, "exemplars")))
+
+    async def overlay(self, request: Request) -> Response:
+        kind = request.path_params["kind"]
+        if kind not in FOUND:
+            raise Refused(404, f"there is no such overlay; give {', '.join(FOUND)}.")
+        return picture(await self.showing.overlay(self.row(request, "exemplars"), kind))
 
     async def put_image(self, request: Request) -> Response:
         return JSONResponse(await self.uploads.image(await request.body()), 201)
@@ -147,6 +166,33 @@ class Studio:
         path = self.store.folder / "results" / row["id"] / name
         return FileResponse(path, filename=name, headers=KEPT)
 
+    async def view(self, request: Request) -> Response:
+        row = self.row(request, "results")
+        return picture(await self.showing.result(row, request.path_params["kind"], side_of(request)))
+
+    async def origins(self, request: Request) -> Response:
+        data = await self.showing.origins(self.row(request, "results"))
+        return Response(data, media_type="application/octet-stream", headers=KEPT)
+
+    async def archive(self, request: Request) -> Response:
+        row = self.row(request, "results")
+        path = await self.showing.archive(row)
+        name = f"{Path(row['pictures'][0]).stem if row['pictures'] else 'result'}.zip"
+        return FileResponse(path, filename=name, background=BackgroundTask(shutil.rmtree, path.parent, True))
+
+    async def put_weave(self, request: Request) -> Response:
+        return JSONResponse(await self.showing.weave(await said(request)), 201)
+
+    async def tile(self, request: Request) -> Response:
+        async def wanted() -> bool:
+            return not await request.is_disconnected()
+
+        found = [request.path_params[name] for name in ("y", "x")]
+        if not all(WHOLE.fullmatch(text) for text in found):
+            raise Refused(404, "there is no such tile; its row and its column are whole numbers.")
+        y, x = map(int, found)
+        return picture(await self.showing.tile(request.path_params["id"], y, x, wanted))
+
     @property
     def table(self) -> list[tuple[str, str, Handler]]:
         """Method, path, handler."""
@@ -159,6 +205,9 @@ class Studio:
             ("GET", "/api/exemplars/{id}", self.exemplar),
             ("DELETE", "/api/exemplars/{id}", self.drop_exemplar),
             ("GET", "/api/exemplars/{id}/{plane}.png", self.exemplar_view),
+            ("POST", "/api/exemplars/{id}/edit", self.edit),
+            ("GET", "/api/exemplars/{id}/found", self.found),
+            ("GET", "/api/exemplars/{id}/found/{kind}.png", self.overlay),
             ("POST", "/api/images", self.put_image),
             ("POST", "/api/jobs", self.put_job),
             ("GET", "/api/jobs", self.all_jobs),
@@ -170,7 +219,17 @@ class Studio:
             ("GET", "/api/events", self.listen),
             ("GET", "/api/results/{id}", self.result),
             ("GET", "/api/results/{id}/files/{name}", self.result_file),
+            ("GET", "/api/results/{id}/all.zip", self.archive),
+            ("GET", "/api/results/{id}/view/{kind}.png", self.view),
+            ("GET", "/api/results/{id}/map.bin", self.origins),
+            ("POST", "/api/weaves", self.put_weave),
+            ("GET", "/api/weaves/{id}/{y}/{x}.png", self.tile),
         ]
+
+
+def picture(data: bytes) -> Response:
+    """A PNG that is named by its contents."""
+    return Response(data, media_type="image/png", headers=KEPT)
 
 
 async def said(request: Request) -> dict[str, Any]:

@@ -10,11 +10,8 @@ from ..errors import InputError
 from .worker import Answer, Tell
 
 if TYPE_CHECKING:
+    from ..exemplar import Exemplar
     from ..image import Plane
-
-FORMATS = ("png", "jpeg", "tiff", "exr", "hdr", "gif", "webp", "bmp", "pnm")
-"""What may come in, told by the first bytes."""
-
 
 def look(said: dict[str, Any], tell: Tell) -> Answer:
     """Read the files of one exemplar, or an image of numbers; return what they are."""
@@ -47,11 +44,15 @@ def _group(paths: list[str]) -> dict[str, str]:
     return {name: os.fspath(path) for name, path in (layers or sets[0]).items()}
 
 
-def _exemplar(paths: list[str]) -> Answer:
+def exemplar_of(paths: list[str]) -> Exemplar:
+    """Read the files of one exemplar."""
     from .. import files
 
-    found = _group(paths)
-    exemplar = files.read_set(found)
+    return files.read_set(_group(paths))
+
+
+def _exemplar(paths: list[str]) -> Answer:
+    exemplar = exemplar_of(paths)
     planes = [_told(name, plane) for name, plane in exemplar.planes.items()]
     if exemplar.usable is not None:
         planes.append({"name": "mask", "width": exemplar.width, "height": exemplar.height, "depth": 8, "channels": 1})

@@ -6,13 +6,15 @@ import asyncio
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Any
 
 from ..errors import IntarsiaError
 
 Heard = Callable[[dict[str, Any], bytes], None]
+
+Wanted = Callable[[], Awaitable[bool]]
 
 LONGEST = 1 << 28  # bytes of a line
 
@@ -38,12 +40,18 @@ class Process:
         """The number of the process, while there is one."""
         return None if self._process is None else self._process.pid
 
-    async def ask(self, do: str, heard: Heard | None = None, within: float | None = None, **given: Any) -> Any:
+    async def ask(
+        self, do: str, heard: Heard | None = None, within: float | None = None, wanted: Wanted | None = None,
+        **given: Any,
+    ) -> Any:  # fmt: skip
         """Have it do something: what it answers, as (JSON, bytes). FailedError where that fails.
 
         `heard` is called with what it tells meanwhile; after `within` seconds it is ended, and that is a failure.
+        When its turn comes, nothing is done that is no longer `wanted`.
         """
         async with self._turn:
+            if wanted is not None and not await wanted():
+                raise FailedError("nobody waits for this any more.", 1)
             try:
                 return await asyncio.wait_for(self._ask(do, heard, given), within)
             except TimeoutError:

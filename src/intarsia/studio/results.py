@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .store import Row
-from .words import MAP, Words
+from .words import MAP, Words, score_words
 
 PUBLIC = ("id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "made", "score")
 
@@ -21,21 +21,13 @@ def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: 
         for p in sorted(files)
     ]
     pictures = [Path(entry["path"]).name for entry in answer.get("files", []) if Path(entry["path"]).name != MAP]
-    clean = words.cleaned(answer)
+    clean, judged = words.cleaned(answer), bool(pictures) and job["verb"] != "render"
     return {
         "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
         "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
         "command": words.command(pictures[0] if pictures else "out.png"), "made": time.time(), "score": None,
-        "score_words": _score_words(words, pictures, entries),
+        "score_words": score_words(words, pictures[0]) if judged else None,
     }  # fmt: skip
-
-
-def _score_words(words: Words, pictures: Sequence[str], entries: Sequence[Row]) -> list[str] | None:
-    """The words that score a result in its folder; None where it has no exemplar or no map."""
-    sources = [w for w in words.said[1:] if not w.startswith("-")]
-    if not pictures or not sources or words.said[0] == "render" or MAP not in [e["name"] for e in entries]:
-        return None
-    return ["score", *sources, pictures[0], f"--map={MAP}", "--json"]
 
 
 def told(row: Row) -> Row:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import shutil
 import time
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,22 +61,18 @@ class Uploads:
 
     async def exemplar(self, parts: Sequence[tuple[str, bytes]]) -> Row:
         """Keep the files of one exemplar, given as (name, contents)."""
-        folder, names = self.store.under_way("exemplars"), list[str]()
-        try:
+
+        async def write(folder: Path) -> list[str]:
+            names = list[str]()
             for name, data in parts:
                 own = stem_of(name) + ending_of(data[:32], name)
                 if own in names:
                     raise InputError(f"two files are called {own}; rename one.")
                 names.append(own)
-                (folder / own).write_bytes(data)
-            paths = [str(folder / name) for name in names]
-            row = await self._looked(paths)
-            row |= {"id": digest(folder.iterdir()), "files": names}
-            return told(self.store.keep("exemplars", folder, row))
-        except FailedError as e:
-            raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+                await asyncio.to_thread((folder / own).write_bytes, data)
+            return names
+
+        return await self.made(write)
 
     async def sample(self, name: Any) -> Row:
         """Take a built-in exemplar."""
@@ -114,17 +111,25 @@ class Uploads:
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
-    async def view(self, row: Row, plane: str, side: int) -> bytes:
-        """Return what can be seen of a plane of an exemplar, as PNG."""
-        place = self.store.folder / "exemplars" / row["id"]
-        paths = [f"sample:{row['sample']}"] if row.get("sample") else [str(place / name) for name in row["files"]]
-        return await self.seen(paths, plane, side)
+    async def made(self, write: Callable[[Path], Awaitable[list[str]]]) -> Row:
+        """Keep an exemplar whose files are written into a folder; `write` does that, and returns their names."""
+        folder = self.store.under_way("exemplars")
+        try:
+            return await self._kept(folder, await write(folder))
+        except FailedError as e:
+            raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
 
-    async def seen(self, paths: list[str], plane: str, side: int) -> bytes:
-        """Return what can be seen of a plane of an exemplar's files."""
-        _, data = await self.looker.ask("see", within=WITHIN, paths=paths, plane=plane, side=side)
-        picture: bytes = data
-        return picture
+    async def _kept(self, folder: Path, names: list[str]) -> Row:
+        row = await self._looked([str(folder / name) for name in names])
+        row |= {"id": digest(folder.iterdir()), "files": names}
+        return told(self.store.keep("exemplars", folder, row))
+
+    def paths_of(self, row: Row) -> list[str]:
+        """The files of an exemplar."""
+        place = self.store.folder / "exemplars" / row["id"]
+        return [f"sample:{row['sample']}"] if row.get("sample") else [str(place / name) for name in row["files"]]
 
 
 def told(row: Row) -> Row:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import click
 
 from ..cli.app import cli
 from ..cli.exits import judge
+from ..cli.request import Inputs
 from ..errors import InputError, ParameterError, said
-from ..params import parse
+from ..methods.base import METHODS, method_class
+from ..params import OVER, parameters, parse
 from . import schema
 from .store import Row, Store
 
@@ -140,6 +142,17 @@ def _option(option: schema.Option, value: Any, words: Words, store: Store) -> li
     return [f"{flag}={text}" for text in found]
 
 
+SCORED = ("--alpha", "--avoid", "--toroidal", "--crop", "--scale", "--flatten")
+"""Options on exemplars that the command score has, too."""
+
+
+def score_words(words: Words, picture: str) -> list[str]:
+    """The words that score the picture of a result in its folder."""
+    sources = [w for w in words.said[1:] if not w.startswith("-")]
+    shared = [w for w in words.said if w.partition("=")[0] in SCORED]
+    return ["score", *sources, *shared, picture, f"--map={MAP}", "--json"]
+
+
 def _image(option: schema.Option, value: Any, words: Words, store: Store) -> str:
     if value in option["choices"]:
         return str(value)
@@ -166,6 +179,32 @@ def _text(option: schema.Option, value: Any) -> str:
                 raise ParameterError(f"{name}={said(text)} is not allowed; give a number or an image's id.") from None
         parse(schema.parameter(option["field"]), text)
     return text
+
+
+def method_values(method: str, given: Any) -> dict[str, str]:
+    """Return parameters of a method as texts that are checked; a picture is none of them here."""
+    if not isinstance(given, dict):
+        raise ParameterError("options is an object.")
+    known = {p.name: p for p in parameters(method_class(method))} if method in METHODS else {}
+    for name in given:
+        if name not in known:
+            raise ParameterError(f"{said(method)} has no parameter {said(name)}.")
+    texts = {}
+    for name, value in given.items():
+        p = known[name]
+        option = {"name": name, "field": name, "kind": p.kind, "choices": p.choices, "image": p.kind in OVER}
+        if value is not None:
+            texts[name] = _text(option | {"parameter": True}, value)
+    return texts
+
+
+def inputs_of(words: Sequence[str]) -> Inputs:
+    """What the words of `score` say of the exemplars."""
+    command = cli.get_command(click.Context(cli), words[0])
+    assert command is not None
+    with command.make_context(words[0], list(words[1:])) as ctx:
+        given = {f.name: ctx.params[f.name] for f in fields(Inputs) if f.name in ctx.params}
+    return Inputs(**given)
 
 
 def _check(words: Sequence[str]) -> None:

@@ -24,6 +24,13 @@ WORK = {
     "warm": ("intarsia.studio.running", "warm"),
     "look": ("intarsia.studio.looking", "look"),
     "see": ("intarsia.studio.looking", "see"),
+    "view": ("intarsia.studio.views", "view"),
+    "origins": ("intarsia.studio.views", "origins"),
+    "find": ("intarsia.studio.found", "find"),
+    "overlay": ("intarsia.studio.found", "overlay"),
+    "edit": ("intarsia.studio.found", "edit"),
+    "weave": ("intarsia.studio.weaving", "begin"),
+    "tile": ("intarsia.studio.weaving", "tile"),
 }
 """What can be asked for -> where the function is that does it; it is given what was said, and how to tell more."""
 

@@ -116,7 +116,7 @@ def _joins(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
     over = np.clip(stretched(cost, picture.shape) * 100 / (FULL * worst.bad), 0, 1)[..., None]
     gray = picture.astype(np.float32).mean(axis=2, keepdims=True)
     pale = PALE * gray + (1 - PALE) * 226
-    pixels = pale * (1 - over**0.6) + _ramp(HEAT, over[..., 0]) * over**0.6
+    pixels = pale * (1 - over**0.6) + ramp(HEAT, over[..., 0]) * over**0.6
     said = "The redder, the more changes where another piece of the exemplar begins"
     return Drawn("joins", "Where joins cost", said, pixels.astype(np.uint8))
 
@@ -142,7 +142,8 @@ def stretched(cells: Array, shape: tuple[int, ...]) -> Array:
     return cells.astype(np.float32)
 
 
-def _ramp(colours: Sequence[tuple[float, tuple[int, int, int]]], value: Array) -> Array:
+def ramp(colours: Sequence[tuple[float, tuple[int, int, int]]], value: Array) -> Array:
+    """Give numbers of 0 to 1 the colours between those of a scale: one more axis, RGB as floats."""
     table = np.linspace(0, 1, 256)
     at = [where for where, _ in colours]
     scale = np.stack([np.interp(table, at, [c[k] for _, c in colours]) for k in range(3)], axis=1).astype(np.float32)
@@ -208,7 +209,7 @@ def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> Drawn:
     for picture, share, e in zip(shown, often, outcome.exemplars, strict=True):
         value = np.log1p(np.minimum(_fitted(share, picture.shape), MANY)) / np.log1p(MANY)
         light = 0.6 + 0.4 * picture.astype(np.float32).mean(axis=2, keepdims=True) / 255
-        drawn = (_ramp(USES, value) * light).astype(np.uint8)
+        drawn = (ramp(USES, value) * light).astype(np.uint8)
         if e.usable is not None:
             drawn[~_fitted(e.usable, picture.shape)] = PAPER
         parts.append(drawn)

@@ -1,0 +1,207 @@
+"""What the routes answer that show: views of results, what was found in exemplars, endless canvases, archives."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import json
+import shutil
+import zipfile
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+from ..choosing.auto import AUTO_METHOD
+from ..errors import InputError, ParameterError, said
+from ..methods.base import METHODS, Ability, method_class
+from .processes import Process
+from .store import Row, Store
+from .uploads import Uploads
+from .words import ID, MAP, method_values
+
+FOUND = ("lattice", "courses", "elements", "striking", "segments")
+VIEWS = ("pieces", "seams", "usage", "provenance", "damaged")
+HELD = 64 << 20  # bytes of pictures that are kept
+WITHIN = 120.0  # s for one picture
+FARTHEST = 1 << 40  # tiles from the middle
+WEAVES = 100
+
+Wanted = Callable[[], Awaitable[bool]]
+
+
+class Pictures:
+    """Pictures that were drawn lately, by what they are of."""
+
+    def __init__(self, most: int = HELD) -> None:
+        self._held: OrderedDict[tuple[Any, ...], bytes] = OrderedDict()
+        self._most, self._size = most, 0
+
+    def get(self, key: tuple[Any, ...]) -> bytes | None:
+        """Return a picture, if it is kept."""
+        if key in self._held:
+            self._held.move_to_end(key)
+        return self._held.get(key)
+
+    def keep(self, key: tuple[Any, ...], data: bytes) -> bytes:
+        """Keep a picture; those that were asked for longest ago give way."""
+        self._size += len(data) - len(self._held.pop(key, b""))
+        self._held[key] = data
+        while self._size > self._most:
+            self._size -= len(self._held.popitem(last=False)[1])
+        return data
+
+
+class Showing:
+    """Draws, in the processes beside, what is asked for, and keeps it a while."""
+
+    def __init__(self, store: Store, uploads: Uploads, beside: Process) -> None:
+        self.store, self.uploads, self.beside, self.weaver = store, uploads, beside, Process()
+        self.pictures = Pictures()
+        self.weaves: OrderedDict[str, Row] = OrderedDict()
+
+    async def _drawn(self, key: tuple[Any, ...], process: Process, do: str, **given: Any) -> bytes:
+        found = self.pictures.get(key)
+        if found is None:
+            _, data = await process.ask(do, within=WITHIN, **given)
+            found = self.pictures.keep(key, data)
+        return found
+
+    # exemplars
+
+    def paths_of(self, row: Row) -> list[str]:
+        """The files of an exemplar."""
+        return self.uploads.paths_of(row)
+
+    async def exemplar(self, row: Row, plane: str, side: int) -> bytes:
+        """What can be seen of a plane of an exemplar."""
+        if plane not in [known["name"] for known in row["planes"]]:
+            raise InputError(f"this exemplar has no plane {said(plane)}.")
+        key, paths = ("exemplar", row["id"], plane, side), self.paths_of(row)
+        return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=plane, side=side)
+
+    async def sample(self, name: str, side: int) -> bytes:
+        """What a built-in exemplar looks like."""
+        given = {"paths": [f"sample:{name}"], "plane": "albedo", "side": side}
+        return await self._drawn(("sample", name, side), self.uploads.looker, "see", **given)
+
+    async def found(self, row: Row) -> Row:
+        """What was found in an exemplar; kept in its row."""
+        if "found" not in row:
+            answer, _ = await self.beside.ask("find", within=WITHIN, paths=self.paths_of(row))
+            row = (self.store.get("exemplars", row["id"]) or row) | {"found": answer}
+            self.store.put("exemplars", row)
+        found: Row = row["found"]
+        return found
+
+    async def overlay(self, row: Row, kind: str) -> bytes:
+        """What was found, as a picture to lay over the exemplar."""
+        given = {"paths": self.paths_of(row), "kind": kind}
+        return await self._drawn(("overlay", row["id"], kind), self.beside, "overlay", **given)
+
+    async def edited(self, row: Row, given: dict[str, Any]) -> Row:
+        """Cut, straighten or flatten an exemplar: a new one."""
+        crop, flags = given.get("crop"), {name: given.get(name, False) for name in ("straighten", "flatten")}
+        if set(given) - {"crop", *flags} or not all(isinstance(flag, bool) for flag in flags.values()):
+            raise ParameterError("give crop (x, y, width, height), straighten and flatten (true or false).")
+        if crop is not None:
+            whole = isinstance(crop, list) and len(crop) == 4 and all(type(v) is int for v in crop)
+            if not whole or min(crop) < 0 or min(crop[2:]) < 1:
+                raise ParameterError("crop: give x, y, width and height in px, inside the exemplar.")
+        if crop is None and not any(flags.values()):
+            raise ParameterError("nothing is asked for; give crop, straighten or flatten.")
+        paths, stem = self.paths_of(row), row["name"]
+
+        async def write(folder: Path) -> list[str]:
+            asked = {"paths": paths, "stem": stem, "folder": str(folder), "crop": crop, **flags}
+            answer, _ = await self.beside.ask("edit", within=WITHIN, **asked)
+            names: list[str] = answer["names"]
+            return names
+
+        return await self.uploads.made(write)
+
+    # results
+
+    async def result(self, row: Row, kind: str, side: int) -> bytes:
+        """What can be seen of a result: a plane, or a view of its map."""
+        place = self.store.folder / "results" / row["id"]
+        planes = {e["holds"]: e["name"] for e in row["files"] if e["name"] in row["pictures"]}
+        key = ("result", row["id"], kind, side)
+        if isinstance(kind, str) and kind in planes:
+            paths = [str(place / name) for name in row["pictures"]]
+            return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=kind, side=side)
+        if kind not in VIEWS or not (place / MAP).is_file():
+            raise InputError(f"this result has no view {said(kind)}.")
+        given: dict[str, Any] = {"map": str(place / MAP), "kind": kind, "side": side}
+        if kind in ("seams", "damaged"):
+            if row["score_words"] is None:
+                raise InputError("this result cannot be judged.")
+            words = [w.replace("../../exemplars/", f"{self.store.folder / 'exemplars'}/") for w in row["score_words"]]
+            given |= {"words": words, "picture": str(place / row["pictures"][0])}
+        return await self._drawn(key, self.beside, "view", **given)
+
+    async def origins(self, row: Row) -> bytes:
+        """Where each pixel comes from."""
+        path = self.store.folder / "results" / row["id"] / MAP
+        if not path.is_file():
+            raise InputError("this result has no map.")
+        _, data = await self.beside.ask("origins", within=WITHIN, map=str(path))
+        whole: bytes = data
+        return whole
+
+    async def archive(self, row: Row) -> Path:
+        """Write all files of a result into one archive; whoever asked takes it away."""
+        folder = self.store.under_way("results")
+
+        def pack() -> Path:
+            path = folder / "all.zip"
+            with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+                for entry in row["files"]:
+                    archive.write(self.store.folder / "results" / row["id"] / entry["name"], entry["name"])
+                archive.writestr("command.txt", row["command"] + "\n")
+            return path
+
+        try:
+            return await asyncio.to_thread(pack)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+
+    # endless canvases
+
+    async def weave(self, given: dict[str, Any]) -> Row:
+        """Begin an endless canvas."""
+        if unknown := set(given) - {"exemplar", "method", "options", "seed"}:
+            listed = ", ".join(sorted(unknown))[:100]
+            raise ParameterError(f"{listed} is unknown; give exemplar, method, options and seed.")
+        name, method, seed = given.get("exemplar"), given.get("method", AUTO_METHOD), given.get("seed", 0)
+        row = self.store.get("exemplars", name) if isinstance(name, str) and ID.fullmatch(name) else None
+        if row is None:
+            raise InputError(f"{said(name)} is not the id of an exemplar.")
+        able = [slug for slug in METHODS if Ability.WINDOW in method_class(slug).supports]
+        if method not in (AUTO_METHOD, *able):
+            raise ParameterError(f"{said(method)} makes no endless canvas; give {AUTO_METHOD}, {', '.join(able)}.")
+        if type(seed) is not int or not 0 <= seed < 1 << 64:
+            raise ParameterError("the seed is a whole number from 0 to 2**64 - 1.")
+        options = method_values(method, given.get("options", {}))
+        asked = {"paths": self.paths_of(row), "method": method, "options": options, "seed": seed}
+        text = json.dumps([row["id"], method, options, seed])
+        own = hashlib.sha256(text.encode()).hexdigest()[:16]
+        told, _ = await self.weaver.ask("weave", within=WITHIN, id=own, **asked)
+        while len(self.weaves) >= WEAVES:
+            self.weaves.popitem(last=False)
+        self.weaves[own] = asked
+        return {"id": own, "exemplar": row["id"], "seed": seed, "side": 256, **told}
+
+    async def tile(self, name: str, y: int, x: int, wanted: Wanted) -> bytes:
+        """Draw a tile of an endless canvas, unless nobody waits for it any more."""
+        if name not in self.weaves or not max(abs(y), abs(x)) < FARTHEST:
+            raise InputError("there is no such endless canvas; begin one with POST /api/weaves.")
+        key = ("tile", name, y, x)
+        found = self.pictures.get(key)
+        if found is None:
+            given = self.weaves[name] | {"id": name, "y": y, "x": x}
+            _, data = await self.weaver.ask("tile", within=WITHIN, wanted=wanted, **given)
+            found = self.pictures.keep(key, data)
+        return found
+

@@ -1,0 +1,132 @@
+"""In the process beside: pictures of a result as it was made: pieces, joins, damage, how often, and from where."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+
+from .. import files
+from ..errors import InputError
+from ..judging.places import damaged_at, joins_at
+from ..sourcemap import SourceMap
+from ..tasks.outcome import Outcome
+from ..tasks.report_pictures import FULL, HEAT, MAGENTA, MANY, TINTS, USES, ramp, stretched
+from ..tasks.scoring import outcome_of
+from .pictures import Pixels, png
+from .worker import Answer, Tell
+
+KINDS = ("pieces", "seams", "usage", "provenance", "damaged")
+
+AROUND = 9  # px of the exemplar over which it is told how often it is shown
+WIDEST = 1 << 24  # px of a map that is sent whole
+
+_held: dict[str, Outcome] = {}
+
+
+def view(said: dict[str, Any], tell: Tell) -> Answer:
+    """Draw a kind of view over a result, at most `side` px a side: PNG with opacity."""
+    smap, side = SourceMap.load(said["map"]), said["side"]
+    if said["kind"] in ("seams", "damaged"):
+        return {}, png(_judged(said, smap, side))
+    step = max(-(-max(smap.height, smap.width) // side), 1)
+    drawn = {"pieces": _pieces, "usage": _usage, "provenance": _provenance}[said["kind"]](smap, step)
+    return {}, png(drawn)
+
+
+def origins(said: dict[str, Any], tell: Tell) -> Answer:
+    """Return where every pixel comes from: uint16, little-endian, (H, W, 3): exemplar, row, column; 65535 nowhere."""
+    smap = SourceMap.load(said["map"])
+    if smap.height * smap.width > WIDEST:
+        raise InputError(f"the map has more than {WIDEST} px; look at a part of it.")
+    out = np.empty((smap.height, smap.width, 3), "<u2")
+    which = _which(smap)
+    out[..., 0], out[..., 1:] = which, np.clip(smap.yx, 0, 65534)
+    out[which == 255] = 65535
+    return {"width": smap.width, "height": smap.height}, out.tobytes()
+
+
+def _which(smap: SourceMap) -> NDArray[np.uint8]:
+    return np.zeros(smap.yx.shape[:2], np.uint8) if smap.which is None else smap.which
+
+
+def _pieces(smap: SourceMap, step: int) -> Pixels:
+    numbers = smap.pieces()
+    mixed = (np.arange(int(numbers.max()) + 1, dtype=np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
+    seen = numbers[::step, ::step]
+    out = np.full((*seen.shape, 4), 255, np.uint8)
+    out[..., :3] = TINTS[(mixed % np.uint32(len(TINTS))).astype(np.int64)[seen]]
+    edge = borders(seen)
+    out[edge, :3] = out[edge, :3] * 3 // 5
+    return out
+
+
+def borders(numbers: NDArray[Any]) -> NDArray[np.bool_]:
+    """Mark the pixels whose right or lower neighbour has another number."""
+    edge = np.zeros(numbers.shape, bool)
+    edge[:-1] |= numbers[:-1] != numbers[1:]
+    edge[:, :-1] |= numbers[:, :-1] != numbers[:, 1:]
+    return edge
+
+
+def _usage(smap: SourceMap, step: int) -> Pixels:
+    """Each pixel in the colour of how often its place of the exemplar is shown: white MANY times the mean or more."""
+    which, yx = _which(smap)[::step, ::step], smap.yx[::step, ::step]
+    counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
+    mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
+    out = np.zeros((*which.shape, 4), np.uint8)
+    for number, count in enumerate(counts):
+        here = which == number
+        times = count[yx[here][:, 0], yx[here][:, 1]] / max(mean, 1e-9)
+        out[here, :3] = ramp(USES, np.log1p(np.minimum(times, MANY)) / np.log1p(MANY))
+        out[here, 3] = 255
+    return out
+
+
+def _provenance(smap: SourceMap, step: int) -> Pixels:
+    """Each pixel in the colour of its place in the exemplar: red to the right, green downwards, blue by exemplar."""
+    which, yx = _which(smap)[::step, ::step], smap.yx[::step, ::step]
+    out = np.zeros((*which.shape, 4), np.uint8)
+    for number, source in enumerate(smap.sources):
+        here = which == number
+        ys, xs = yx[here][:, 0] / max(source.height - 1, 1), yx[here][:, 1] / max(source.width - 1, 1)
+        out[here, 0], out[here, 1] = 40 + 200 * xs, 40 + 200 * ys
+        out[here, 2], out[here, 3] = (150 + 97 * number) % 256, 255
+    return out
+
+
+def _judged(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
+    """What judging found, over the result: the redder, the more a join costs; outlines of damaged elements."""
+    outcome = _outcome(said, smap)
+    size = (smap.height, smap.width)
+    step = max(-(-max(size) // side), 1)
+    shape = tuple(-(-n // step) for n in size)
+    out = np.zeros((*shape, 4), np.uint8)
+    if said["kind"] == "seams":
+        worst = outcome.score.parts["joins"]
+        over = np.clip(stretched(joins_at(outcome.judged, size), shape) * 100 / (FULL * worst.bad), 0, 1) ** 0.6
+        out[..., :3], out[..., 3] = ramp(HEAT, over), 230 * over
+        out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
+    else:
+        outlines = damaged_at(outcome.judged, size)
+        rows, columns = (np.arange(n) * m // n for n, m in zip(shape, outlines.shape, strict=True))
+        out[outlines[np.ix_(rows, columns)]] = (*MAGENTA, 255)
+    return out
+
+
+def _outcome(said: dict[str, Any], smap: SourceMap) -> Outcome:
+    """Judge a result as the command `score` does, once."""
+    key = json.dumps([said["map"], said["words"]])
+    if key not in _held:
+        _held.clear()
+        from ..cli.exemplars import Shelf, sets_of
+        from ..cli.report import Report
+        from .words import inputs_of
+
+        inputs, quiet = inputs_of(said["words"]), Report(quiet=True)
+        exemplars = Shelf([sets_of(inputs, quiet)], inputs, quiet).get(0)
+        _held[key] = outcome_of(exemplars, files.read(said["picture"], alpha=inputs.alpha), map=smap)
+    return _held[key]
