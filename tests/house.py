@@ -30,6 +30,7 @@ FLOORS = (
     {"synthesis"},
     {"giant", "tasks"},
     {"cli", "testing"},
+    {"studio.beside"},
     {"studio"},
     {"cli.commands"},
     {"__init__"},

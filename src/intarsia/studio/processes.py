@@ -86,7 +86,7 @@ class Process:
     async def _started(self) -> asyncio.subprocess.Process:
         if self._process is not None and self._process.returncode is None:
             return self._process
-        pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.worker", str(self._limit)]
+        pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.beside.worker", str(self._limit)]
         home = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
         found = os.environ | {"PYTHONPATH": os.pathsep.join([home, *filter(None, [os.environ.get("PYTHONPATH")])])}
         self._process = await asyncio.create_subprocess_exec(

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import click
 
 from ..cli.app import cli
 from ..cli.exits import judge
-from ..cli.request import Inputs
 from ..errors import InputError, ParameterError, said
 from ..methods.base import METHODS, method_class
 from ..params import OVER, parameters, parse
@@ -196,15 +195,6 @@ def method_values(method: str, given: Any) -> dict[str, str]:
         if value is not None:
             texts[name] = _text(option | {"parameter": True}, value)
     return texts
-
-
-def inputs_of(words: Sequence[str]) -> Inputs:
-    """What the words of `score` say of the exemplars."""
-    command = cli.get_command(click.Context(cli), words[0])
-    assert command is not None
-    with command.make_context(words[0], list(words[1:])) as ctx:
-        given = {f.name: ctx.params[f.name] for f in fields(Inputs) if f.name in ctx.params}
-    return Inputs(**given)
 
 
 def _check(words: Sequence[str]) -> None:

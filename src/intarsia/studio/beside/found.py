@@ -8,22 +8,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files
-from ..analysis.light import flattened
-from ..canvas import Canvas
-from ..choosing.facts import Facts
-from ..cli.adapt import cropped
-from ..cli.outputs import usual_ending
-from ..courses.rectify import straight_of
-from ..covering.exchange import striking
-from ..errors import InputError
-from ..exemplar import Exemplar
-from ..image import Kind, Plane
-from ..segments.things import things
-from ..segments.wholes import wholes
-from ..tasks.inspection import Findings, analyze
-from ..tasks.overlays import on_paper
-from ..tasks.segment_drawing import CHOSEN, TINTS
+from ... import files
+from ...analysis.light import flattened
+from ...canvas import Canvas
+from ...choosing.facts import Facts
+from ...cli.adapt import cropped
+from ...cli.outputs import usual_ending
+from ...courses.rectify import straight_of
+from ...covering.exchange import striking
+from ...errors import InputError
+from ...exemplar import Exemplar
+from ...image import Kind, Plane
+from ...segments.things import things
+from ...segments.wholes import wholes
+from ...tasks.inspection import Findings, analyze
+from ...tasks.overlays import on_paper
+from ...tasks.segment_drawing import CHOSEN, TINTS
 from .looking import exemplar_of
 from .pictures import Pixels, png
 from .views import borders

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from .worker import Tell
 
 if TYPE_CHECKING:
-    from ..exemplar import Exemplar
-    from ..sourcemap import SourceMap
+    from ...exemplar import Exemplar
+    from ...sourcemap import SourceMap
 
 SIDE = 512  # px: a preview is no larger
 APART = 0.25  # s between two previews

@@ -6,12 +6,12 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError
+from ...errors import InputError
 from .worker import Answer, Tell
 
 if TYPE_CHECKING:
-    from ..exemplar import Exemplar
-    from ..image import Plane
+    from ...exemplar import Exemplar
+    from ...image import Plane
 
 def look(said: dict[str, Any], tell: Tell) -> Answer:
     """Read the files of one exemplar, or an image of numbers; return what they are."""
@@ -20,7 +20,7 @@ def look(said: dict[str, Any], tell: Tell) -> Answer:
 
 def see(said: dict[str, Any], tell: Tell) -> Answer:
     """Return a plane as PNG, of 8 bits and at most `side` px."""
-    from .. import files
+    from ... import files
     from .pictures import png, reduced, seen
 
     found = _group(said["paths"])
@@ -33,7 +33,7 @@ def see(said: dict[str, Any], tell: Tell) -> Answer:
 
 def _group(paths: list[str]) -> dict[str, str]:
     """The files of one exemplar by plane."""
-    from .. import files
+    from ... import files
 
     if paths[0].startswith("sample:"):
         return {"albedo": paths[0]}
@@ -46,7 +46,7 @@ def _group(paths: list[str]) -> dict[str, str]:
 
 def exemplar_of(paths: list[str]) -> Exemplar:
     """Read the files of one exemplar."""
-    from .. import files
+    from ... import files
 
     return files.read_set(_group(paths))
 
@@ -71,7 +71,7 @@ def _labels(path: str) -> Answer:
     """Check a picture of numbers: one channel, 8 bits; return its size and which numbers are in it."""
     import numpy as np
 
-    from .. import files
+    from ... import files
 
     plane = files.read_plane(path, "label")
     if plane.channels != 1 or plane.pixels.dtype != np.uint8:

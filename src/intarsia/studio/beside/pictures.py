@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..disk.preview import looked_at
-from ..image import Plane, Transfer
+from ...disk.preview import looked_at
+from ...image import Plane, Transfer
 
 Pixels = NDArray[np.uint8]
 

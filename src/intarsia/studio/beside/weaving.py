@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..choosing.auto import AUTO_METHOD
-from ..cli.pictures import value_of
-from ..errors import ParameterError
-from ..errors import said as named
-from ..giant.texture import Weave, weave
-from ..image import Plane
-from ..methods.base import make, method_class
-from ..params import parameters
+from ...choosing.auto import AUTO_METHOD
+from ...cli.pictures import value_of
+from ...errors import ParameterError
+from ...errors import said as named
+from ...giant.texture import Weave, weave
+from ...image import Plane
+from ...methods.base import make, method_class
+from ...params import parameters
 from .looking import exemplar_of
 from .pictures import png, seen
 from .worker import Answer, Tell

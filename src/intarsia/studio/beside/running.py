@@ -26,8 +26,8 @@ def command(said: dict[str, Any], tell: Tell) -> Answer:
 
 def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any]:
     """Run a command as a shell would, but here: what it tells as JSON, or its error."""
-    from ..cli.app import cli
-    from ..cli.report import listen
+    from ...cli.app import cli
+    from ...cli.report import listen
 
     told, aside = io.StringIO(), io.StringIO()
     listen(drafting)
@@ -43,8 +43,8 @@ def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any
 
 def warm(said: dict[str, Any], tell: Tell) -> Answer:
     """Load the kernels that growing needs, or compile them, and grow one tiny picture; tell how far that is."""
-    from ..run import Run
-    from ..tasks.warming import warm as load
+    from ...run import Run
+    from ...tasks.warming import warm as load
 
     def step(done: int, total: int, draft: Any) -> None:
         tell(warm=[done, total + 1])

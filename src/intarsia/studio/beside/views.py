@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from typing import Any
 
+import click
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from .. import files
-from ..errors import InputError
-from ..judging.places import damaged_at, joins_at
-from ..sourcemap import SourceMap
-from ..tasks.outcome import Outcome
-from ..tasks.report_pictures import FULL, HEAT, MAGENTA, MANY, TINTS, USES, ramp, stretched
-from ..tasks.scoring import outcome_of
+from ... import files
+from ...cli.app import cli
+from ...cli.exemplars import Shelf, sets_of
+from ...cli.report import Report
+from ...cli.request import Inputs
+from ...errors import InputError
+from ...judging.places import damaged_at, joins_at
+from ...sourcemap import SourceMap
+from ...tasks.outcome import Outcome
+from ...tasks.report_pictures import FULL, HEAT, MAGENTA, MANY, TINTS, USES, ramp, stretched
+from ...tasks.scoring import outcome_of
 from .pictures import Pixels, png
 from .worker import Answer, Tell
 
@@ -122,11 +128,15 @@ def _outcome(said: dict[str, Any], smap: SourceMap) -> Outcome:
     key = json.dumps([said["map"], said["words"]])
     if key not in _held:
         _held.clear()
-        from ..cli.exemplars import Shelf, sets_of
-        from ..cli.report import Report
-        from .words import inputs_of
-
-        inputs, quiet = inputs_of(said["words"]), Report(quiet=True)
+        inputs, quiet = _inputs(said["words"]), Report(quiet=True)
         exemplars = Shelf([sets_of(inputs, quiet)], inputs, quiet).get(0)
         _held[key] = outcome_of(exemplars, files.read(said["picture"], alpha=inputs.alpha), map=smap)
     return _held[key]
+
+
+def _inputs(words: list[str]) -> Inputs:
+    """What the words of `score` say of the exemplars."""
+    command = cli.get_command(click.Context(cli), words[0])
+    assert command is not None
+    with command.make_context(words[0], words[1:]) as ctx:
+        return Inputs(**{f.name: ctx.params[f.name] for f in fields(Inputs) if f.name in ctx.params})

@@ -20,17 +20,17 @@ Tell = Callable[..., None]
 """Sends what is known so far: fields of JSON, and `data` as bytes."""
 
 WORK = {
-    "command": ("intarsia.studio.running", "command"),
-    "warm": ("intarsia.studio.running", "warm"),
-    "look": ("intarsia.studio.looking", "look"),
-    "see": ("intarsia.studio.looking", "see"),
-    "view": ("intarsia.studio.views", "view"),
-    "origins": ("intarsia.studio.views", "origins"),
-    "find": ("intarsia.studio.found", "find"),
-    "overlay": ("intarsia.studio.found", "overlay"),
-    "edit": ("intarsia.studio.found", "edit"),
-    "weave": ("intarsia.studio.weaving", "begin"),
-    "tile": ("intarsia.studio.weaving", "tile"),
+    "command": ("intarsia.studio.beside.running", "command"),
+    "warm": ("intarsia.studio.beside.running", "warm"),
+    "look": ("intarsia.studio.beside.looking", "look"),
+    "see": ("intarsia.studio.beside.looking", "see"),
+    "view": ("intarsia.studio.beside.views", "view"),
+    "origins": ("intarsia.studio.beside.views", "origins"),
+    "find": ("intarsia.studio.beside.found", "find"),
+    "overlay": ("intarsia.studio.beside.found", "overlay"),
+    "edit": ("intarsia.studio.beside.found", "edit"),
+    "weave": ("intarsia.studio.beside.weaving", "begin"),
+    "tile": ("intarsia.studio.beside.weaving", "tile"),
 }
 """What can be asked for -> where the function is that does it; it is given what was said, and how to tell more."""
 
@@ -63,7 +63,7 @@ def main(limit: int = 0) -> None:
     import warnings
 
     warnings.simplefilter("ignore")
-    from ..disk.memory import make_room
+    from ...disk.memory import make_room
 
     make_room()
     todo: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
@@ -87,7 +87,7 @@ def _limit(limit: int) -> None:
 
 def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
     """Hand on what is asked for; a cancel is heard at once."""
-    from ..cli.exits import CANCEL
+    from ...cli.exits import CANCEL
 
     for line in lines:
         said = json.loads(line)
@@ -101,7 +101,7 @@ def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
 
 def _do(said: dict[str, Any], channel: Channel) -> None:
     """Do one thing, and answer: what came of it, or why it failed, in one line."""
-    from ..cli.exits import CANCEL, judge
+    from ...cli.exits import CANCEL, judge
 
     number = said["number"]
 
