@@ -5,11 +5,15 @@ import { icon } from "./core/icons.js";
 import { store } from "./core/store.js";
 import { turn } from "./core/theme.js";
 import { bringFiles, filesOf } from "./parts/bring.js";
+import { GalleryRoom } from "./rooms/gallery.js";
 import { GrowRoom } from "./rooms/grow.js";
 import { StartRoom } from "./rooms/start.js";
 
 /** @type {{name: string, title: string, room: new () => HTMLElement, bare?: boolean}[]} */
-const ROOMS = [{ name: "grow", title: "Grow", room: GrowRoom }];
+const ROOMS = [
+  { name: "grow", title: "Grow", room: GrowRoom },
+  { name: "gallery", title: "Gallery", room: GalleryRoom, bare: true },
+];
 
 class Shell extends HTMLElement {
   main = el("main", { class: "room", id: "room" });
@@ -23,7 +27,7 @@ class Shell extends HTMLElement {
     const mark = el("a", { class: "mark", href: "#start", "aria-label": "intarsia studio: begin" }, "intarsia");
     fill(this, el("header", { class: "top" }, mark, this.nav, this.status, theme), this.main);
     store.on(["warm", "here"], () => this.#tell());
-    store.on(["exemplar"], () => this.#route());
+    store.on(["exemplar", "jobs"], () => this.#route());
     addEventListener("hashchange", () => this.#route());
     this.#listen();
   }

@@ -84,15 +84,18 @@ export async function bytes(path) {
   return (await ask(path)).arrayBuffer();
 }
 
+/** The longest side of a picture that the server makes for a page. */
+export const LONGEST = 4096;
+
 /**
  * Where a reduced picture of an exemplar lies.
  * @param {Exemplar} exemplar
  * @param {number} [side]
  * @param {string} [plane]
  */
-export function viewOf(exemplar, side, plane) {
+export function viewOf(exemplar, side = LONGEST, plane) {
   const at = exemplar.planes.find((p) => p.name === plane) ?? exemplar.planes[0];
-  return side ? `${at?.view}?side=${side}` : (at?.view ?? "");
+  return `${at?.view}?side=${side}`;
 }
 
 /**
@@ -101,6 +104,6 @@ export function viewOf(exemplar, side, plane) {
  * @param {string} kind
  * @param {number} [side]
  */
-export function lookOf(result, kind, side) {
-  return `/api/results/${result}/view/${kind}.png${side ? `?side=${side}` : ""}`;
+export function lookOf(result, kind, side = LONGEST) {
+  return `/api/results/${result}/view/${kind}.png?side=${side}`;
 }

@@ -74,6 +74,6 @@ export function button(label, act, more = {}) {
       ...rest,
     },
     icon,
-    bare ? null : label,
+    bare ? null : icon ? el("span", { class: "label" }, label) : label,
   );
 }

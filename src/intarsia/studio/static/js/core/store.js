@@ -5,7 +5,7 @@ import { get, picture, post, remove, lookOf, viewOf } from "./api.js";
 /** @typedef {import("./types.js").Exemplar} Exemplar */
 /** @typedef {import("./types.js").Job} Job */
 /** @typedef {import("./types.js").Result} Result */
-/** @typedef {"exemplars" | "exemplar" | "jobs" | "chosen" | "warm" | "here" | "preview"} Topic */
+/** @typedef {"exemplars" | "exemplar" | "jobs" | "chosen" | "source" | "warm" | "here" | "preview"} Topic */
 
 class Store extends EventTarget {
   /** @type {import("./types.js").Schema | null} */
@@ -18,6 +18,12 @@ class Store extends EventTarget {
   jobs = new Map();
   /** @type {string | null} the job that is looked at */
   chosen = null;
+  /** @type {string[]} jobs that were asked for together, for the contact sheet */
+  sheet = [];
+  /** Whether the contact sheet is looked at. */
+  spread = false;
+  /** @type {{x: number, y: number} | null} the exemplar's pixel that the pointer's came from */
+  source = null;
   /** @type {{done: number, total: number}} */
   warm = { done: 0, total: 0 };
   here = true;
@@ -140,7 +146,25 @@ class Store extends EventTarget {
   /** @param {string | null} id of the job to look at */
   look(id) {
     this.chosen = id;
+    this.spread = false;
     this.tell("chosen");
+  }
+
+  /** @param {string[]} jobs to lay side by side */
+  spreadOut(jobs) {
+    this.sheet = jobs;
+    this.spread = jobs.length > 0;
+    this.tell("chosen");
+  }
+
+  /**
+   * Where a small picture of a job that is done lies.
+   * @param {Job} job
+   * @param {number} side
+   */
+  thumb(job, side) {
+    const plane = this.exemplars.find((e) => e.id === job.exemplars[0])?.planes[0]?.name ?? "albedo";
+    return job.result ? lookOf(job.result, plane, side) : "";
   }
 
   /** @returns {Job[]} those that grow something, newest first */
@@ -151,14 +175,16 @@ class Store extends EventTarget {
 
   /**
    * @param {string} id
+   * @param {any} score as far as its job knows it; a result that is judged meanwhile is asked for anew
    * @returns {Promise<Result>}
    */
-  result(id) {
-    const known = this.#results.get(id);
+  result(id, score) {
+    const key = `${id} ${score}`;
+    const known = this.#results.get(key);
     if (known) return known;
     const asked = get(`/api/results/${id}`);
-    asked.catch(() => this.#results.delete(id));
-    this.#results.set(id, asked);
+    asked.catch(() => this.#results.delete(key));
+    this.#results.set(key, asked);
     return asked;
   }
 
@@ -179,26 +205,22 @@ class Store extends EventTarget {
     return known;
   }
 
-  /**
-   * The picture that a result shows, whole.
-   * @param {Result} result
-   */
-  shown(result) {
-    return this.picture(lookOf(result.id, planeOf(result)));
-  }
-
   /** @param {Exemplar} exemplar */
   exemplarPicture(exemplar) {
     return this.picture(viewOf(exemplar));
   }
 }
 
+/** What files of a result hold that is no plane. */
+const NO_PLANES = ["map", "report", "sheet", "recipe", "st map", "layers"];
+
 /**
- * The plane that a result is looked at by: its first picture.
+ * The planes that a result has, its base first.
  * @param {Result} result
+ * @returns {string[]}
  */
-export function planeOf(result) {
-  return result.files.find((file) => !["map", "report", "sheet", "recipe"].includes(file.holds))?.holds ?? "albedo";
+export function planesOf(result) {
+  return result.files.map((file) => file.holds).filter((holds) => !NO_PLANES.includes(holds));
 }
 
 export const store = new Store();

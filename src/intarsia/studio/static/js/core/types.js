@@ -3,17 +3,18 @@
  *
  * @typedef {{name: string, view: string}} Plane
  * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: string, channels: number,
- *   created: string}} Exemplar
+ *   created: number}} Exemplar
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled" | "interrupted"} State
  * @typedef {Record<string, any>} Options values of options by name; those left out are automatic
  * @typedef {{id: string, verb: string, exemplars: string[], options: Options, state: State, fraction: number | null,
- *   stage: string | null, error: string | null, created: string, began: string | null, ended: string | null,
- *   result: string | null, label: string | null}} Job
+ *   stage: string | null, error: string | null, created: number, began: number | null, ended: number | null,
+ *   result: string | null, label: string | null, score: any}} Job times in seconds since 1970
  * @typedef {{name: string, holds: string, url: string, bytes: number}} Made
  * @typedef {{id: string, job: string, size: [number, number], files: Made[], told: any, command: string, python: string,
  *   score: any}} Result
  * @typedef {{name: string, flag?: string, kind: string, help: string, default: any, low: number | null,
- *   high: number | null, unit: string, choices: string[], multiple?: boolean, parameter?: any}} Option
+ *   high: number | null, unit: string, choices: string[], multiple?: boolean, required?: boolean, parameter?: boolean,
+ *   methods?: string[]}} Option
  * @typedef {{slug: string, paper: string, summary: string, supports: string[], parameters: Option[]}} Method
  * @typedef {{version: string, verbs: Record<string, {summary: string, options: Option[]}>, methods: Method[],
  *   samples: string[], limits: Record<string, number>}} Schema

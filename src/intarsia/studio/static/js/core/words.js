@@ -17,7 +17,7 @@ export function readable(name) {
  */
 export function took(job) {
   if (!job.began) return "";
-  const seconds = ((job.ended ? Date.parse(job.ended) : Date.now()) - Date.parse(job.began)) / 1000;
+  const seconds = (job.ended ?? Date.now() / 1000) - job.began;
   return seconds < 60 ? `${Math.max(0, seconds).toFixed(1)} s` : `${Math.floor(seconds / 60)} min ${Math.round(seconds % 60)} s`;
 }
 

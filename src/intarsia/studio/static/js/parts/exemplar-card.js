@@ -8,15 +8,26 @@ import { readable, size } from "../core/words.js";
 import { pick } from "./bring.js";
 
 class ExemplarCard extends HTMLElement {
+  mark = el("span", { class: "source-mark", hidden: true });
   #gone = new AbortController();
 
   connectedCallback() {
     this.className = "exemplar-card";
     store.on(["exemplar", "exemplars"], () => this.#draw(), this.#gone.signal);
+    store.on(["source"], () => this.#point(), this.#gone.signal);
   }
 
   disconnectedCallback() {
     this.#gone.abort();
+  }
+
+  /** Mark the pixel that the one under the pointer came from. */
+  #point() {
+    const { source, exemplar } = store;
+    this.mark.hidden = !source;
+    if (!source || !exemplar) return;
+    this.mark.style.left = `${((source.x + 0.5) / exemplar.width) * 100}%`;
+    this.mark.style.top = `${((source.y + 0.5) / exemplar.height) * 100}%`;
   }
 
   #draw() {
@@ -27,7 +38,7 @@ class ExemplarCard extends HTMLElement {
     const others = store.exemplars.filter((other) => other.id !== exemplar.id);
     fill(
       this,
-      el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture),
+      el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture, this.mark),
       el("div", {}, el("h2", { class: "one-line", title: name }, name), facts(size(width, height), depth(exemplar.depth))),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
       el(

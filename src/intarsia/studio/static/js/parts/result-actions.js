@@ -29,7 +29,7 @@ export function resultActions(result, plane) {
   const command = button("Command", () => void copied(result.command, "Command"), { icon: icon("copy"), title: result.command });
   const made = [command, around];
   if (main) {
-    const download = el("a", { class: "button framed", href: main.url, download: main.name }, icon("down"), "Download");
+    const download = el("a", { class: "button framed", href: main.url, download: main.name }, icon("down"), el("span", { class: "label" }, "Download"));
     made.unshift(download);
   }
   return made;

@@ -1,12 +1,20 @@
 /** What is looked at: the exemplar, a picture as it grows, or a result; on the stage, with what can be done with it. */
 
-import { el, fill } from "../core/dom.js";
-import { planeOf, store } from "../core/store.js";
-import { complain } from "../core/toast.js";
+import { lookOf, LONGEST } from "../core/api.js";
+import { button, el, fill } from "../core/dom.js";
+import { icon } from "../core/icons.js";
+import { planesOf, store } from "../core/store.js";
+import { complain, tried } from "../core/toast.js";
 import { size, title, took } from "../core/words.js";
 import { Stage } from "../stage/stage.js";
+import { Compare } from "./compare.js";
+import { Looks } from "./looks.js";
+import { Origins } from "./origins.js";
 import { busy, showProgress } from "./progress.js";
 import { resultActions } from "./result-actions.js";
+import { scoreButton } from "./score.js";
+import { Sheet } from "./sheet.js";
+import { Strip } from "./strip.js";
 import { viewButtons } from "./view-buttons.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
@@ -17,7 +25,11 @@ export class ResultView extends HTMLElement {
   head = el("div", { class: "head" });
   progress = el("div", { class: "progress", hidden: true });
   bar = el("div", { class: "stage-bar" });
-  told = el("span", { class: "told small number", "aria-live": "off" });
+  strip = new Strip();
+  compare = new Compare(this.stage);
+  looks = new Looks(this.stage, () => [(this.#shown = ""), void this.#update()]);
+  origins = new Origins();
+  place = el("span", { class: "corner low right number" });
   /** @type {Job | null} */
   job = null;
   /** @type {Result | null} */
@@ -28,8 +40,13 @@ export class ResultView extends HTMLElement {
 
   connectedCallback() {
     this.className = "result-view";
-    fill(this.bar, viewButtons(this.stage), this.told, this.progress);
-    fill(this, this.head, this.stage, this.bar);
+    this.stage.append(this.looks.legend, this.place);
+    fill(this.bar, viewButtons(this.stage), this.looks.element, this.progress);
+    this.stage.addEventListener("hover", (e) => {
+      this.place.textContent = e instanceof CustomEvent ? this.origins.tell(e.detail) : "";
+    });
+    fill(this, this.head, this.stage, this.bar, this.strip, new Sheet());
+    this.strip.act = (id) => (this.compare.on ? void this.#against(id) : store.look(id));
     store.on(["chosen", "jobs", "exemplar", "preview"], () => void this.#update(), this.#gone.signal);
   }
 
@@ -40,6 +57,7 @@ export class ResultView extends HTMLElement {
   async #update() {
     const turn = ++this.#turn;
     this.job = store.jobs.get(store.chosen ?? "") ?? null;
+    if (this.compare.on && this.job?.result !== this.result?.id) this.#alone();
     showProgress(this.progress, this.job);
     try {
       await this.#picture(() => turn === this.#turn);
@@ -56,16 +74,24 @@ export class ResultView extends HTMLElement {
     const { job } = this;
     const exemplar = store.exemplar;
     if (job?.state === "done" && job.result) {
-      if (this.#shown === job.result) return;
-      const result = await store.result(job.result);
-      const picture = await store.shown(result);
+      const seen = `${job.result} ${job.score}`;
+      if (this.#shown === seen) return;
+      const result = await store.result(job.result, job.score);
+      const planes = planesOf(result);
+      const plane = planes.find((each) => each === this.looks.plane) ?? planes[0] ?? "albedo";
+      const picture = await store.picture(lookOf(result.id, plane));
       if (!still()) return;
       this.result = result;
-      this.#show(job.result, picture, title(job));
-      this.#headline(title(job), `${size(...result.size)}   ${took(job)}`, resultActions(result, planeOf(result)));
+      this.origins.of(result);
+      this.#show(seen, picture, title(job));
+      this.looks.show(result, planes);
+      const facts = [result.told?.method, size(...result.size), took(job)].filter(Boolean).join("   ");
+      this.#headline(title(job), facts, [scoreButton(result.score), this.#comparing(), ...resultActions(result, plane)]);
       return;
     }
     this.result = null;
+    this.origins.of(null);
+    this.looks.show(null, []);
     const number = job && busy(job) ? store.previews.get(job.id) : undefined;
     if (job && number !== undefined) {
       const preview = await store.picture(`/api/jobs/${job.id}/preview.png?number=${number}`);
@@ -76,6 +102,43 @@ export class ResultView extends HTMLElement {
       if (still()) this.#show(exemplar.id, picture, `Exemplar ${exemplar.name}`);
     }
     if (still()) this.#headline(job ? title(job) : "Exemplar", job || !exemplar ? "" : size(exemplar.width, exemplar.height), []);
+  }
+
+  /** A switch that lays another result over half of this one. */
+  #comparing() {
+    const switched = button("Compare", () => {
+      if (this.compare.on) this.#alone();
+      else void this.#against(this.#neighbour());
+    }, { icon: icon("compare"), class: "compare", "aria-pressed": "false", title: "Compare with another result: A and B" });
+    return switched;
+  }
+
+  /** The result of the same exemplar that was made before this one, or else after it. */
+  #neighbour() {
+    const done = store.made.filter((job) => job.result && job.exemplars[0] === this.job?.exemplars[0]);
+    const at = done.findIndex((job) => job.id === this.job?.id);
+    return (done[at + 1] ?? done[at - 1])?.id;
+  }
+
+  /** @param {string | undefined} id of the job to compare with */
+  async #against(id) {
+    const job = store.jobs.get(id ?? "");
+    if (!job?.result || !this.job || job.id === this.job.id) return complain("Grow another one first, to compare with.");
+    await tried(async () => {
+      const picture = await store.picture(store.thumb(job, LONGEST));
+      if (!this.job) return;
+      this.compare.show(picture, title(this.job), title(job));
+      this.strip.other = job.id;
+      this.strip.show();
+      this.head.querySelector(".compare")?.setAttribute("aria-pressed", "true");
+    });
+  }
+
+  #alone() {
+    this.head.querySelector(".compare")?.setAttribute("aria-pressed", "false");
+    this.compare.show(null);
+    this.strip.other = null;
+    this.strip.show();
   }
 
   /**
@@ -92,13 +155,13 @@ export class ResultView extends HTMLElement {
   /**
    * @param {string} name
    * @param {string} facts
-   * @param {HTMLElement[]} actions
+   * @param {(HTMLElement | null)[]} actions
    */
   #headline(name, facts, actions) {
     fill(
       this.head,
-      el("h2", { class: "one-line" }, name),
-      el("span", { class: "quiet small number one-line facts" }, facts),
+      el("div", { class: "names" }, el("h2", { class: "one-line" }, name), el("p", { class: "quiet small number one-line" }, facts)),
+      store.sheet.length > 0 && button("Sheet", () => store.spreadOut(store.sheet), { title: "Back to the contact sheet" }),
       el("span", { class: "actions" }, actions),
     );
   }

@@ -6,6 +6,9 @@ import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { segments } from "../parts/choice.js";
+import { methodPicker, parameterForm } from "../parts/methods.js";
+import { choicesOf, optionGroups } from "../parts/options.js";
+import { variants } from "../parts/variants.js";
 import { ExemplarCard } from "../parts/exemplar-card.js";
 import { ResultView } from "../parts/result-view.js";
 import { seedField } from "../parts/seed.js";
@@ -13,6 +16,8 @@ import { sizeField } from "../parts/size.js";
 
 export class GrowRoom extends HTMLElement {
   #gone = new AbortController();
+  /** @type {import("../parts/variants.js").Many} */
+  many = "1";
 
   connectedCallback() {
     this.className = "grow three";
@@ -54,8 +59,20 @@ export class GrowRoom extends HTMLElement {
         sizeField(growing),
         el("div", { class: "row" }, el("span", {}, "Tiles"), wrap.element),
         seedField(growing),
+        el("div", { class: "row" }, el("span", {}, "Make"), this.#many()),
+        methodPicker(growing, choicesOf("grow", "method")),
+        parameterForm(growing),
+        optionGroups("grow", growing),
       ),
     );
+  }
+
+  #many() {
+    /** @type {[import("../parts/variants.js").Many, string][]} */
+    const choices = [["1", "1"], ["4", "4"], ["9", "9"], ["methods", "Methods"]];
+    const many = segments("Make", choices, () => this.many, (value) => (this.many = value), { wide: true });
+    many.element.title = "So many seeds, or one with each method, side by side";
+    return many.element;
   }
 
   /** Ask for what is set. */
@@ -63,8 +80,12 @@ export class GrowRoom extends HTMLElement {
     const exemplar = store.exemplar;
     if (!exemplar) return;
     await tried(async () => {
-      const job = await store.start("grow", [exemplar.id], growing.options);
-      store.look(job.id);
+      const jobs = [];
+      for (const options of variants(growing.options, this.many, choicesOf("grow", "method"))) {
+        jobs.push(await store.start("grow", [exemplar.id], options));
+      }
+      if (jobs.length > 1) store.spreadOut(jobs.map((job) => job.id));
+      else store.look(jobs[0]?.id ?? null);
     });
   }
 

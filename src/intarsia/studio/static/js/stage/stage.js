@@ -143,7 +143,7 @@ export class Stage extends HTMLElement {
       pen.beginPath();
       pen.rect(left, 0, this.canvas.width, this.canvas.height);
       pen.clip();
-      this.#tiles(pen, this.other);
+      this.#tiles(pen, this.other, this.other.width, this.other.height);
       pen.restore();
     }
     for (const layer of this.layers) {
@@ -158,11 +158,13 @@ export class Stage extends HTMLElement {
    * Draw a picture once for each tile, each from one whole device pixel to another, so that no gap shows.
    * @param {CanvasRenderingContext2D} pen
    * @param {Drawable} picture
+   * @param {number} [width] that it is drawn at, in picture pixels
+   * @param {number} [height]
    */
-  #tiles(pen, picture) {
+  #tiles(pen, picture, width = this.#width, height = this.#height) {
     const { scale, x, y } = this.view;
-    const wide = this.#width * scale;
-    const high = this.#height * scale;
+    const wide = width * scale;
+    const high = height * scale;
     for (let row = 0; row < this.tiles; row += 1) {
       const top = Math.round(y + row * high);
       const below = Math.round(y + (row + 1) * high);

@@ -1,0 +1,68 @@
+/** A job as a small picture: as it grows, and when it is done. */
+
+import { el, fill } from "../core/dom.js";
+import { store } from "../core/store.js";
+import { state, title } from "../core/words.js";
+import { bar, busy } from "./progress.js";
+
+/** @typedef {import("../core/types.js").Job} Job */
+
+export class Cell {
+  picture = el("img", { alt: "", decoding: "async" });
+  over = el("span", { class: "over" });
+  element;
+  #shown = "";
+
+  /**
+   * @param {string} id of the job
+   * @param {number} side px that are asked for
+   * @param {(job: Job, event: MouseEvent) => void} act
+   */
+  constructor(id, side, act) {
+    this.id = id;
+    this.side = side;
+    this.element = el("button", {
+      type: "button", class: "thumb", onclick: (/** @type {MouseEvent} */ e) => {
+        const job = store.jobs.get(id);
+        if (job) act(job, e);
+      },
+    }, this.picture, this.over);
+    this.element.dataset.job = id;
+  }
+
+  /** Show how the job is now. */
+  show() {
+    const job = store.jobs.get(this.id);
+    if (!job) return;
+    const number = store.previews.get(job.id);
+    const preview = busy(job) && number !== undefined ? `/api/jobs/${job.id}/preview.png?number=${number}` : "";
+    const src = job.state === "done" ? store.thumb(job, this.side) : preview;
+    if (src && src !== this.#shown) this.picture.src = this.#shown = src;
+    this.picture.hidden = !src;
+    this.element.setAttribute("aria-label", `${title(job)}, ${state(job)}`);
+    this.element.title = title(job);
+    if (job.state === "done") fill(this.over);
+    else fill(this.over, busy(job) ? bar(job) : el("span", { class: "small" }, state(job)));
+  }
+}
+
+/**
+ * Keep cells for these jobs in a place, in this order; those that are there already stay.
+ * @param {HTMLElement} place
+ * @param {Map<string, Cell>} cells
+ * @param {string[]} ids
+ * @param {(id: string) => Cell} make
+ */
+export function arrange(place, cells, ids, make) {
+  for (const [id, cell] of cells) {
+    if (ids.includes(id)) continue;
+    cell.element.remove();
+    cells.delete(id);
+  }
+  ids.forEach((id, n) => {
+    const cell = cells.get(id) ?? make(id);
+    cells.set(id, cell);
+    if (place.children[n] !== cell.element) place.insertBefore(cell.element, place.children[n] ?? null);
+    cell.show();
+  });
+}

@@ -1,0 +1,37 @@
+/** Options that are not of one method, in groups, as the schema of a verb has them. */
+
+import { store } from "../core/store.js";
+import { field } from "./field.js";
+import { group } from "./methods.js";
+
+/** @type {[string, string[]][]} */
+const GROUPS = [
+  ["Seams and light", ["feather", "mixing", "level", "repair"]],
+  ["Exemplar", ["flatten", "scale", "toroidal", "alpha", "avoid"]],
+  ["Output", ["depth", "magnify", "trials", "by"]],
+];
+
+/**
+ * @param {string} verb
+ * @param {import("../core/settings.js").Settings} settings
+ * @returns {HTMLElement[]}
+ */
+export function optionGroups(verb, settings) {
+  const options = store.schema?.verbs[verb]?.options ?? [];
+  const made = GROUPS.map(([name, names]) => {
+    const fields = names.flatMap((n) => options.filter((o) => o.name === n)).map((o) => field(o, settings));
+    return fields.length ? group(name, fields, false) : null;
+  });
+  return made.filter((each) => each !== null);
+}
+
+/**
+ * What a verb lets choose for an option.
+ * @param {string} verb
+ * @param {string} name
+ * @returns {string[]}
+ */
+export function choicesOf(verb, name) {
+  return store.schema?.verbs[verb]?.options.find((o) => o.name === name)?.choices ?? [];
+}
+

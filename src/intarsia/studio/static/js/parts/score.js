@@ -1,0 +1,64 @@
+/** The score of a result, and the parts that it is made of, when somebody asks. */
+
+import { button, el, fill } from "../core/dom.js";
+import { readable } from "../core/words.js";
+
+/** @typedef {{worth: number, measured: number, unit: string, loss: number}} Part */
+
+/** @type {Record<string, string>} */
+const MEANS = {
+  joins: "what changes where pieces meet",
+  steps: "slow tone that changes where pieces meet",
+  overused: "how often the most used places are shown",
+  repeats: "windows shown again near by with what is around them",
+  lattice: "by how much less it repeats by the periods of the exemplar",
+  blurred: "by how much steps between neighbours are smaller",
+  striking: "how often the most striking spots are shown",
+  strange: "windows farther from the exemplar than nine of ten of its own",
+  damaged: "segments that are like none of the exemplar",
+  spectrum: "by how much the power of waves differs",
+  lost: "windows of the exemplar that are nowhere near the result",
+  unused: "places of the exemplar that are hardly shown",
+  tone: "by how much slow tones differ",
+};
+
+/**
+ * A button that says the score, and shows its parts.
+ * @param {{total: number, parts: Record<string, Part>} | null} score
+ * @returns {HTMLElement | null}
+ */
+export function scoreButton(score) {
+  if (!score) return null;
+  const parts = Object.entries(score.parts).sort(([, a], [, b]) => b.loss - a.loss);
+  const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score" });
+  fill(
+    box,
+    el("p", { class: "quiet small" }, "100 is as good as the exemplar itself; each part takes something away."),
+    el("dl", {}, parts.map(([name, part]) => row(name, part))),
+  );
+  const toggle = button(`Score ${Math.round(score.total)}`, () => open(box.hidden), { "aria-expanded": "false", class: "number" });
+  const open = (/** @type {boolean} */ yes) => {
+    box.hidden = !yes;
+    toggle.setAttribute("aria-expanded", String(yes));
+  };
+  const around = el("span", { class: "around" }, toggle, box);
+  around.addEventListener("keydown", (e) => e.key === "Escape" && [open(false), toggle.focus()]);
+  return around;
+}
+
+/**
+ * @param {string} name
+ * @param {Part} part
+ */
+function row(name, part) {
+  const bar = el("i");
+  bar.style.transform = `scaleX(${part.worth})`;
+  const loss = part.loss >= 0.5 ? `−${Math.round(part.loss)}` : "";
+  return el(
+    "div",
+    { class: "part", title: MEANS[name] ?? "" },
+    el("dt", {}, readable(name), el("span", { class: "sentence" }, MEANS[name] ?? "")),
+    el("dd", { class: "number" }, loss),
+    el("dd", { class: "worth" }, el("span", { class: "bar" }, bar)),
+  );
+}

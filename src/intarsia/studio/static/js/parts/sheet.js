@@ -1,0 +1,76 @@
+/** The contact sheet: what was asked for together, side by side, the best score first once all are known. */
+
+import { button, el, fill } from "../core/dom.js";
+import { store } from "../core/store.js";
+import { tried } from "../core/toast.js";
+import { title } from "../core/words.js";
+import { arrange, Cell } from "./cell.js";
+import { busy } from "./progress.js";
+
+export class Sheet extends HTMLElement {
+  grid = el("div", { class: "sheet-grid" });
+  head = el("div", { class: "head" });
+  /** @type {Map<string, Cell>} */
+  #cells = new Map();
+  #gone = new AbortController();
+  observer = new ResizeObserver(() => this.#fit(store.sheet.length));
+
+  connectedCallback() {
+    this.className = "sheet";
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Contact sheet");
+    fill(this, this.head, this.grid);
+    this.observer.observe(this.grid);
+    store.on(["jobs", "chosen", "preview"], () => this.show(), this.#gone.signal);
+  }
+
+  disconnectedCallback() {
+    this.#gone.abort();
+    this.observer.disconnect();
+  }
+
+  /**
+   * As large as they may be so that all can be seen.
+   * @param {number} count
+   */
+  #fit(count) {
+    const gap = 12;
+    let best = { across: 1, side: 0 };
+    for (let across = 1; across <= count; across += 1) {
+      const wide = (this.grid.clientWidth - gap) / across - gap;
+      const high = (this.grid.clientHeight - gap) / Math.ceil(count / across) - gap;
+      if (Math.min(wide, high) > best.side) best = { across, side: Math.floor(Math.min(wide, high)) };
+    }
+    this.grid.style.setProperty("--across", String(best.across));
+    this.grid.style.setProperty("--side", `${best.side}px`);
+  }
+
+  show() {
+    this.hidden = !store.spread;
+    if (this.hidden) return;
+    const jobs = store.sheet.map((id) => store.jobs.get(id)).filter((job) => job !== undefined);
+    const judged = jobs.every((job) => !busy(job) && (job.state !== "done" || typeof job.score === "number"));
+    if (judged) jobs.sort((a, b) => (b.score ?? -1) - (a.score ?? -1));
+    arrange(this.grid, this.#cells, jobs.map((job) => job.id), (id) => {
+      const cell = new Cell(id, 640, (job) => store.look(job.id));
+      cell.element.append(el("span", { class: "caption one-line" }));
+      return cell;
+    });
+    for (const job of jobs) {
+      const caption = this.#cells.get(job.id)?.element.querySelector(".caption");
+      if (caption) caption.textContent = typeof job.score === "number" ? `${title(job)}   ${Math.round(job.score)}` : title(job);
+    }
+    this.#fit(jobs.length);
+    const open = jobs.filter(busy);
+    const stop = () => void tried(() => Promise.all(open.map((job) => store.change(job, "cancel"))));
+    const done = jobs.filter((job) => job.state === "done").length;
+    fill(
+      this.head,
+      el("h2", {}, "Contact sheet"),
+      el("span", { class: "quiet small number facts" }, `${done} of ${jobs.length}`),
+      open.length > 0 && button("Cancel", stop, { class: "framed" }),
+    );
+  }
+}
+
+customElements.define("contact-sheet", Sheet);
