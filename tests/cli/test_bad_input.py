@@ -211,7 +211,7 @@ LATER |= {("weave", "isometries", value): 2 for value in FROM_0 | {"0,0", "0,0,0
 
 
 def options() -> list[tuple[str, str]]:
-    return [(c, str(p.name)) for c in COMMANDS if c != "warm-up" for p in roles.command(c).params if _valued(p)]
+    return [(c, str(p.name)) for c in COMMANDS if c not in ("warm-up", *roles.STAYS) for p in roles.command(c).params if _valued(p)]
 
 
 def _valued(p: click.Parameter) -> bool:
@@ -363,7 +363,7 @@ def test_every_command_is_covered() -> None:
     """A command that reads files has a role for each, and one that writes is tried with every bad place."""
     for command in COMMANDS:
         assert set(roles.file_parameters(command)) <= set(roles.SOUND) | set(roles.WRITTEN)
-    assert set(COMMANDS) - set(roles.READERS) == {"methods", "warm-up"}
+    assert set(COMMANDS) - set(roles.READERS) == {"methods", "warm-up", *roles.STAYS}
 
 
 def _processes(lines: list[list[str]], **environment: str) -> list[tuple[int, str]]:

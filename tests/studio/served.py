@@ -1,0 +1,178 @@
+"""A studio in a process of its own, and what a client does with it."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+from PIL import Image
+
+QUICK = {"method": "image-quilting", "patch": "8", "size": "48x40"}
+"""Options of a job that takes no time to speak of."""
+
+
+class Served:
+    """A running studio."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "intarsia", "studio", "--no-browser", "--folder", str(folder), *words]
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        assert self.process.stderr is not None
+        self.line = self.process.stderr.readline()
+        found = re.search(r"(http://127\.0\.0\.1:(\d+)/)\?token=([0-9a-f]{32})", self.line)
+        assert found is not None, self.line + self.process.stderr.read()
+        self.address, self.port, self.token = found[1], int(found[2]), found[3]
+        headers = {"Authorization": f"Bearer {self.token}", "X-Intarsia": "1"}
+        self.client = httpx.Client(base_url=self.address, headers=headers, timeout=120)
+
+    def close(self) -> str:
+        """End it as Ctrl-C does; return what it said since it began."""
+        self.client.close()
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        assert self.process.stderr is not None
+        said = self.process.stderr.read()
+        self.process.wait(20)
+        self.process.stderr.close()
+        return said
+
+    def kill(self) -> None:
+        """End it as a power cut does."""
+        self.client.close()
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stderr is not None
+        self.process.stderr.close()
+
+    def get(self, path: str) -> Any:
+        """JSON of an address that is there."""
+        answer = self.client.get(path)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def bytes(self, path: str) -> bytes:
+        """Bytes of an address that is there."""
+        answer = self.client.get(path)
+        assert answer.status_code == 200, answer.text
+        return answer.content
+
+    def post(self, path: str, given: Any = None, status: int | None = None) -> Any:
+        """JSON of what was sent."""
+        answer = self.client.post(path, json=given)
+        assert answer.status_code == status if status else answer.status_code < 300, answer.text
+        return answer.json()
+
+    def exemplar(self, **files: bytes) -> Any:
+        """Send the files of an exemplar: name without .png -> contents."""
+        parts = [("files", (f"{name}.png", data)) for name, data in files.items()]
+        answer = self.client.post("/api/exemplars", files=parts)
+        assert answer.status_code == 201, answer.text
+        return answer.json()
+
+    def image(self, pixels: np.ndarray) -> str:
+        """Send a picture of numbers; its id."""
+        answer = self.client.post("/api/images", content=png(pixels))
+        assert answer.status_code == 201, answer.text
+        return str(answer.json()["id"])
+
+    def job(self, verb: str, exemplars: list[str], **options: Any) -> Any:
+        """Queue a job."""
+        return self.post("/api/jobs", {"verb": verb, "exemplars": exemplars, "options": options}, 202)
+
+    def ended(self, job: Any, within: float = 120) -> Any:
+        """Wait for the end of a job."""
+        until = time.monotonic() + within
+        while time.monotonic() < until:
+            now = self.get(f"/api/jobs/{job['id']}")
+            if now["state"] not in ("queued", "running"):
+                return now
+            time.sleep(0.02)
+        raise AssertionError(now)
+
+    def done(self, verb: str, exemplars: list[str], **options: Any) -> Any:
+        """The result of a job that succeeds."""
+        job = self.ended(self.job(verb, exemplars, **options))
+        assert job["state"] == "done", job
+        return self.get(f"/api/results/{job['result']}")
+
+    def files(self, result: Any) -> dict[str, bytes]:
+        """The files of a result."""
+        return {entry["name"]: self.bytes(entry["url"]) for entry in result["files"]}
+
+    def events(self) -> Iterator[tuple[str, Any]]:
+        """What is told, one event after another."""
+        with self.client.stream("GET", "/api/events") as answer:
+            kind = ""
+            for line in answer.iter_lines():
+                if line.startswith("event: "):
+                    kind = line[7:]
+                elif line.startswith("data: "):
+                    yield kind, json.loads(line[6:])
+
+    def processes(self) -> list[int]:
+        """The processes that the server has started and that live."""
+        return children(self.process.pid)
+
+
+def children(parent: int) -> list[int]:
+    """The numbers of living processes whose parent is this one."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == parent and fields[0] != "Z":
+            found.append(int(path.parent.name))
+    return found
+
+
+def lives(pid: int) -> bool:
+    """Whether a process is there."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+
+
+@contextmanager
+def studio(folder: Path, *words: str) -> Iterator[Served]:
+    """A studio for a while."""
+    served = Served(folder, *words)
+    try:
+        yield served
+    finally:
+        served.close()
+
+
+def png(pixels: np.ndarray) -> bytes:
+    """A PNG of these pixels."""
+    out = io.BytesIO()
+    Image.fromarray(pixels).save(out, "png")
+    return out.getvalue()
+
+
+def pixels(height: int = 32, width: int = 36, seed: int = 0) -> np.ndarray:
+    """A small colourful picture."""
+    y, x = np.mgrid[:height, :width]
+    planes = [(x * (7 + seed) + y * (3 + k) + (x * y * (k + 5)) % 31) % 256 for k in range(3)]
+    return np.stack(planes, axis=2).astype(np.uint8)
+
+
+def opened(data: bytes) -> np.ndarray:
+    """The pixels of a PNG."""
+    return np.asarray(Image.open(io.BytesIO(data)))

@@ -1,0 +1,115 @@
+"""The same job through HTTP, command and library gives the same bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from studio.served import QUICK, Served, pixels, png
+
+import intarsia as ia
+from intarsia import files
+from intarsia.cli.app import cli
+from intarsia.guide import numbered
+
+Files = dict[str, bytes]
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def left(height: int = 32, width: int = 36) -> np.ndarray:
+    return np.where(np.mgrid[:height, :width][1] < width // 2, 0, 255).astype(np.uint8)
+
+
+def hole() -> np.ndarray:
+    y, x = np.mgrid[:32, :36]
+    return (((abs(x - 18) < 4) & (abs(y - 16) < 4)) * 255).astype(np.uint8)
+
+
+def by_command(*words: str) -> None:
+    done = CliRunner().invoke(cli, [*words, "--quiet"])
+    assert done.exit_code == 0, done.stderr
+
+
+def grown_set(served: Served) -> tuple[Files, Callable[[], Any]]:
+    sent = {"moss_albedo": png(pixels()), "moss_height": png(left()), "moss_normal": png(pixels(seed=3))}
+    result = served.done("grow", [served.exemplar(**sent)["id"]], **QUICK, wrap="both", seed=4)
+    for name, data in sent.items():
+        Path(f"{name}.png").write_bytes(data)
+    words = [f"{name}.png" for name in sent]
+    by_command("grow", *words, *["-o", "moss_grown.png", "-m", "image-quilting", "--patch", "8", "-s", "48x40", "--wrap", "both", "--seed", "4"])
+    planes = {"normal": "moss_normal.png", "height": "moss_height.png"}
+    exemplar = ia.read("moss_albedo.png", **planes)
+    return served.files(result), lambda: ia.synthesize(exemplar, (40, 48), ia.ImageQuilting(patch=8), seed=4, wrap="both")
+
+
+def painted(served: Served) -> tuple[Files, Callable[[], Any]]:
+    labels, target = left() // 255, left(28, 30)[:, ::-1] // 255
+    options = {"labels": [served.image(labels)], "target": served.image(target), "method": "image-quilting", "patch": 8}
+    result = served.done("paint", [served.exemplar(coast=png(pixels()))["id"]], **options, seed=2)
+    for name, drawn in (("coast", pixels()), ("l", labels), ("t", target)):
+        Path(f"{name}.png").write_bytes(png(drawn))
+    by_command("paint", "coast.png", *["-l", "l.png", "-t", "t.png", "-o", "coast_painted.png", "-m", "image-quilting", "--patch", "8"],
+               "--seed", "2")  # fmt: skip
+    drawn = [(name, files.read_plane(name, "label")) for name in ("l.png", "t.png")]
+    guide = ia.Guide(*numbered(drawn, print), weight=2.0)  # with the colours as names, as the command has them
+    method = ia.ImageQuilting(patch=8)
+    return served.files(result), lambda: ia.synthesize("coast.png", method=method, seed=2, guide=guide)
+
+
+def healed(served: Served) -> tuple[Files, Callable[[], Any]]:
+    exemplar = served.exemplar(wall=png(pixels()))["id"]
+    result = served.done("heal", [exemplar], mask=[served.image(hole())], patch="6", method="image-quilting", seed=1)
+    Path("wall.png").write_bytes(png(pixels()))
+    Path("hole.png").write_bytes(png(hole()))
+    by_command(*["heal", "wall.png", "--mask", "hole.png", "--patch", "6", "-m", "image-quilting", "--seed", "1", "-o", "wall_healed.png"])
+    method = ia.ImageQuilting(patch=6, tolerance=0)
+    mask = hole() > 0
+    return served.files(result), lambda: ia.heal("wall.png", mask, method, seed=1)
+
+
+def tiled(served: Served) -> tuple[Files, Callable[[], Any]]:
+    exemplar = served.exemplar(plank=png(pixels(48, 56)))["id"]
+    result = served.done("tile", [exemplar], band=16, method="image-quilting", patch=8)
+    Path("plank.png").write_bytes(png(pixels(48, 56)))
+    by_command(*["tile", "plank.png", "--band", "16", "-m", "image-quilting", "--patch", "8", "-o", "plank_tiled.png"])
+    method = ia.ImageQuilting(patch=8, tolerance=0)
+    return served.files(result), lambda: ia.tile("plank.png", method, band=16)
+
+
+@pytest.mark.parametrize("case", [grown_set, painted, healed, tiled])
+def test_page_command_and_library_make_the_same_bytes(
+    case: Callable[[Served], tuple[Files, Callable[[], Any]]], served: Served
+) -> None:
+    found, library = case(served)
+    pictures = {name: data for name, data in found.items() if name != "map.npz"}
+    assert pictures
+    for name, data in pictures.items():
+        assert Path(name).read_bytes() == data, name
+    made = library()
+    first = min(pictures, key=len)
+    files.write("library.png", made.render(), recipe=made.recipe_text)
+    assert Path("library.png").read_bytes() == pictures[first]
+    assert made.map.digest == ia.SourceMap.load(_written(found["map.npz"])).digest
+
+
+def _written(data: bytes) -> str:
+    Path("served.npz").write_bytes(data)
+    return "served.npz"
+
+
+def test_the_command_to_copy_makes_the_same_bytes(served: Served) -> None:
+    exemplar = served.exemplar(rock=png(pixels()))["id"]
+    result = served.done("grow", [exemplar], **QUICK, seed=9, crop=[2, 2, 30, 28])
+    Path("rock.png").write_bytes(png(pixels()))
+    name, *words = result["command"].split()
+    assert name == "intarsia"
+    by_command(*words)
+    assert Path("rock_grown.png").read_bytes() == served.files(result)["rock_grown.png"]
