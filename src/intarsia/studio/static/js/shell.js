@@ -7,11 +7,13 @@ import { turn } from "./core/theme.js";
 import { bringFiles, filesOf } from "./parts/bring.js";
 import { GalleryRoom } from "./rooms/gallery.js";
 import { GrowRoom } from "./rooms/grow.js";
+import { PaintRoom } from "./rooms/paint.js";
 import { StartRoom } from "./rooms/start.js";
 
 /** @type {{name: string, title: string, room: new () => HTMLElement, bare?: boolean}[]} */
 const ROOMS = [
   { name: "grow", title: "Grow", room: GrowRoom },
+  { name: "paint", title: "Paint", room: PaintRoom },
   { name: "gallery", title: "Gallery", room: GalleryRoom, bare: true },
 ];
 

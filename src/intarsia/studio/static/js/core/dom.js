@@ -77,3 +77,20 @@ export function button(label, act, more = {}) {
     bare ? null : icon ? el("span", { class: "label" }, label) : label,
   );
 }
+
+/**
+ * Call `act` now and at every change, for as long as an element is on the page; it may be put there later.
+ * @param {EventTarget} target
+ * @param {Element} element
+ * @param {() => void} act
+ */
+export function follow(target, element, act) {
+  let was = false;
+  const heard = () => {
+    was ||= element.isConnected;
+    if (was && !element.isConnected) target.removeEventListener("change", heard);
+    else act();
+  };
+  target.addEventListener("change", heard);
+  act();
+}

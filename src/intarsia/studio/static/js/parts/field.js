@@ -1,6 +1,6 @@
 /** One option as a field, made from what the schema tells of it: kind, range, choices, unit, help. Empty means automatic. */
 
-import { el } from "../core/dom.js";
+import { el, follow } from "../core/dom.js";
 import { readable } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Option} Option */
@@ -35,8 +35,7 @@ export function field(option, settings) {
     if (control instanceof HTMLInputElement && control.type === "checkbox") control.checked = value === true;
     else if (document.activeElement !== control || !settings.options[option.name]) control.value = value ?? "";
   };
-  settings.addEventListener("change", show);
-  show();
+  follow(settings, control, show);
   const unit = option.unit ? el("span", { class: "unit" }, option.unit) : null;
   return el(
     "div",

@@ -1,6 +1,6 @@
 /** Which method grows: each with its sentence, and then its parameters. */
 
-import { el, fill } from "../core/dom.js";
+import { el, fill, follow } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { field, isField } from "./field.js";
 
@@ -47,8 +47,7 @@ export function methodPicker(settings, allowed) {
     fill(head, ...says(method, settings));
     for (const radio of list.querySelectorAll("input")) radio.checked = radio.value === slug;
   };
-  settings.addEventListener("change", show);
-  show();
+  follow(settings, box, show);
   return el("div", { class: "group" }, el("h3", {}, "Method"), box);
 }
 
@@ -80,8 +79,7 @@ export function parameterForm(settings) {
     const parameters = store.schema?.methods.find((m) => m.slug === slug)?.parameters.filter(isField) ?? [];
     fill(place, parameters.length > 0 && group(`Parameters of ${slug}`, parameters.map((p) => field(p, settings)), false));
   };
-  settings.addEventListener("change", show);
-  show();
+  follow(settings, place, show);
   return place;
 }
 

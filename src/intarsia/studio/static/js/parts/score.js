@@ -30,7 +30,7 @@ const MEANS = {
 export function scoreButton(score) {
   if (!score) return null;
   const parts = Object.entries(score.parts).sort(([, a], [, b]) => b.loss - a.loss);
-  const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score" });
+  const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score", tabIndex: -1 });
   fill(
     box,
     el("p", { class: "quiet small" }, "100 is as good as the exemplar itself; each part takes something away."),
@@ -42,6 +42,9 @@ export function scoreButton(score) {
     toggle.setAttribute("aria-expanded", String(yes));
   };
   const around = el("span", { class: "around" }, toggle, box);
+  around.addEventListener("focusout", (e) => {
+    if (!(e.relatedTarget instanceof Node && around.contains(e.relatedTarget))) open(false);
+  });
   around.addEventListener("keydown", (e) => e.key === "Escape" && [open(false), toggle.focus()]);
   return around;
 }

@@ -1,6 +1,6 @@
 /** The seed: a number, and a dice for another one. */
 
-import { button, el } from "../core/dom.js";
+import { button, el, follow } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { anySeed } from "../core/words.js";
 
@@ -11,10 +11,9 @@ import { anySeed } from "../core/words.js";
 export function seedField(settings) {
   const input = el("input", {
     class: "field", id: "seed", type: "number", min: "0", step: "1", placeholder: "0", inputMode: "numeric",
-    value: settings.options.seed ?? "",
     oninput: () => input.reportValidity() && settings.set("seed", input.value === "" ? null : Number(input.value)),
   });
-  settings.addEventListener("change", () => {
+  follow(settings, input, () => {
     if (document.activeElement !== input) input.value = settings.options.seed ?? "";
   });
   const dice = button("Another seed", () => settings.set("seed", anySeed()), { icon: icon("dice"), bare: true, class: "framed" });

@@ -1,6 +1,6 @@
 /** The size of what is grown: width and height, and how often the exemplar fits in. */
 
-import { button, el } from "../core/dom.js";
+import { button, el, follow } from "../core/dom.js";
 import { store } from "../core/store.js";
 
 /**
@@ -35,8 +35,7 @@ export function sizeField(settings) {
     if (document.activeElement !== wide) wide.value = width;
     if (document.activeElement !== high) high.value = height;
   };
-  settings.addEventListener("change", show);
-  show();
+  follow(settings, wide, show);
   const times = (/** @type {number} */ by) => () => {
     const exemplar = store.exemplar;
     if (exemplar) settings.set("size", `${exemplar.width * by}x${exemplar.height * by}`);

@@ -1,6 +1,6 @@
 /** Grow: the exemplar on the left, the picture in the middle, what can be set on the right, and one button. */
 
-import { button, el, fill, typing } from "../core/dom.js";
+import { button, el, fill, follow, typing } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -44,12 +44,11 @@ export class GrowRoom extends HTMLElement {
       (value) => growing.set("wrap", value === "none" ? null : value),
       { wide: true },
     );
-    growing.addEventListener("change", wrap.show);
+    follow(growing, wrap.element, wrap.show);
     const undo = button("Undo", () => growing.undo(), { icon: icon("undo"), bare: true });
     const redo = button("Redo", () => growing.redo(), { icon: icon("redo"), bare: true });
     const able = () => [(undo.disabled = !growing.canUndo), (redo.disabled = !growing.canRedo)];
-    growing.addEventListener("change", able);
-    able();
+    follow(growing, undo, able);
     fill(
       this.panel,
       el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), undo, redo),

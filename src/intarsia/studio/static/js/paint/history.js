@@ -1,0 +1,95 @@
+/** Undo and redo of painting: what a part looked like before and after. */
+
+/** @typedef {import("./labels.js").Labels} Labels */
+/** @typedef {import("./labels.js").Box} Box */
+/** @typedef {{labels: Labels, box: Box, before: Uint8Array, after: Uint8Array}} Change */
+
+const MOST = 200;
+
+export class History extends EventTarget {
+  /** @type {Change[]} */
+  #done = [];
+  /** @type {Change[]} */
+  #undone = [];
+
+  /**
+   * Remember a change that was made to a copy's original.
+   * @param {Labels} labels as they are now
+   * @param {Uint8Array} before all of them as they were
+   */
+  note(labels, before) {
+    const box = difference(labels, before);
+    if (!box) return;
+    this.#done.push({ labels, box, before: cut(before, labels.width, box), after: cut(labels.data, labels.width, box) });
+    if (this.#done.length > MOST) this.#done.shift();
+    this.#undone = [];
+    this.dispatchEvent(new Event("change"));
+  }
+
+  get canUndo() {
+    return this.#done.length > 0;
+  }
+
+  get canRedo() {
+    return this.#undone.length > 0;
+  }
+
+  undo() {
+    const change = this.#done.pop();
+    if (!change) return;
+    this.#undone.push(change);
+    this.#put(change, change.before);
+  }
+
+  redo() {
+    const change = this.#undone.pop();
+    if (!change) return;
+    this.#done.push(change);
+    this.#put(change, change.after);
+  }
+
+  /**
+   * @param {Change} change
+   * @param {Uint8Array} part
+   */
+  #put({ labels, box }, part) {
+    for (let row = 0; row < box.height; row += 1) {
+      labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
+    }
+    labels.paint(box);
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+/**
+ * The part in which two differ.
+ * @param {Labels} labels
+ * @param {Uint8Array} before
+ * @returns {Box | null}
+ */
+function difference({ width, height, data }, before) {
+  let [left, right, top, below] = [width, -1, height, -1];
+  for (let row = 0; row < height; row += 1) {
+    for (let column = 0, at = row * width; column < width; column += 1, at += 1) {
+      if (data[at] === before[at]) continue;
+      if (column < left) left = column;
+      if (column > right) right = column;
+      if (row < top) top = row;
+      below = row;
+    }
+  }
+  return right < 0 ? null : { x: left, y: top, width: right - left + 1, height: below - top + 1 };
+}
+
+/**
+ * @param {Uint8Array} data
+ * @param {number} wide
+ * @param {Box} box
+ */
+function cut(data, wide, { x, y, width, height }) {
+  const part = new Uint8Array(width * height);
+  for (let row = 0; row < height; row += 1) {
+    part.set(data.subarray((y + row) * wide + x, (y + row) * wide + x + width), row * width);
+  }
+  return part;
+}

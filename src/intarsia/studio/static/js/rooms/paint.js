@@ -1,0 +1,167 @@
+/** Paint: labels over the exemplar on the left, labels of what is wanted on the right; then each region is grown. */
+
+import { post } from "../core/api.js";
+import { button, el, fill } from "../core/dom.js";
+import { Settings } from "../core/settings.js";
+import { store } from "../core/store.js";
+import { tried } from "../core/toast.js";
+import { Brush, Kit } from "../paint/brush.js";
+import { COLOURS, Labels } from "../paint/labels.js";
+import { png } from "../paint/png.js";
+import { toolbar, toolKeys } from "../paint/tools.js";
+import { field } from "../parts/field.js";
+import { methodPicker } from "../parts/methods.js";
+import { choicesOf } from "../parts/options.js";
+import { ResultView } from "../parts/result-view.js";
+import { seedField } from "../parts/seed.js";
+import { sizeField } from "../parts/size.js";
+import { viewButtons } from "../parts/view-buttons.js";
+import { Stage } from "../stage/stage.js";
+
+/** @type {Map<string, {source: Labels, target: Labels}>} what was painted, by exemplar; it stays while the page is open */
+const painted = new Map();
+const kit = new Kit();
+const painting = new Settings();
+const NAMED = 6;
+
+export class PaintRoom extends HTMLElement {
+  left = new Stage();
+  right = new Stage();
+  result = new ResultView();
+  panel = el("aside", { class: "panel", "aria-label": "Painting" });
+  #gone = new AbortController();
+
+  connectedCallback() {
+    this.className = "paint";
+    store.look(null);
+    const pair = el("div", { class: "pair" }, half("Exemplar", this.left), half("Wanted", this.right));
+    this.result.hidden = true;
+    fill(this, el("div", { class: "paint-main" }, pair, this.result), this.panel);
+    this.#panel();
+    new Brush(this.left, kit, () => this.#labels()?.source ?? null);
+    new Brush(this.right, kit, () => this.#labels()?.target ?? null);
+    const { signal } = this.#gone;
+    toolKeys(kit, signal, NAMED);
+    store.on(["exemplar"], () => void this.#show(), signal);
+    store.on(["chosen"], () => this.#turn(), signal);
+    painting.addEventListener("change", () => this.#size(), { signal });
+    kit.addEventListener("change", () => [this.left.draw(), this.right.draw()], { signal });
+  }
+
+  disconnectedCallback() {
+    this.#gone.abort();
+  }
+
+  #labels() {
+    return painted.get(store.exemplar?.id ?? "");
+  }
+
+  /** Show what was painted, or the result. */
+  #turn() {
+    const seen = store.chosen !== null;
+    this.result.hidden = !seen;
+    this.querySelector(".pair")?.toggleAttribute("hidden", seen);
+    this.back?.toggleAttribute("hidden", !seen);
+  }
+
+  async #show() {
+    const exemplar = store.exemplar;
+    if (!exemplar) return;
+    const { id, width, height } = exemplar;
+    if (!painted.has(id)) painted.set(id, { source: new Labels(width, height), target: this.#blank() });
+    await tried(async () => {
+      const picture = await store.exemplarPicture(exemplar);
+      const labels = this.#labels();
+      if (store.exemplar?.id !== id || !labels) return;
+      this.left.layers = [{ picture: labels.source.canvas, alpha: 0.6 }];
+      this.left.show(picture, `Labels of ${exemplar.name}`, [width, height]);
+      this.#size();
+    });
+  }
+
+  #blank() {
+    const { width, height } = store.exemplar ?? { width: 256, height: 256 };
+    const [wide, high] = String(painting.options.size ?? `${width * 2}x${height * 2}`).split("x").map(Number);
+    return new Labels(Math.min(8192, wide || 1), Math.min(8192, high || 1), true);
+  }
+
+  /** Make the target as large as it is asked for; what was painted stays where it was. */
+  #size() {
+    const labels = this.#labels();
+    if (!labels) return;
+    const next = this.#blank();
+    const { width, height } = labels.target;
+    if (next.width !== width || next.height !== height) {
+      for (let row = 0; row < Math.min(height, next.height); row += 1) {
+        next.data.set(labels.target.data.subarray(row * width, row * width + Math.min(width, next.width)), row * next.width);
+      }
+      next.paint({ x: 0, y: 0, width: next.width, height: next.height });
+      labels.target = next;
+    }
+    this.right.show(labels.target.canvas, "Labels that are wanted");
+  }
+
+  #panel() {
+    const colours = COLOURS.slice(0, NAMED).map(([r, g, b], n) => {
+      const swatch = el("span", { class: "swatch" });
+      swatch.style.background = `rgb(${r} ${g} ${b})`;
+      return el("button", {
+        type: "button", class: "button", value: String(n), "aria-label": `Label ${n + 1}`, title: `Label ${n + 1} (${n + 1})`,
+        onclick: () => kit.set({ value: n, tool: kit.tool === "fill" ? "fill" : "brush" }),
+      }, swatch);
+    });
+    const show = () => {
+      for (const each of colours) each.setAttribute("aria-pressed", String(Number(each.value) === kit.value));
+    };
+    kit.addEventListener("change", show, { signal: this.#gone.signal });
+    show();
+    const weight = store.schema?.verbs.paint?.options.find((o) => o.name === "weight");
+    this.back = button("Paint on", () => store.look(null), { class: "framed big", hidden: true });
+    fill(
+      this.panel,
+      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), this.back),
+      el(
+        "div",
+        { class: "fields" },
+        el("p", { class: "quiet" }, "Mark what is what in the exemplar, then paint with the same labels where each shall be."),
+        el("div", { class: "group" }, el("h3", {}, "Label"), el("div", { class: "palette" }, colours)),
+        toolbar(kit),
+        sizeField(painting),
+        seedField(painting),
+        methodPicker(painting, choicesOf("paint", "method")),
+        weight && el("div", { class: "options" }, field(weight, painting)),
+      ),
+    );
+  }
+
+  /** Send both label pictures, and ask for what is painted. */
+  async grow() {
+    const exemplar = store.exemplar;
+    const labels = this.#labels();
+    if (!exemplar || !labels) return;
+    await tried(async () => {
+      const [source, target] = [await send(labels.source), await send(labels.target)];
+      const { size, ...options } = painting.options;
+      const job = await store.start("paint", [exemplar.id], { ...options, labels: source, target });
+      store.look(job.id);
+    });
+  }
+}
+
+/**
+ * @param {Labels} labels
+ * @returns {Promise<string>} id of the image
+ */
+async function send(labels) {
+  return (await post("/api/images", await png(labels.data, labels.width, labels.height))).id;
+}
+
+/**
+ * @param {string} name
+ * @param {Stage} stage
+ */
+function half(name, stage) {
+  return el("section", { class: "half", "aria-label": name }, el("div", { class: "head" }, el("h2", {}, name), viewButtons(stage)), stage);
+}
+
+customElements.define("paint-room", PaintRoom);
