@@ -5,15 +5,19 @@ import { icon } from "./core/icons.js";
 import { store } from "./core/store.js";
 import { turn } from "./core/theme.js";
 import { bringFiles, filesOf } from "./parts/bring.js";
+import { FoundRoom } from "./rooms/found.js";
 import { GalleryRoom } from "./rooms/gallery.js";
 import { GrowRoom } from "./rooms/grow.js";
+import { MendRoom } from "./rooms/mend.js";
 import { PaintRoom } from "./rooms/paint.js";
 import { StartRoom } from "./rooms/start.js";
 
 /** @type {{name: string, title: string, room: new () => HTMLElement, bare?: boolean}[]} */
 const ROOMS = [
   { name: "grow", title: "Grow", room: GrowRoom },
+  { name: "found", title: "Found", room: FoundRoom },
   { name: "paint", title: "Paint", room: PaintRoom },
+  { name: "mend", title: "Mend", room: MendRoom },
   { name: "gallery", title: "Gallery", room: GalleryRoom, bare: true },
 ];
 

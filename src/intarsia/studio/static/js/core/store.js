@@ -22,6 +22,8 @@ class Store extends EventTarget {
   sheet = [];
   /** Whether the contact sheet is looked at. */
   spread = false;
+  /** @type {Map<string, string>} images of what may be used, by exemplar */
+  masks = new Map();
   /** @type {{x: number, y: number} | null} the exemplar's pixel that the pointer's came from */
   source = null;
   /** @type {{done: number, total: number}} */

@@ -51,7 +51,7 @@ export class Brush {
     this.kit = kit;
     this.labels = labels;
     stage.tool = this;
-    stage.marks = (pen, view) => this.#ring(pen, view);
+    stage.marks = (pen, view) => this.ring(pen, view);
     const place = (/** @type {PointerEvent} */ e) => {
       const box = stage.getBoundingClientRect();
       this.#over = stage.view.at((e.clientX - box.left) * devicePixelRatio, (e.clientY - box.top) * devicePixelRatio);
@@ -136,7 +136,7 @@ export class Brush {
    * @param {CanvasRenderingContext2D} pen
    * @param {import("../stage/view.js").View} view
    */
-  #ring(pen, view) {
+  ring(pen, view) {
     if (!this.#over || !["brush", "erase"].includes(this.kit.tool)) return;
     const [x, y] = this.#middle(...this.#over);
     pen.beginPath();

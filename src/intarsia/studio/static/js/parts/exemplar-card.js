@@ -40,6 +40,7 @@ class ExemplarCard extends HTMLElement {
       this,
       el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture, this.mark),
       el("div", {}, el("h2", { class: "one-line", title: name }, name), facts(size(width, height), depth(exemplar.depth))),
+      store.masks.has(exemplar.id) && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
       el(
         "div",

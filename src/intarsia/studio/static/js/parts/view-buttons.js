@@ -13,7 +13,7 @@ export function viewButtons(stage) {
   const zoom = el("span", { class: "zoom quiet small number", "aria-label": "Zoom" });
   const show = () => {
     fit.setAttribute("aria-pressed", String(stage.view.fitted));
-    whole.setAttribute("aria-pressed", String(stage.view.scale === 1));
+    whole.setAttribute("aria-pressed", String(stage.view.scale === 1 && !stage.view.fitted));
     tiles.setAttribute("aria-pressed", String(stage.tiles === 3));
     zoom.textContent = `${Math.round(stage.view.scale * 100)} %`;
   };

@@ -80,8 +80,9 @@ export class GrowRoom extends HTMLElement {
     if (!exemplar) return;
     await tried(async () => {
       const jobs = [];
+      const mask = store.masks.get(exemplar.id);
       for (const options of variants(growing.options, this.many, choicesOf("grow", "method"))) {
-        jobs.push(await store.start("grow", [exemplar.id], options));
+        jobs.push(await store.start("grow", [exemplar.id], mask ? { ...options, mask: [mask] } : options));
       }
       if (jobs.length > 1) store.spreadOut(jobs.map((job) => job.id));
       else store.look(jobs[0]?.id ?? null);

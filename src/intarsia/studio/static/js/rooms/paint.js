@@ -1,18 +1,17 @@
 /** Paint: labels over the exemplar on the left, labels of what is wanted on the right; then each region is grown. */
 
-import { post } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
 import { COLOURS, Labels } from "../paint/labels.js";
-import { png } from "../paint/png.js";
+import { send } from "../paint/send.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
+import { beside } from "../parts/beside.js";
 import { field } from "../parts/field.js";
 import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
-import { ResultView } from "../parts/result-view.js";
 import { seedField } from "../parts/seed.js";
 import { sizeField } from "../parts/size.js";
 import { viewButtons } from "../parts/view-buttons.js";
@@ -27,23 +26,20 @@ const NAMED = 6;
 export class PaintRoom extends HTMLElement {
   left = new Stage();
   right = new Stage();
-  result = new ResultView();
   panel = el("aside", { class: "panel", "aria-label": "Painting" });
   #gone = new AbortController();
 
   connectedCallback() {
     this.className = "paint";
-    store.look(null);
+    const { signal } = this.#gone;
     const pair = el("div", { class: "pair" }, half("Exemplar", this.left), half("Wanted", this.right));
-    this.result.hidden = true;
-    fill(this, el("div", { class: "paint-main" }, pair, this.result), this.panel);
-    this.#panel();
+    const { main, back } = beside(pair, "Paint on", signal);
+    fill(this, main, this.panel);
+    this.#panel(back);
     new Brush(this.left, kit, () => this.#labels()?.source ?? null);
     new Brush(this.right, kit, () => this.#labels()?.target ?? null);
-    const { signal } = this.#gone;
     toolKeys(kit, signal, NAMED);
     store.on(["exemplar"], () => void this.#show(), signal);
-    store.on(["chosen"], () => this.#turn(), signal);
     painting.addEventListener("change", () => this.#size(), { signal });
     kit.addEventListener("change", () => [this.left.draw(), this.right.draw()], { signal });
   }
@@ -54,14 +50,6 @@ export class PaintRoom extends HTMLElement {
 
   #labels() {
     return painted.get(store.exemplar?.id ?? "");
-  }
-
-  /** Show what was painted, or the result. */
-  #turn() {
-    const seen = store.chosen !== null;
-    this.result.hidden = !seen;
-    this.querySelector(".pair")?.toggleAttribute("hidden", seen);
-    this.back?.toggleAttribute("hidden", !seen);
   }
 
   async #show() {
@@ -101,9 +89,10 @@ export class PaintRoom extends HTMLElement {
     this.right.show(labels.target.canvas, "Labels that are wanted");
   }
 
-  #panel() {
+  /** @param {HTMLElement} back from the result */
+  #panel(back) {
     const colours = COLOURS.slice(0, NAMED).map(([r, g, b], n) => {
-      const swatch = el("span", { class: "swatch" });
+      const swatch = el("span", { class: "swatch" }, n + 1);
       swatch.style.background = `rgb(${r} ${g} ${b})`;
       return el("button", {
         type: "button", class: "button", value: String(n), "aria-label": `Label ${n + 1}`, title: `Label ${n + 1} (${n + 1})`,
@@ -116,10 +105,9 @@ export class PaintRoom extends HTMLElement {
     kit.addEventListener("change", show, { signal: this.#gone.signal });
     show();
     const weight = store.schema?.verbs.paint?.options.find((o) => o.name === "weight");
-    this.back = button("Paint on", () => store.look(null), { class: "framed big", hidden: true });
     fill(
       this.panel,
-      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), this.back),
+      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), back),
       el(
         "div",
         { class: "fields" },
@@ -146,14 +134,6 @@ export class PaintRoom extends HTMLElement {
       store.look(job.id);
     });
   }
-}
-
-/**
- * @param {Labels} labels
- * @returns {Promise<string>} id of the image
- */
-async function send(labels) {
-  return (await post("/api/images", await png(labels.data, labels.width, labels.height))).id;
 }
 
 /**

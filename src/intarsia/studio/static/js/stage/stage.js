@@ -16,6 +16,8 @@ export class Stage extends HTMLElement {
   /** @type {Drawable | null} what is seen to the right of the divider */
   other = null;
   divider = 0.5;
+  /** Share of the stage that is left free on each side, for what is drawn around the picture. */
+  room = 0;
   /** @type {number} how often it is drawn along each axis */
   tiles = 1;
   /** @type {Layer[]} */
@@ -83,7 +85,7 @@ export class Stage extends HTMLElement {
   fit() {
     const most = this.tiles > 1 ? 1 : BLOCKS;
     const { width, height } = this.canvas;
-    const margin = MARGIN * devicePixelRatio;
+    const margin = Math.max(MARGIN * devicePixelRatio, this.room * Math.min(width, height));
     this.view.fit(this.#width * this.tiles || 1, this.#height * this.tiles || 1, width, height, margin, most);
     this.draw();
     this.dispatchEvent(new Event("view"));

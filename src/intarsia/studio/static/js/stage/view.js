@@ -11,7 +11,7 @@ export class View {
   fitted = true;
 
   /**
-   * Show all of it, in the middle; what is enlarged is so by a whole number, so that no pixel is smeared.
+   * Show all of it, in the middle; what is enlarged is so by a whole number if one is near, so that no pixel is smeared.
    * @param {number} width of the picture
    * @param {number} height
    * @param {number} wide of the stage in device pixels
@@ -21,7 +21,7 @@ export class View {
    */
   fit(width, height, wide, high, margin, most) {
     const scale = Math.min((wide - 2 * margin) / width, (high - 2 * margin) / height);
-    this.scale = Math.max(1e-3, Math.min(most, scale > 1 ? Math.floor(scale) : scale));
+    this.scale = Math.max(1e-3, Math.min(most, scale > 1 && scale / Math.floor(scale) < 1.25 ? Math.floor(scale) : scale));
     this.x = Math.round((wide - width * this.scale) / 2);
     this.y = Math.round((high - height * this.scale) / 2);
     this.fitted = true;

@@ -1,0 +1,179 @@
+/** Mend: brush over what must go, drag the border outwards, or make the picture tile. */
+
+import { button, el, fill } from "../core/dom.js";
+import { Settings } from "../core/settings.js";
+import { store } from "../core/store.js";
+import { complain, tried } from "../core/toast.js";
+import { Brush, Kit } from "../paint/brush.js";
+import { Labels } from "../paint/labels.js";
+import { send } from "../paint/send.js";
+import { toolbar, toolKeys } from "../paint/tools.js";
+import { beside } from "../parts/beside.js";
+import { segments } from "../parts/choice.js";
+import { methodPicker } from "../parts/methods.js";
+import { choicesOf } from "../parts/options.js";
+import { seedField } from "../parts/seed.js";
+import { viewButtons } from "../parts/view-buttons.js";
+import { Margins } from "../stage/margins.js";
+import { Stage } from "../stage/stage.js";
+
+/** @typedef {"heal" | "extend" | "tile"} Mode */
+/** @typedef {import("../stage/margins.js").Side} Side */
+
+const kit = new Kit();
+/** @type {Map<string, Labels>} what is to be healed, by exemplar */
+const holes = new Map();
+/** @type {Record<Mode, Settings>} */
+const settings = { heal: new Settings(), extend: new Settings(), tile: new Settings() };
+/** @type {{mode: Mode}} */
+const kept = { mode: "heal" };
+
+/** @type {Record<Mode, string>} */
+const SAYS = {
+  heal: "Brush over what must go. Everything else stays, byte for byte.",
+  extend: "Drag the frame outwards. The picture stays, and grows beyond its borders.",
+  tile: "The picture will continue in itself. Only a band along its borders changes.",
+};
+
+export class MendRoom extends HTMLElement {
+  stage = new Stage();
+  panel = el("aside", { class: "panel", "aria-label": "Mending" });
+  margins = new Margins(this.stage, () => this.#told());
+  #gone = new AbortController();
+  /** @type {Map<Side, HTMLInputElement>} */
+  #fields = new Map();
+
+  connectedCallback() {
+    this.className = "paint";
+    const { signal } = this.#gone;
+    const head = el("div", { class: "head" }, el("h2", {}, "Picture"), viewButtons(this.stage));
+    const half = el("section", { class: "half", "aria-label": "Picture" }, head, this.stage);
+    const { main, back, close } = beside(half, "Mend on", signal);
+    this.back = back;
+    fill(this, main, this.panel);
+    this.brush = new Brush(this.stage, kit, () => (kept.mode === "heal" ? this.#hole() : null));
+    kit.set({ value: 1 });
+    toolKeys(kit, signal, 0);
+    store.on(["exemplar"], () => [close(), void this.#show()], signal);
+    this.#mode();
+  }
+
+  disconnectedCallback() {
+    this.#gone.abort();
+  }
+
+  /** @returns {Labels | null} */
+  #hole() {
+    const exemplar = store.exemplar;
+    if (!exemplar) return null;
+    const known = holes.get(exemplar.id) ?? new Labels(exemplar.width, exemplar.height);
+    holes.set(exemplar.id, known);
+    return known;
+  }
+
+  async #show() {
+    const exemplar = store.exemplar;
+    if (!exemplar) return;
+    await tried(async () => {
+      const picture = await store.exemplarPicture(exemplar);
+      if (store.exemplar?.id !== exemplar.id) return;
+      this.stage.show(picture, `Picture ${exemplar.name}`, [exemplar.width, exemplar.height]);
+      this.#mode();
+    });
+  }
+
+  /** Take the tools of the chosen task. */
+  #mode() {
+    const { mode } = kept;
+    const hole = this.#hole();
+    this.stage.layers = mode === "heal" && hole ? [{ picture: hole.canvas, alpha: 0.75 }] : [];
+    this.stage.room = mode === "extend" ? 0.22 : 0;
+    if (this.brush) {
+      this.stage.tool = mode === "heal" ? this.brush : mode === "extend" ? this.margins : null;
+      this.stage.marks = mode === "heal" ? (pen, view) => this.brush?.ring(pen, view) : null;
+      if (mode === "extend") this.stage.marks = (pen, view) => this.margins.marks(pen, view);
+    }
+    this.stage.classList.toggle("drawing", mode === "heal");
+    this.stage.fit();
+    this.#panel();
+  }
+
+  #panel() {
+    const { mode } = kept;
+    /** @type {[Mode, string][]} */
+    const modes = [["heal", "Heal"], ["extend", "Extend"], ["tile", "Tile"]];
+    const choice = segments("Task", modes, () => kept.mode, (next) => [(kept.mode = next), store.look(null), this.#mode()], { wide: true });
+    const names = { heal: "Heal", extend: "Extend", tile: "Make it tile" };
+    fill(
+      this.panel,
+      el("div", { class: "do" }, button(names[mode], () => void this.mend(), { class: "strong big" }), this.back),
+      el(
+        "div",
+        { class: "fields" },
+        choice.element,
+        el("p", { class: "quiet" }, SAYS[mode]),
+        mode === "heal" && toolbar(kit),
+        mode === "extend" && this.#sides(),
+        mode === "tile" && this.#axes(),
+        seedField(settings[mode]),
+        methodPicker(settings[mode], choicesOf(mode, "method")),
+      ),
+    );
+    this.#told();
+  }
+
+  #sides() {
+    const names = /** @type {Side[]} */ (["left", "right", "top", "bottom"]);
+    const rows = names.map((side) => {
+      const id = `margin-${side}`;
+      const input = el("input", {
+        class: "field", type: "number", id, min: "0", max: "8192", step: "1",
+        oninput: () => {
+          this.margins.px[side] = Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0)));
+          this.stage.draw();
+        },
+      });
+      this.#fields.set(side, input);
+      return el("div", { class: "row" }, el("label", { for: id }, side.charAt(0).toUpperCase() + side.slice(1)), input);
+    });
+    return el("div", { class: "group" }, rows);
+  }
+
+  #axes() {
+    const own = settings.tile;
+    /** @type {[string, string][]} */
+    const choices = [["x", "Across"], ["y", "Down"], ["both", "Both"]];
+    const axes = segments("Axes", choices, () => own.options.axes ?? "both", (axis) => own.set("axes", axis === "both" ? null : axis), { wide: true });
+    return el("div", { class: "row" }, el("span", {}, "Axes"), axes.element);
+  }
+
+  /** Write the margins into their fields. */
+  #told() {
+    for (const [side, input] of this.#fields) {
+      if (document.activeElement !== input) input.value = String(this.margins.px[side]);
+    }
+  }
+
+  /** Do what is chosen. */
+  async mend() {
+    const exemplar = store.exemplar;
+    if (!exemplar) return;
+    const { mode } = kept;
+    /** @type {Record<string, any>} */
+    const options = { ...settings[mode].options };
+    await tried(async () => {
+      const hole = this.#hole();
+      if (mode === "heal") {
+        if (!hole?.data.some((value) => value > 0)) return complain("Brush over what must go first.");
+        options.mask = [await send(hole, (value) => (value ? 255 : 0))];
+      } else if (mode === "extend") {
+        const wider = Object.entries(this.margins.px).filter(([, px]) => px > 0);
+        if (!wider.length) return complain("Drag a side of the frame outwards first.");
+        Object.assign(options, Object.fromEntries(wider));
+      }
+      store.look((await store.start(mode, [exemplar.id], options)).id);
+    });
+  }
+}
+
+customElements.define("mend-room", MendRoom);
