@@ -75,6 +75,12 @@ def _command(verb: str) -> click.Command:
     return found
 
 
+def metavar(verb: str, field: str) -> str | None:
+    """What an option's help shows in place of a value."""
+    found = {p.name: p for p in _command(verb).params}[field]
+    return found.metavar
+
+
 @cache
 def _known() -> dict[str, tuple[Parameter, list[str]]]:
     """Every parameter by name, and the methods that have it."""

@@ -83,11 +83,15 @@ class Store:
 
     def drop(self, kind: str, name: str) -> None:
         """Take a row and its files away: the row first."""
-        self._rows.execute(f"DELETE FROM {kind} WHERE id = ?", (name,))
+        self.drop_row(kind, name)
         if kind == "images":
             self.image(name).unlink(missing_ok=True)
         elif kind in ("exemplars", "results"):
             shutil.rmtree(self.folder / kind / name, ignore_errors=True)
+
+    def drop_row(self, kind: str, name: str) -> None:
+        """Take a row away, and leave its files."""
+        self._rows.execute(f"DELETE FROM {kind} WHERE id = ?", (name,))
 
     # files
 
@@ -126,7 +130,7 @@ class Store:
                     shutil.rmtree(path, ignore_errors=True)
             for name, row in known.items():
                 if not row.get("sample") and not (self.folder / kind / name).is_dir():
-                    self._rows.execute(f"DELETE FROM {kind} WHERE id = ?", (name,))
+                    self.drop_row(kind, name)
         self._reconcile_images()
         for job in self.all("jobs"):
             if job["state"] == "running" or (job["state"] == "done" and self.get("results", job["result"]) is None):
