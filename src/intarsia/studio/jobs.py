@@ -43,6 +43,7 @@ class Jobs:
         self.previews: dict[str, tuple[int, bytes]] = {}
         self.warmth: dict[str, Any] = {"done": 0, "total": 1}
         self._running: str | None = None
+        self._live: Row = {}  # how far the job is that runs: told, not written
         self._cancelled: set[str] = set()
         self._wake = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
@@ -92,7 +93,7 @@ class Jobs:
         job = self.store.get("jobs", name)
         if job is None:
             raise Refused(404, "there is no such job.")
-        return told(job)
+        return told(job | self._live if job["id"] == self._running else job)
 
     def cancel(self, name: str) -> Row:
         """Stop a job that waits or runs."""
@@ -125,7 +126,7 @@ class Jobs:
 
     def now(self) -> list[tuple[str, Any]]:
         """How things are, for one who begins to listen."""
-        jobs = [("job", told(job)) for job in self.store.all("jobs") if job["state"] in OPEN]
+        jobs = [("job", self.get(job["id"])) for job in self.store.all("jobs") if job["state"] in OPEN]
         return [("warm", self.warmth), *jobs]
 
     # the work
@@ -172,7 +173,8 @@ class Jobs:
 
     async def _carry_out(self, job: Row) -> None:
         """Do a job: its state tells how it ended."""
-        name = self._running = job["id"]
+        name, self._live = job["id"], {}
+        self._running = name
         job = job | {"state": "running", "began": time.time(), "fraction": 0.0}
         self._tell(job)
         folder = self.store.under_way("results")
@@ -195,7 +197,7 @@ class Jobs:
             self._running = None
             self._cancelled.discard(name)
             self.previews.pop(name, None)
-        self._tell(job | failed | {"ended": time.time()})
+        self._tell(job | self._live | failed | {"ended": time.time()})
         if failed.get("result") and failed.get("score") is None:
             self._to_score.put_nowait(name)
 
@@ -209,8 +211,8 @@ class Jobs:
                 self.previews[name] = (number, data)
                 self.events.tell("preview", {"id": name, "number": number})
             elif "fraction" in said:
-                job.update(fraction=said["fraction"], stage=said["stage"])
-                self.events.tell("job", told(job))
+                self._live = {"fraction": said["fraction"], "stage": said["stage"]}
+                self.events.tell("job", told(job | self._live))
 
         return heard
 

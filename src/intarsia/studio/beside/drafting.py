@@ -30,13 +30,15 @@ class Drafting:
             self._tell(fraction=round(fraction, 4), stage=stage)
         if draft is None or now < self._next:
             return
-        self._tell(drawn(draft(), exemplars), preview=True)
+        picture = drawn(draft(), exemplars)
         ended = time.monotonic()
+        if picture is not None:
+            self._tell(picture, preview=True)
         self._next = ended + max(APART, (ended - now) / SHARE)
 
 
-def drawn(smap: SourceMap, exemplars: Sequence[Exemplar], side: int = SIDE) -> bytes:
-    """Return a PNG of a map, at most `side` px a side: copied pixels, clear where nothing is yet."""
+def drawn(smap: SourceMap, exemplars: Sequence[Exemplar], side: int = SIDE) -> bytes | None:
+    """Return a PNG of a map, at most `side` px a side: copied pixels, clear where nothing is yet; None of nothing."""
     import numpy as np
 
     from .pictures import coloured, png
@@ -53,4 +55,4 @@ def drawn(smap: SourceMap, exemplars: Sequence[Exemplar], side: int = SIDE) -> b
             ys, xs = np.where(own, ys, 0), np.where(own, xs, 0)
             out[here, :3] = coloured(exemplar.base, ys, xs)
             out[here, 3] = np.where(own, 255, 0)
-    return png(out)
+    return png(out) if out[..., 3].any() else None
