@@ -33,9 +33,12 @@ class Served:
         assert self.process.stderr is not None
         self.line = self.process.stderr.readline()
         found = re.search(r"(http://127\.0\.0\.1:(\d+)/)\?token=([0-9a-f]{32})", self.line)
-        assert found is not None, self.line + self.process.stderr.read()
+        if found is None:
+            self.line += self.process.communicate(timeout=20)[1]
+            raise AssertionError(self.line)
         self.address, self.port, self.token = found[1], int(found[2]), found[3]
         headers = {"Authorization": f"Bearer {self.token}", "X-Intarsia": "1"}
+        self.said = ""
         self.client = httpx.Client(base_url=self.address, headers=headers, timeout=120)
 
     def close(self) -> str:
@@ -44,10 +47,9 @@ class Served:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         assert self.process.stderr is not None
-        said = self.process.stderr.read()
-        self.process.wait(20)
-        self.process.stderr.close()
-        return said
+        if not self.process.stderr.closed:
+            self.said = self.process.communicate(timeout=30)[1]
+        return self.said
 
     def kill(self) -> None:
         """End it as a power cut does."""

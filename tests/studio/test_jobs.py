@@ -190,13 +190,15 @@ def test_kills_lose_no_finished_result(tmp_path: Path, thorough: bool) -> None:
         states = {job["state"] for job in served.get("/api/jobs")}
         assert states <= {"done", "interrupted", "queued", "running"}
         exemplar = served.exemplar(one=png(pixels()))["id"]
-        jobs = [served.job("grow", [exemplar], **QUICK, seed=1000 * moment + n) for n in range(4)]
-        until = time.monotonic() + 1.2 + 0.037 * moment
-        while time.monotonic() < until:
+        jobs = [served.job("grow", [exemplar], **QUICK, seed=1000 * moment + n) for n in range(8)]
+        until = None
+        while until is None or time.monotonic() < until:  # a while after the first is done
             for job in jobs:
                 now = served.get(f"/api/jobs/{job['id']}")
+                assert now["state"] in ("queued", "running", "done"), now
                 if now["state"] == "done" and now["result"] not in done:
                     done[now["result"]] = served.files(served.get(f"/api/results/{now['result']}"))
+                    until = until or time.monotonic() + 0.01 * moment
         served.kill()
     assert done
     store = Store(folder)
