@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import pytest
+from studio.browser import Desk, chromium, desk
 from studio.served import Served, pixels, png, studio
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 
 @pytest.fixture(scope="session")
@@ -19,3 +24,17 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 def small(served: Served) -> str:
     """A small exemplar that is there."""
     return str(served.exemplar(small=png(pixels()))["id"])
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """A browser; for one file at a time, as its driver keeps an event loop running."""
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture
+def page(browser: Browser, served: Served) -> Iterator[Desk]:
+    """A page that was just opened."""
+    with desk(browser, served) as found:
+        yield found

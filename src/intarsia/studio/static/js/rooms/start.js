@@ -37,8 +37,8 @@ export class StartRoom extends HTMLElement {
     fill(
       this,
       drop,
-      before.length > 0 && el("section", {}, el("h2", {}, "Opened before"), el("ul", { class: "cards" }, before)),
-      el("section", {}, el("h2", {}, "Built-in samples"), el("ul", { class: "cards" }, samples)),
+      before.length > 0 && el("section", { "aria-label": "Opened before" }, el("h2", {}, "Opened before"), el("ul", { class: "cards" }, before)),
+      el("section", { "aria-label": "Built-in samples" }, el("h2", {}, "Built-in samples"), el("ul", { class: "cards" }, samples)),
     );
   }
 }

@@ -1,0 +1,72 @@
+"""The gallery on the page: everything made, opened, made again, deleted; and still there after the page was closed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from studio.browser import Desk
+
+if TYPE_CHECKING:
+    from playwright.sync_api import expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+
+@pytest.fixture
+def gallery(page: Desk) -> Desk:
+    """A gallery in which the first is a small result."""
+    page.sample("tiles")
+    page.quick()
+    page.page.get_by_label("Seed", exact=True).fill("11")
+    page.button("Grow").click()
+    page.result = page.grown()
+    page.room("Gallery")
+    return page
+
+
+def test_what_was_made_is_kept_and_opened(gallery: Desk) -> None:
+    gallery.page.reload()
+    first = gallery.page.locator(".made").first
+    expect(first.get_by_role("heading", name="tiles")).to_be_visible()
+    expect(first).to_contain_text("image-quilting, seed 11")
+    first.get_by_role("button", name="image-quilting, seed 11").click()
+    assert gallery.grown() == gallery.result
+
+
+def test_it_is_made_again_with_another_seed(gallery: Desk) -> None:
+    gallery.page.locator(".made").first.get_by_role("button", name="Again with another seed").click()
+    first = gallery.page.locator(".made").first
+    expect(first).not_to_contain_text("seed 11,")
+    expect(first.get_by_role("button", name="Delete")).to_be_visible(timeout=60_000)
+    old, new = gallery.jobs
+    assert new["options"] == old["options"] | {"seed": new["options"]["seed"]}
+    assert new["options"]["seed"] != 11
+
+
+def test_its_settings_are_used_again(gallery: Desk) -> None:
+    gallery.page.reload()
+    gallery.page.locator(".made").first.get_by_role("button", name="Use these settings").click()
+    expect(gallery.page.get_by_label("Seed", exact=True)).to_have_value("11")
+    expect(gallery.page.get_by_role("spinbutton", name="Width in px")).to_have_value("96")
+    expect(gallery.page.locator(".pick-head")).to_contain_text("image-quilting")
+
+
+def test_it_is_deleted(gallery: Desk) -> None:
+    job = next(j["id"] for j in gallery.served.get("/api/jobs") if j["result"] == gallery.result)
+    cards = gallery.page.locator(".made")
+    count = cards.count()
+    cards.first.get_by_role("button", name="Delete").click()
+    expect(cards).to_have_count(count - 1)
+    assert job not in [j["id"] for j in gallery.served.get("/api/jobs")]
+
+
+def test_all_of_it_is_taken(gallery: Desk) -> None:
+    with gallery.page.expect_download() as got:
+        gallery.page.locator(".made").first.get_by_role("link", name="Download all").click()
+    assert got.value.path().read_bytes()[:2] == b"PK"
+
+
+def test_a_result_becomes_an_exemplar(gallery: Desk) -> None:
+    gallery.page.locator(".made").first.get_by_role("button", name="Use as an exemplar").click()
+    expect(gallery.page.get_by_text("96 × 80", exact=False).first).to_be_visible()

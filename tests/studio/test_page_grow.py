@@ -1,0 +1,186 @@
+"""Growing on the page: an exemplar comes in, one button, the picture; settings, variants, two side by side."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from studio.browser import Desk
+from studio.served import opened, pixels, png
+
+if TYPE_CHECKING:
+    from playwright.sync_api import expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+
+def test_a_sample_is_opened_and_one_button_grows_it(page: Desk) -> None:
+    page.sample("tiles")
+    page.button("Grow").click()
+    result = page.served.get(f"/api/results/{page.grown()}")
+    assert page.jobs == [{"verb": "grow", "exemplars": result["exemplars"], "options": {}}]
+    assert [page.told()["width"], page.told()["height"]] == result["size"]
+    with page.page.expect_download() as got:
+        page.page.get_by_role("link", name="Download", exact=True).click()
+    picture = next(e for e in result["files"] if e["holds"] == "albedo")
+    assert got.value.path().read_bytes() == page.served.bytes(picture["url"])
+
+
+def test_the_stage_shows_the_very_pixels_of_the_result(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    result = page.served.get(f"/api/results/{page.grown()}")
+    page.button("100 %").click()
+    how, seen = page.told(), page.seen()
+    assert how["scale"] == 1
+    whole = opened(page.served.bytes(next(e["url"] for e in result["files"] if e["holds"] == "albedo")))
+    assert whole.shape == (80, 96, 3)
+    assert np.array_equal(seen[how["y"] : how["y"] + 80, how["x"] : how["x"] + 96, :3], whole)
+    page.button("3 × 3").click()
+    how, seen = page.told(), page.seen()
+    assert (how["tiles"], how["scale"]) == (3, 1)
+    assert np.array_equal(seen[how["y"] :, how["x"] :, :3][:240, :288], np.tile(whole, (3, 3, 1)))
+
+
+def test_files_are_dropped_pasted_and_picked(page: Desk) -> None:
+    page.drop(dropped=png(pixels(seed=1)))
+    expect(page.page.get_by_role("heading", name="dropped")).to_be_visible()
+    with page.page.expect_file_chooser() as asked:
+        page.button("Open another").click()
+    asked.value.set_files({"name": "picked.png", "mimeType": "image/png", "buffer": png(pixels(seed=2))})
+    expect(page.page.get_by_role("heading", name="picked")).to_be_visible()
+    page.page.evaluate(
+        """bytes => {
+          const data = new DataTransfer();
+          data.items.add(new File([new Uint8Array(bytes)], "pasted.png", {type: "image/png"}));
+          document.body.dispatchEvent(new ClipboardEvent("paste", {clipboardData: data, bubbles: true}));
+        }""",
+        list(png(pixels(seed=3))),
+    )
+    expect(page.page.get_by_role("heading", name="pasted")).to_be_visible()
+
+
+def test_planes_that_are_dropped_together_are_one_exemplar(page: Desk) -> None:
+    page.drop(wall_albedo=png(pixels()), wall_height=png(pixels()[..., 0]))
+    expect(page.page.locator(".planes li")).to_have_text(["Albedo", "Height"])
+
+
+def test_what_is_no_picture_is_refused_in_one_line(page: Desk) -> None:
+    page.drop(broken=b"this is no picture")
+    expect(page.page.get_by_role("alert")).to_contain_text("no picture")
+    page.button("Dismiss").click()
+    expect(page.page.get_by_role("alert")).to_have_count(0)
+    assert page.wrong == ["Failed to load resource: the server responded with a status of 400 (Bad Request)"]
+    page.wrong.clear()
+
+
+def test_a_job_is_cancelled(page: Desk) -> None:
+    page.sample("pebbles")
+    page.button("8 times the exemplar").click()
+    page.button("Grow").click()
+    expect(page.page.get_by_role("progressbar")).to_be_visible()
+    page.button("Cancel").click()
+    expect(page.page.get_by_text("Cancelled", exact=True)).to_be_visible()
+    expect(page.button("Again")).to_be_visible()
+
+
+def test_settings_are_sent_undone_and_redone(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.page.get_by_role("group").filter(has_text="Parameters of").first.locator("summary").click()
+    page.page.get_by_label("Tolerance").fill("0.3")
+    page.page.get_by_label("Search").select_option("exact")
+    page.radio("Both").click()
+    page.button("Another seed").click()
+    seed = int(page.page.get_by_label("Seed", exact=True).input_value())
+    page.button("Undo").click()
+    assert page.page.get_by_label("Seed", exact=True).input_value() == ""
+    page.button("Redo").click()
+    page.button("Grow").click()
+    page.grown()
+    assert page.jobs[0]["options"] == {
+        "method": "image-quilting", "size": "96x80", "tolerance": 0.3, "search": "exact", "wrap": "both", "seed": seed,
+    }  # fmt: skip
+
+
+def test_every_parameter_of_a_method_has_a_field(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.page.get_by_role("group").filter(has_text="Parameters of").first.locator("summary").click()
+    methods = page.served.get("/api/schema")["methods"]
+    for told in next(m["parameters"] for m in methods if m["slug"] == "image-quilting"):
+        field = page.page.locator(f"#option-{told['name']}")
+        expect(field).to_be_visible()
+        if told["kind"] in ("int", "float") and told["high"] is not None:
+            assert float(field.get_attribute("max") or "") == told["high"]
+    field = page.page.get_by_label("Pyramid kept")
+    field.fill("65")
+    assert field.evaluate("f => f.matches(':invalid')")
+    field.fill("64")
+    page.button("Grow").click()
+    page.grown()
+    assert page.jobs[0]["options"]["pyramid_kept"] == 64
+
+
+def test_a_refused_job_says_why(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.page.get_by_role("group").filter(has_text="Parameters of").first.locator("summary").click()
+    page.page.locator("#option-patch").fill("1000")
+    page.button("Grow").click()
+    expect(page.page.get_by_role("alert")).to_contain_text("patch")
+    page.wrong.clear()
+
+
+def test_variants_make_a_contact_sheet(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.radio("4").click()
+    page.button("Grow").click()
+    sheet = page.page.get_by_role("region", name="Contact sheet")
+    expect(sheet.get_by_role("button", name=re.compile("seed . , Done|seed ., Done"))).to_have_count(4, timeout=120_000)
+    assert [job["options"].get("seed", 0) for job in page.jobs] == [0, 1, 2, 3]
+    sheet.get_by_role("button", name="seed 2").click()
+    page.grown()
+    expect(page.page.get_by_role("heading", name="image-quilting, seed 2")).to_be_visible()
+    page.button("Sheet").click()
+    expect(sheet).to_be_visible()
+
+
+def test_two_results_are_compared(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.page.get_by_label("Seed", exact=True).fill("5")
+    page.button("Grow").click()
+    page.grown()
+    page.page.get_by_label("Seed", exact=True).fill("6")
+    page.button("Grow").click()
+    page.page.get_by_role("heading", name="seed 6").wait_for()
+    page.grown()
+    page.button("Compare").click()
+    slider = page.page.get_by_role("slider", name="Divider between A and B")
+    expect(slider).to_be_visible()
+    x, y = page.at(48, 40)
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    page.page.mouse.move(*page.at(24, 40))
+    page.page.mouse.up()
+    assert page.told()["divider"] == pytest.approx(0.25, abs=0.02)
+    slider.press("ArrowRight")
+    assert page.told()["divider"] == pytest.approx(0.27, abs=0.02)
+    page.button("Compare").click()
+    expect(slider).to_be_hidden()
+    assert not page.told()["other"]
+
+
+def test_the_command_is_copied(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    result = page.served.get(f"/api/results/{page.grown()}")
+    page.button("Command").click()
+    expect(page.page.get_by_role("status").filter(has_text="copied")).to_be_visible()
+    assert page.page.evaluate("navigator.clipboard.readText()") == result["command"]

@@ -1,0 +1,114 @@
+"""The page around all rooms: light and dark, rooms by keyboard, names for all controls, two tabs, sizes of screens."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from studio.browser import Desk, desk
+from studio.served import Served
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+ROOMS = ("Grow", "Found", "Paint", "Mend", "Gallery")
+
+
+def ground(page: Desk) -> str:
+    return str(page.page.evaluate("getComputedStyle(document.body).backgroundColor"))
+
+
+def test_light_and_dark_follow_the_system_and_the_switch(page: Desk) -> None:
+    dark = ground(page)
+    page.button("Light or dark").click()
+    light = ground(page)
+    assert dark != light
+    page.page.reload()
+    page.button("Light or dark").wait_for()
+    assert ground(page) == light
+    page.page.evaluate("localStorage.clear()")
+    page.page.emulate_media(color_scheme="light")
+    page.page.reload()
+    page.button("Light or dark").wait_for()
+    assert ground(page) == light
+
+
+def test_grays_have_no_tint(page: Desk) -> None:
+    for scheme in ("dark", "light"):
+        page.page.emulate_media(color_scheme=scheme)
+        for name in ("--stage", "--ground", "--raised", "--line", "--ink"):
+            colour = page.page.evaluate(f"getComputedStyle(document.documentElement).getPropertyValue('{name}')")
+            assert colour[1:3] == colour[3:5] == colour[5:7], (scheme, name)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"viewport": {"width": 1280, "height": 720}},
+        {"viewport": {"width": 1024, "height": 768}, "has_touch": True},
+        {"viewport": {"width": 1920, "height": 1080}, "color_scheme": "light"},
+    ],
+    ids=["desk", "tablet", "large"],
+)
+def test_every_room_fits_and_every_control_has_a_name(browser: Browser, served: Served, how: Any) -> None:
+    with desk(browser, served, **how) as page:
+        page.sample("tiles")
+        for room in ROOMS:
+            page.room(room)
+            page.page.wait_for_timeout(300)
+            assert page.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), room
+            nameless = page.page.evaluate(
+                """() => [...document.querySelectorAll("button, a, input, select, summary, [role=slider]")]
+                  .filter(e => e.checkVisibility() && !(e.ariaLabel || e.textContent.trim() || e.labels?.length))
+                  .map(e => e.outerHTML)"""
+            )
+            assert nameless == [], room
+            wide = page.page.evaluate(
+                """() => [...document.querySelectorAll("button, input, select")]
+                  .filter(e => e.checkVisibility() && !e.closest(".strip, .unseen, .fields, .sheet"))
+                  .filter(e => { const b = e.getBoundingClientRect(); return b.right > innerWidth + 1 || b.left < -1; })
+                  .map(e => e.outerHTML)"""
+            )
+            assert wide == [], room
+            if how.get("has_touch"):
+                low = page.page.evaluate(
+                    """() => [...document.querySelectorAll(".button:not(.segments .button)")]
+                      .filter(e => e.checkVisibility() && matchMedia("(pointer: coarse)").matches)
+                      .filter(e => e.getBoundingClientRect().height < 43).map(e => e.outerHTML)"""
+                )
+                assert low == [], room
+
+
+def test_a_picture_is_grown_by_keys_alone(page: Desk) -> None:
+    for _ in range(30):
+        page.page.keyboard.press("Tab")
+        if "tiles" in page.page.evaluate("document.activeElement.textContent"):
+            break
+    ring = page.page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+    assert ring == "solid"
+    page.page.keyboard.press("Enter")
+    page.page.get_by_role("heading", name="tiles").wait_for()
+    page.page.keyboard.press("Control+Enter")
+    page.grown()
+
+
+def test_two_tabs_see_the_same_jobs(browser: Browser, served: Served, page: Desk) -> None:
+    with desk(browser, served) as other:
+        other.sample("tiles")
+        other.room("Gallery")
+        count = other.page.locator(".made").count()
+        page.sample("tiles")
+        page.quick()
+        page.button("Grow").click()
+        page.grown()
+        expect(other.page.locator(".made")).to_have_count(min(count + 1, 60))
+
+
+def test_nothing_comes_from_elsewhere_and_nothing_is_inline(page: Desk) -> None:
+    answer = page.served.client.get("/")
+    assert "default-src 'self'" in answer.headers["content-security-policy"]
+    assert "<style" not in answer.text
+    assert " style=" not in answer.text
+    assert answer.text.count("<script") == answer.text.count('<script type="module" src="/static/')
