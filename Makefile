@@ -1,4 +1,5 @@
 # make demo    grow two textures into demo/
+# make studio  open a page on this machine to see, grow, paint and keep
 # make test    lint, types and tests
 # Needs Python 3.11 or newer and make; everything else goes into .venv.
 
@@ -16,10 +17,11 @@ N ?= 1000
 
 INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo test test-long mutants lint format fuzz bench pictures tables kernels clean clean-all
+.PHONY: help demo studio test test-long mutants lint format fuzz bench pictures tables kernels clean clean-all
 
 help:
 	@echo "make demo      grow a built-in colour exemplar and sample:brick to 1024x1024 into demo/"
+	@echo "make studio    open a page on this machine to see, grow, paint and keep; what is made lies in intarsia-studio/"
 	@echo "make test      check style and types, then run the tests"
 	@echo "make test-long run what make test leaves out: more cases of the slow tests"
 	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows only)"
@@ -41,12 +43,12 @@ $(BIN)/python:
 	@$(PYTHON) -m venv --clear $(VENV)
 
 # Installing is remembered by a stamp for each set of packages.
-$(VENV)/.installed $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+$(VENV)/.installed $(VENV)/.installed-studio $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
 	@$(BIN)/python -c '$(NEW_ENOUGH)' || { rm -rf $(VENV); $(MAKE) --no-print-directory $(BIN)/python; }
 	@$(PIP) --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip >/dev/null || { rm -rf $(VENV); $(MAKE) --no-print-directory $(BIN)/python; }
 	@echo "installing intarsia and what it needs into $(VENV), once"
-	@$(PIP) install -e '.$(if $(findstring dev,$@),[dev])'
-	@touch $@ $(if $(findstring dev,$@),$(VENV)/.installed)
+	@$(PIP) install -e '.$(if $(findstring dev,$@),[dev],$(if $(findstring studio,$@),[studio]))'
+	@touch $@ $(if $(findstring -,$(notdir $@)),$(VENV)/.installed) $(if $(findstring dev,$@),$(VENV)/.installed-studio)
 
 # A stamp cannot know that the environment was moved, or that something was removed from it since.
 define check
@@ -64,6 +66,12 @@ demo: $(VENV)/.installed
 	@echo "  $(CURDIR)/demo/stones.png"
 	@echo "  $(CURDIR)/demo/brick.png"
 
+studio: $(VENV)/.installed-studio
+	$(call check,-studio)
+	@$(BIN)/python -c 'import python_multipart, starlette, uvicorn' 2>/dev/null \
+		|| { rm -f $(VENV)/.installed-studio; $(MAKE) --no-print-directory $(VENV)/.installed-studio; }
+	@$(INTARSIA) studio
+
 test: lint
 	@$(INTARSIA) warm-up --quiet
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
@@ -77,7 +85,7 @@ mutants: lint
 
 lint: $(VENV)/.installed-dev
 	$(call check,-dev)
-	@$(BIN)/python -c 'import dask, distributed, hypothesis, mypy, pytest, pytest_timeout, ruff, tifffile, xdist, zarr' 2>/dev/null \
+	@$(BIN)/python -c 'import dask, distributed, httpx, hypothesis, mypy, playwright, pytest, pytest_timeout, python_multipart, ruff, starlette, tifffile, uvicorn, xdist, zarr' 2>/dev/null \
 		|| { rm -f $(VENV)/.installed-dev; $(MAKE) --no-print-directory $(VENV)/.installed-dev; }
 	@$(BIN)/python -m ruff check --quiet src tests examples benchmarks tools docs
 	@$(BIN)/python -m mypy --no-error-summary

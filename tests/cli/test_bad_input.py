@@ -211,7 +211,8 @@ LATER |= {("weave", "isometries", value): 2 for value in FROM_0 | {"0,0", "0,0,0
 
 
 def options() -> list[tuple[str, str]]:
-    return [(c, str(p.name)) for c in COMMANDS if c not in ("warm-up", *roles.STAYS) for p in roles.command(c).params if _valued(p)]
+    commands = [c for c in COMMANDS if c not in ("warm-up", *roles.STAYS)]
+    return [(c, str(p.name)) for c in commands for p in roles.command(c).params if _valued(p)]
 
 
 def _valued(p: click.Parameter) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from studio.served import QUICK, Served, pixels, png
+from studio.served import QUICK, Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia import files
@@ -33,8 +35,8 @@ def hole() -> np.ndarray:
     return (((abs(x - 18) < 4) & (abs(y - 16) < 4)) * 255).astype(np.uint8)
 
 
-def by_command(*words: str) -> None:
-    done = CliRunner().invoke(cli, [*words, "--quiet"])
+def by_command(line: str) -> None:
+    done = CliRunner().invoke(cli, [*line.split(), "--quiet"])
     assert done.exit_code == 0, done.stderr
 
 
@@ -44,10 +46,10 @@ def grown_set(served: Served) -> tuple[Files, Callable[[], Any]]:
     for name, data in sent.items():
         Path(f"{name}.png").write_bytes(data)
     words = [f"{name}.png" for name in sent]
-    by_command("grow", *words, *["-o", "moss_grown.png", "-m", "image-quilting", "--patch", "8", "-s", "48x40", "--wrap", "both", "--seed", "4"])
+    by_command(f"grow {' '.join(words)} -o moss_grown.png -m image-quilting --patch 8 -s 48x40 --wrap both --seed 4")
     planes = {"normal": "moss_normal.png", "height": "moss_height.png"}
-    exemplar = ia.read("moss_albedo.png", **planes)
-    return served.files(result), lambda: ia.synthesize(exemplar, (40, 48), ia.ImageQuilting(patch=8), seed=4, wrap="both")
+    exemplar, method = ia.read("moss_albedo.png", **planes), ia.ImageQuilting(patch=8)
+    return served.files(result), lambda: ia.synthesize(exemplar, (40, 48), method, seed=4, wrap="both")
 
 
 def painted(served: Served) -> tuple[Files, Callable[[], Any]]:
@@ -56,8 +58,8 @@ def painted(served: Served) -> tuple[Files, Callable[[], Any]]:
     result = served.done("paint", [served.exemplar(coast=png(pixels()))["id"]], **options, seed=2)
     for name, drawn in (("coast", pixels()), ("l", labels), ("t", target)):
         Path(f"{name}.png").write_bytes(png(drawn))
-    by_command("paint", "coast.png", *["-l", "l.png", "-t", "t.png", "-o", "coast_painted.png", "-m", "image-quilting", "--patch", "8"],
-               "--seed", "2")  # fmt: skip
+    by_command("paint coast.png -l l.png -t t.png -o coast_painted.png -m image-quilting --patch 8 --seed 2")
+
     drawn = [(name, files.read_plane(name, "label")) for name in ("l.png", "t.png")]
     guide = ia.Guide(*numbered(drawn, print), weight=2.0)  # with the colours as names, as the command has them
     method = ia.ImageQuilting(patch=8)
@@ -69,7 +71,7 @@ def healed(served: Served) -> tuple[Files, Callable[[], Any]]:
     result = served.done("heal", [exemplar], mask=[served.image(hole())], patch="6", method="image-quilting", seed=1)
     Path("wall.png").write_bytes(png(pixels()))
     Path("hole.png").write_bytes(png(hole()))
-    by_command(*["heal", "wall.png", "--mask", "hole.png", "--patch", "6", "-m", "image-quilting", "--seed", "1", "-o", "wall_healed.png"])
+    by_command("heal wall.png --mask hole.png --patch 6 -m image-quilting --seed 1 -o wall_healed.png")
     method = ia.ImageQuilting(patch=6, tolerance=0)
     mask = hole() > 0
     return served.files(result), lambda: ia.heal("wall.png", mask, method, seed=1)
@@ -79,7 +81,7 @@ def tiled(served: Served) -> tuple[Files, Callable[[], Any]]:
     exemplar = served.exemplar(plank=png(pixels(48, 56)))["id"]
     result = served.done("tile", [exemplar], band=16, method="image-quilting", patch=8)
     Path("plank.png").write_bytes(png(pixels(48, 56)))
-    by_command(*["tile", "plank.png", "--band", "16", "-m", "image-quilting", "--patch", "8", "-o", "plank_tiled.png"])
+    by_command("tile plank.png --band 16 -m image-quilting --patch 8 -o plank_tiled.png")
     method = ia.ImageQuilting(patch=8, tolerance=0)
     return served.files(result), lambda: ia.tile("plank.png", method, band=16)
 
@@ -109,7 +111,38 @@ def test_the_command_to_copy_makes_the_same_bytes(served: Served) -> None:
     exemplar = served.exemplar(rock=png(pixels()))["id"]
     result = served.done("grow", [exemplar], **QUICK, seed=9, crop=[2, 2, 30, 28])
     Path("rock.png").write_bytes(png(pixels()))
-    name, *words = result["command"].split()
+    name, _, line = result["command"].partition(" ")
     assert name == "intarsia"
-    by_command(*words)
+    by_command(line)
     assert Path("rock_grown.png").read_bytes() == served.files(result)["rock_grown.png"]
+
+
+@pytest.mark.parametrize(
+    ("verb", "options"),
+    [
+        ("grow", QUICK | {"seed": 9, "wrap": "x", "patch": "10x8", "overlap": "3"}),
+        ("grow", {"method": "parallel-controllable", "jitter": "0.3,0.2", "size": "40x44", "level": 4}),
+        ("grow", {"size": "50x40", "seed": 2}),
+        ("grow", QUICK | {"crop": "1,1,30,28"}),
+        ("extend", {"right": 6, "patch": "8", "method": "image-quilting"}),
+    ],
+    ids=["quilted", "jittered", "chosen", "cropped", "extended"],
+)
+def test_the_snippet_to_copy_makes_the_same_bytes(served: Served, verb: str, options: dict[str, Any]) -> None:
+    exemplar = served.exemplar(rock=png(pixels(40, 44)))["id"]
+    result = served.done(verb, [exemplar], **options)
+    Path("rock.png").write_bytes(png(pixels(40, 44)))
+    assert ("ia.synthesize" in result["python"]) == (verb == "grow" and "crop" not in options)
+    program = result["python"].replace("['intarsia'", f"[{sys.executable!r}, '-m', 'intarsia'")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    name = result["files"][-1]["name"]
+    data = served.files(result)[name]
+    if "method" in options:
+        assert Path(name).read_bytes() == data
+    else:  # the recipe of a method that was chosen tells how, besides
+        Path("served.png").write_bytes(data)
+        assert np.array_equal(opened(data), opened(Path(name).read_bytes()))
+        recipe = files.read_recipe("served.png")
+        assert recipe.pop("auto")
+        assert recipe == files.read_recipe(name)

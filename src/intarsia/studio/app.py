@@ -23,6 +23,7 @@ from ..errors import InputError, IntarsiaError, ParameterError
 from . import results, uploads
 from .events import Events
 from .jobs import Jobs, Refused
+from .openapi import openapi
 from .processes import Process
 from .safety import Safety, TooLargeError
 from .schema import LIMITS, schema
@@ -76,6 +77,9 @@ class Studio:
 
     async def schema(self, request: Request) -> Response:
         return JSONResponse(schema())
+
+    async def openapi(self, request: Request) -> Response:
+        return JSONResponse(openapi((method, path) for method, path, _ in self.table))
 
     async def sample_view(self, request: Request) -> Response:
         name = request.path_params["name"]
@@ -199,6 +203,7 @@ class Studio:
         return [
             ("GET", "/", self.page),
             ("GET", "/api/schema", self.schema),
+            ("GET", "/api/openapi.json", self.openapi),
             ("GET", "/api/samples/{name}.png", self.sample_view),
             ("POST", "/api/exemplars", self.put_exemplar),
             ("GET", "/api/exemplars", self.exemplars),

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from .snippets import snippet
 from .store import Row
 from .words import MAP, Words, score_words
 
-PUBLIC = ("id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "made", "score")
+PUBLIC = ("id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "python", "made", "score")
 
 
 def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: Sequence[Path]) -> Row:
@@ -22,10 +23,11 @@ def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: 
     ]
     pictures = [Path(entry["path"]).name for entry in answer.get("files", []) if Path(entry["path"]).name != MAP]
     clean, judged = words.cleaned(answer), bool(pictures) and job["verb"] != "render"
+    command = words.command(pictures[0] if pictures else "out.png")
     return {
         "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
         "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
-        "command": words.command(pictures[0] if pictures else "out.png"), "made": time.time(), "score": None,
+        "command": command, "python": snippet(job, words, clean, command), "made": time.time(), "score": None,
         "score_words": score_words(words, pictures[0]) if judged else None,
     }  # fmt: skip
 

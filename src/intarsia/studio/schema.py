@@ -75,6 +75,11 @@ def _command(verb: str) -> click.Command:
     return found
 
 
+def fields(verb: str) -> set[str]:
+    """All options that a command has, offered or not."""
+    return {str(p.name) for p in _command(verb).params}
+
+
 def metavar(verb: str, field: str) -> str | None:
     """What an option's help shows in place of a value."""
     found = {p.name: p for p in _command(verb).params}[field]

@@ -58,12 +58,15 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
             webbrowser.open(address)
 
     config = uvicorn.Config(
-        app, host=HOST, port=port, log_config=None, access_log=False, server_header=False, timeout_graceful_shutdown=1,
+        app, host=HOST, port=port, log_config=None, log_level="critical", access_log=False, server_header=False, timeout_graceful_shutdown=1,
         ws="none",
     )  # fmt: skip
-    with suppress(KeyboardInterrupt):
-        Server(config, there).run()
-    say("the studio has ended")
+    try:
+        with suppress(KeyboardInterrupt):
+            Server(config, there).run()
+    finally:
+        if app.port:
+            say("the studio has ended")
 
 
 async def _told(work: Any, say: Callable[[str], None]) -> None:

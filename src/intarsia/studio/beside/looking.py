@@ -27,7 +27,7 @@ def see(said: dict[str, Any], tell: Tell) -> Answer:
     name = said["plane"]
     if name not in found:
         raise InputError(f"there is no plane {name}.")
-    plane = files.read_plane(found[name], "label") if name == "mask" else files.read_set(found).planes[name]
+    plane = files.read_plane(found[name]) if name == "mask" else files.read_set(found).planes[name]
     return {}, png(reduced(seen(plane), said["side"]))
 
 

@@ -1,0 +1,158 @@
+"""The HTTP interface as OpenAPI: every route with a sentence, what is sent and what comes back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from ..version import VERSION
+from .jobs import JOB
+from .results import PUBLIC
+from .schema import VERBS, options, schema
+from .showing import FOUND, VIEWS
+from .uploads import EXEMPLAR
+
+SAYS = {
+    "GET /api/openapi.json": "This description.",
+    "GET /api/schema": "Verbs with their options, methods with their parameters, built-in exemplars, limits.",
+    "GET /api/samples/{name}.png": "What a built-in exemplar looks like.",
+    "POST /api/exemplars": "Take the files of one exemplar, a built-in one, or a result.",
+    "GET /api/exemplars": "All exemplars.",
+    "GET /api/exemplars/{id}": "An exemplar.",
+    "DELETE /api/exemplars/{id}": "Take an exemplar away.",
+    "GET /api/exemplars/{id}/{plane}.png": "What can be seen of a plane of an exemplar, in 8 bits.",
+    "POST /api/exemplars/{id}/edit": "Cut, straighten or flatten an exemplar: a new one.",
+    "GET /api/exemplars/{id}/found": "What was found in an exemplar, and how to grow it.",
+    "GET /api/exemplars/{id}/found/{kind}.png": f"What was found, to lay over the exemplar: {', '.join(FOUND)}.",
+    "POST /api/images": "Keep a picture of numbers, a mask or labels: PNG, one channel, 8 bits.",
+    "POST /api/jobs": "Queue a job: a command with its options.",
+    "GET /api/jobs": "All jobs, in the order in which they came.",
+    "GET /api/jobs/{id}": "A job.",
+    "DELETE /api/jobs/{id}": "Take a job away that has ended, and what it made.",
+    "POST /api/jobs/{id}/cancel": "Stop a job.",
+    "POST /api/jobs/{id}/again": "Queue the same job anew.",
+    "GET /api/jobs/{id}/preview.png": "What a job that runs has grown so far.",
+    "GET /api/events": "Server-sent events: warm, job, preview, gone.",
+    "GET /api/results/{id}": "A result: its files, what the command told, how it is made again.",
+    "GET /api/results/{id}/files/{name}": "A file of a result.",
+    "GET /api/results/{id}/all.zip": "All files of a result.",
+    "GET /api/results/{id}/view/{kind}.png": f"What can be seen of a result: a plane, {', '.join(VIEWS)}.",
+    "GET /api/results/{id}/map.bin": "Where every pixel comes from: uint16, little-endian: exemplar, row, column.",
+    "POST /api/weaves": "Begin an endless canvas.",
+    "GET /api/weaves/{id}/{y}/{x}.png": "A tile of an endless canvas, 256 px a side.",
+}
+
+ANY: dict[str, Any] = {}
+SENT = {
+    "POST /api/jobs": "JobWanted", "POST /api/exemplars/{id}/edit": "Edit", "POST /api/weaves": "WeaveWanted",
+}  # fmt: skip
+BACK = {
+    "POST /api/exemplars": "Exemplar", "GET /api/exemplars/{id}": "Exemplar", "GET /api/exemplars": "Exemplar",
+    "POST /api/exemplars/{id}/edit": "Exemplar", "POST /api/images": "Image", "POST /api/jobs": "Job",
+    "GET /api/jobs": "Job", "GET /api/jobs/{id}": "Job", "POST /api/jobs/{id}/cancel": "Job",
+    "POST /api/jobs/{id}/again": "Job", "GET /api/results/{id}": "Result", "POST /api/weaves": "Weave",
+}  # fmt: skip
+LISTS = ("GET /api/exemplars", "GET /api/jobs")
+"""What is sent and what comes back, as JSON; some answers are lists of it."""
+
+
+def openapi(routes: Iterable[tuple[str, str]]) -> dict[str, Any]:
+    """Describe these routes: method and path of each."""
+    paths: dict[str, Any] = {}
+    for method, path in routes:
+        if path.startswith("/api/"):
+            paths.setdefault(path, {})[method.lower()] = _operation(method, path)
+    bearer = {"token": {"type": "http", "scheme": "bearer"}}
+    return {
+        "openapi": "3.1.0",
+        "info": {"title": "intarsia studio", "version": VERSION},
+        "security": [{"token": []}],
+        "paths": paths,
+        "components": {"securitySchemes": bearer, "schemas": _schemas()},
+    }
+
+
+def _operation(method: str, path: str) -> dict[str, Any]:
+    route = f"{method} {path}"
+    names = re.findall(r"{(\w+)}", path)
+    parameters = [{"name": n, "in": "path", "required": True, "schema": {"type": "string"}} for n in names]
+    if path.endswith(".png") and "weaves" not in path and "preview" not in path and "found" not in path:
+        side = {"type": "integer", "minimum": 1, "maximum": 4096, "default": 1024}
+        parameters.append({"name": "side", "in": "query", "required": False, "schema": side})
+    if method != "GET":
+        parameters.append({"name": "X-Intarsia", "in": "header", "required": True, "schema": {"const": "1"}})
+    told: dict[str, Any] = {"summary": SAYS[route], "parameters": parameters, "responses": _answers(route, path)}
+    if route in SENT:
+        told["requestBody"] = {"required": True, "content": {"application/json": {"schema": _named(SENT[route])}}}
+    elif route == "POST /api/exemplars":
+        many = {"type": "array", "items": {"type": "string", "contentMediaType": "application/octet-stream"}}
+        form = {"type": "object", "properties": {"files": many}}
+        either = [{"required": [word], "properties": {word: {"type": "string"}}} for word in ("sample", "result")]
+        content = {"multipart/form-data": {"schema": form}, "application/json": {"schema": {"oneOf": either}}}
+        told["requestBody"] = {"required": True, "content": content}
+    elif route == "POST /api/images":
+        told["requestBody"] = {"required": True, "content": {"image/png": ANY}}
+    return told
+
+
+def _answers(route: str, path: str) -> dict[str, Any]:
+    kind = "image/png" if path.endswith(".png") else "application/json"
+    kind = {
+        "GET /api/events": "text/event-stream", "GET /api/results/{id}/all.zip": "application/zip",
+        "GET /api/results/{id}/map.bin": "application/octet-stream",
+        "GET /api/results/{id}/files/{name}": "application/octet-stream",
+    }.get(route, kind)  # fmt: skip
+    back = BACK.get(route)
+    shape = ANY if back is None else _named(back)
+    shape = {"type": "array", "items": shape} if route in LISTS else shape
+    error = {"description": "Refused, in one line.", "content": {"application/json": {"schema": _named("Error")}}}
+    done = {"description": "Done."} | ({} if route.startswith("DELETE") else {"content": {kind: {"schema": shape}}})
+    return {"2XX": done, "4XX": error}
+
+
+def _named(name: str) -> dict[str, Any]:
+    return {"$ref": f"#/components/schemas/{name}"}
+
+
+def _object(names: Iterable[str], **known: Any) -> dict[str, Any]:
+    return {"type": "object", "properties": {name: known.get(name, ANY) for name in names}}
+
+
+def _schemas() -> dict[str, Any]:
+    text, number, ids = {"type": "string"}, {"type": "number"}, {"type": "array", "items": {"type": "string"}}
+    states = {"enum": ["queued", "running", "done", "failed", "cancelled", "interrupted"]}
+    fraction = {"type": "number", "minimum": 0, "maximum": 1}
+    verb = {"enum": list(VERBS)}
+    given: dict[str, Any] = {"type": "object", "description": "By name; pictures by their ids. Those of each verb:"}
+    given["oneOf"] = [{"title": v, "properties": {n: _option(o) for n, o in options(v).items()}} for v in VERBS]
+    crop = {"type": "array", "items": {"type": "integer"}, "minItems": 4, "maxItems": 4}
+    flag = {"type": "boolean"}
+    methods = [entry["slug"] for entry in schema()["methods"] if "window" in entry["supports"]]
+    seed = {"type": "integer", "minimum": 0}
+    return {
+        "Error": _object(["error"], error=text),
+        "Exemplar": _object([*EXEMPLAR, "sample"], id=text, name=text, width=number, height=number),
+        "Image": _object(["id", "width", "height", "values"], id=text, width=number, height=number),
+        "JobWanted": _object(["verb", "exemplars", "options", "label"], verb=verb, exemplars=ids, options=given),
+        "Job": _object(JOB, id=text, verb=verb, exemplars=ids, state=states, fraction=fraction),
+        "Result": _object(PUBLIC, id=text, job=text, command=text, python=text),
+        "Edit": _object(["crop", "straighten", "flatten"], crop=crop, straighten=flag, flatten=flag),
+        "WeaveWanted": _object(
+            ["exemplar", "method", "options", "seed"], exemplar=text, method={"enum": ["auto", *methods]}, seed=seed
+        ),
+        "Weave": _object(["id", "exemplar", "seed", "side", "method", "planes"], id=text, side={"const": 256}),
+    }
+
+
+def _option(option: dict[str, Any]) -> dict[str, Any]:
+    """An option as JSON schema, as far as that tells it."""
+    told: dict[str, Any] = {"description": option["help"]}
+    if option["kind"] == "flag":
+        return told | {"type": "boolean"}
+    if option["kind"] == "choice":
+        return told | {"enum": option["choices"]}
+    if option["kind"] in ("int", "float") and not option["choices"]:
+        told |= {"type": ["integer" if option["kind"] == "int" else "number", "string"]}
+        return told | {k: option[n] for k, n in (("minimum", "low"), ("maximum", "high")) if option[n] is not None}
+    return told

@@ -1,0 +1,108 @@
+"""How the studio begins and ends, and what is said when it cannot."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from studio.served import QUICK, Served, lives, pixels, png, studio
+
+from intarsia.cli.commands import studio as command
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    line = [sys.executable, "-m", "intarsia", "studio", "--no-browser", *words]
+    return subprocess.run(line, capture_output=True, text=True, timeout=60)
+
+
+def test_it_begins_with_its_files_and_ends_without_a_trace(tmp_path: Path) -> None:
+    (tmp_path / "rock.png").write_bytes(png(pixels()))
+    served = Served(tmp_path / "folder", str(tmp_path / "rock.png"), "sample:tiles")
+    until = time.monotonic() + 30
+    while len(served.get("/api/exemplars")) < 2 and time.monotonic() < until:
+        time.sleep(0.05)
+    found = {row["name"]: row["id"] for row in served.get("/api/exemplars")}
+    assert set(found) == {"rock", "tiles"}
+    served.done("grow", [found["rock"]], **QUICK)
+    ear = served.client.stream("GET", "/api/events")
+    with ear:  # somebody still listens
+        pids = served.processes()
+        assert len(pids) >= 2
+        began = time.monotonic()
+        said = served.close()
+    assert time.monotonic() - began < 5
+    assert said.strip() == "the studio has ended"
+    assert served.process.returncode == 0
+    assert not any(map(lives, pids))
+
+
+def test_the_page_is_there_within_a_second(tmp_path: Path) -> None:
+    """Before kernels are loaded: nothing of the page waits for them."""
+    with studio(tmp_path / "folder") as served:
+        began = time.monotonic()
+        assert b"<html" in served.bytes("/").lower()
+        assert served.get("/api/schema")["verbs"]
+        assert served.get("/api/jobs") == []
+        assert time.monotonic() - began < 1
+
+
+def test_kernels_are_told_of_until_they_are_there(tmp_path: Path) -> None:
+    with studio(tmp_path / "folder") as served:
+        told = []
+        for kind, said in served.events():
+            assert kind == "warm"
+            told.append(said)
+            if said["done"] == said["total"]:
+                break
+        assert [t["done"] for t in told] == sorted(t["done"] for t in told)
+
+
+def test_a_port_that_is_taken_is_told_in_one_line(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        done = run("--folder", str(tmp_path / "folder"), "--port", str(port))
+    assert done.returncode != 0
+    assert f"port {port}" in done.stderr
+    assert "--port" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("words", [("missing.png",), ("--port", "70000"), ("--folder", "/proc/nowhere/x")])
+def test_what_cannot_be_is_told_in_one_line(tmp_path: Path, words: tuple[str, ...]) -> None:
+    folder = () if "--folder" in words else ("--folder", str(tmp_path / "folder"))
+    done = run(*words, *folder)
+    assert done.returncode in (1, 2, 3)
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_without_its_packages_it_says_how_they_are_installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    script = """
+import sys
+from importlib.abc import MetaPathFinder
+class Missing(MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("starlette", "uvicorn"):
+            raise ModuleNotFoundError(name)
+sys.meta_path.insert(0, Missing())
+import importlib.util
+real = importlib.util.find_spec
+importlib.util.find_spec = lambda name, package=None: None if name in ("starlette", "uvicorn") else real(name, package)
+sys.argv = ["intarsia", "studio", "--no-browser"]
+from intarsia.cli import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert done.returncode == 1
+    assert "pip install 'intarsia[studio]'" in done.stderr
+    assert "starlette and uvicorn" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+    assert set(command.NEEDED) == {"starlette", "uvicorn", "python_multipart"}

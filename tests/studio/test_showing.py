@@ -1,0 +1,221 @@
+"""What the studio draws, against what the library knows."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from studio.served import QUICK, Served, opened, pixels, png
+
+import intarsia as ia
+from intarsia import files
+from intarsia.studio import openapi, schema
+from intarsia.studio.app import Studio
+
+
+@pytest.fixture(scope="module")
+def result(served: Served, small: str) -> Any:
+    """A result with many pieces."""
+    return served.done("grow", [small], **QUICK, seed=6)
+
+
+@pytest.fixture(scope="module")
+def smap(served: Served, result: Any, tmp_path_factory: pytest.TempPathFactory) -> ia.SourceMap:
+    """Its map."""
+    path = tmp_path_factory.mktemp("map") / "map.npz"
+    path.write_bytes(served.files(result)["map.npz"])
+    return ia.SourceMap.load(str(path))
+
+
+def seen(served: Served, result: Any, kind: str, side: int = 64) -> np.ndarray:
+    return opened(served.bytes(f"/api/results/{result['id']}/view/{kind}.png?side={side}"))
+
+
+class TestResults:
+    def test_the_map_for_hovering_is_the_map(self, served: Served, result: Any, smap: ia.SourceMap) -> None:
+        data = np.frombuffer(served.bytes(f"/api/results/{result['id']}/map.bin"), "<u2").reshape(40, 48, 3)
+        assert np.array_equal(data[..., 1:], smap.yx)
+        assert (data[..., 0] == 0).all()
+        assert np.array_equal(pixels()[data[..., 1], data[..., 2]], seen(served, result, "albedo"))
+
+    def test_pieces_have_one_colour_each_and_a_border(
+        self, served: Served, result: Any, smap: ia.SourceMap
+    ) -> None:
+        drawn, numbers = seen(served, result, "pieces"), smap.pieces()
+        inside = np.ones(numbers.shape, bool)
+        inside[:-1] &= numbers[:-1] == numbers[1:]
+        inside[:, :-1] &= numbers[:, :-1] == numbers[:, 1:]
+        for number in np.unique(numbers):
+            colours = drawn[(numbers == number) & inside]
+            assert len(np.unique(colours, axis=0)) <= 1
+        beside = inside[:, :-1] & ~inside[:, 1:] & (numbers[:, :-1] == numbers[:, 1:])
+        assert (drawn[:, 1:, :3][beside].sum(axis=1) < drawn[:, :-1, :3][beside].sum(axis=1)).all()
+
+    def test_provenance_tells_the_place_by_colour(self, served: Served, result: Any, smap: ia.SourceMap) -> None:
+        drawn = seen(served, result, "provenance").astype(int)
+        for axis, channel, length in ((1, 0, 36), (0, 1, 32)):
+            at = smap.yx[..., axis]
+            assert np.abs(drawn[..., channel] - (40 + 200 * at / (length - 1))).max() <= 1
+
+    def test_what_is_shown_more_is_brighter(self, served: Served, result: Any, smap: ia.SourceMap) -> None:
+        drawn = seen(served, result, "usage").astype(int)[..., :3].sum(axis=2)
+        count = smap.usage()[0][smap.yx[..., 0], smap.yx[..., 1]]
+        assert np.corrcoef(drawn.ravel(), count.ravel())[0, 1] > 0.2
+
+    @pytest.mark.parametrize("kind", ["seams", "damaged"])
+    def test_what_judging_found_is_laid_over(self, served: Served, kind: str) -> None:
+        exemplar = served.exemplar(field=png(pixels(80, 80)))["id"]
+        made = served.done("grow", [exemplar], **QUICK | {"size": "120x110", "patch": "20"}, crop="0,0,72,70")
+        drawn = seen(served, made, kind, side=200)
+        assert drawn.shape == (110, 120, 4)
+        assert (drawn[..., 3] == 0).any()
+
+    def test_a_view_is_no_larger_than_asked(self, served: Served, result: Any) -> None:
+        for kind in ("albedo", "pieces", "usage", "provenance"):
+            assert max(seen(served, result, kind, side=20).shape[:2]) <= 24
+
+    def test_an_archive_holds_all_files_and_leaves_none(self, served: Served, result: Any) -> None:
+        answer = served.client.get(f"/api/results/{result['id']}/all.zip")
+        assert answer.headers["content-disposition"] == 'attachment; filename="small_grown.zip"'
+        archive = zipfile.ZipFile(io.BytesIO(answer.content))
+        found = {name: archive.read(name) for name in archive.namelist()}
+        assert found.pop("command.txt").decode() == result["command"] + "\n"
+        assert found == served.files(result)
+        assert not list((served.folder / "results").glob(".under-way-*"))
+
+    def test_a_result_becomes_an_exemplar(self, served: Served, result: Any) -> None:
+        row = served.post("/api/exemplars", {"result": result["id"]})
+        assert (row["name"], row["width"], row["height"]) == ("small_grown", 48, 40)
+        view = opened(served.bytes(row["planes"][0]["view"]))
+        assert np.array_equal(view, seen(served, result, "albedo"))
+
+    def test_a_map_is_drawn_again_softer(self, served: Served, small: str, result: Any) -> None:
+        made = served.done("render", [small], map=result["id"], feather=3)
+        drawn = opened(next(iter(served.files(made).values())))
+        assert drawn.shape == (40, 48, 3)
+        assert not np.array_equal(drawn, seen(served, result, "albedo"))
+
+
+class TestExemplars:
+    def test_what_was_found_is_what_analyze_tells(self, served: Served) -> None:
+        row = served.post("/api/exemplars", {"sample": "tiles"})
+        found = served.get(f"/api/exemplars/{row['id']}/found")
+        known = ia.analyze("sample:tiles").as_dict()
+        for key in ("lattice", "feature_size", "elements", "suggested", "light"):
+            assert found[key] == known[key]
+        assert "lattice" in found["overlays"]
+        picture = opened(served.bytes(f"/api/exemplars/{row['id']}/albedo.png?side=4096"))[..., :3]
+        for kind in found["overlays"]:
+            drawn = opened(served.bytes(f"/api/exemplars/{row['id']}/found/{kind}.png"))
+            assert drawn.shape == (row["height"], row["width"], 4)
+            assert (drawn[..., 3] > 0).any()
+            assert (drawn[..., 3] == 0).any() or kind == "segments"
+        drawn = opened(served.bytes(f"/api/exemplars/{row['id']}/found/lattice.png"))
+        whole = np.where(drawn[..., 3:] > 0, drawn[..., :3], picture)
+        assert np.array_equal(whole, ia.analyze("sample:tiles").overlay().pixels)
+
+    def test_what_was_not_found_is_refused(self, served: Served, small: str) -> None:
+        missing = set(openapi.FOUND) - set(served.get(f"/api/exemplars/{small}/found")["overlays"])
+        assert missing
+        for kind in missing:
+            assert served.client.get(f"/api/exemplars/{small}/found/{kind}.png").status_code == 400
+
+    def test_cut_and_flattened(self, served: Served, small: str) -> None:
+        row = served.post(f"/api/exemplars/{small}/edit", {"crop": [4, 2, 20, 16]}, 201)
+        assert row["name"] == "small_cropped"
+        assert np.array_equal(opened(served.bytes(row["planes"][0]["view"])), pixels()[2:18, 4:24])
+        flat = served.post(f"/api/exemplars/{small}/edit", {"flatten": True}, 201)
+        known = files.preview(ia.flattened(ia.Exemplar.of(pixels())).base).pixels
+        assert np.array_equal(opened(served.bytes(flat["planes"][0]["view"])), known)
+
+    def test_straightened_courses_come_with_a_mask(self, served: Served) -> None:
+        row = served.post("/api/exemplars", {"sample": "brick"})
+        straight = served.post(f"/api/exemplars/{row['id']}/edit", {"straighten": True}, 201)
+        assert [plane["name"] for plane in straight["planes"]] == ["albedo", "mask"]
+        assert set(np.unique(opened(served.bytes(straight["planes"][1]["view"])))) == {0, 255}
+
+    @pytest.mark.parametrize(
+        "given", [{}, {"crop": [0, 0, 99, 99]}, {"crop": "0,0,5,5"}, {"crop": [1, 2]}, {"flatten": 1}, {"x": 1},
+                  {"straighten": True}, {"crop": [0, 0, 0, 5]}, {"crop": [True, 0, 5, 5]}]
+    )  # fmt: skip
+    def test_edits_that_cannot_be_are_refused(self, served: Served, small: str, given: Any) -> None:
+        before = len(served.get("/api/exemplars"))
+        answer = served.client.post(f"/api/exemplars/{small}/edit", json=given)
+        assert answer.status_code == 400
+        assert str(served.folder) not in answer.text
+        assert len(served.get("/api/exemplars")) == before
+
+    def test_a_set_is_one_exemplar_and_two_are_refused(self, served: Served) -> None:
+        row = served.exemplar(moss_albedo=png(pixels()), moss_height=png(pixels()[..., 0]))
+        assert [plane["name"] for plane in row["planes"]] == ["albedo", "height"]
+        parts = [("files", (name, png(pixels()))) for name in ("a.png", "b.png")]
+        answer = served.client.post("/api/exemplars", files=parts)
+        assert answer.status_code == 400
+        assert "2 exemplars" in answer.json()["error"]
+
+    @pytest.mark.parametrize("name", ["tiles", "stones"])
+    def test_samples_are_seen_before_they_are_opened(self, served: Served, name: str) -> None:
+        drawn = opened(served.bytes(f"/api/samples/{name}.png?side=64"))
+        assert max(drawn.shape[:2]) <= 64
+
+
+class TestWeaves:
+    def test_tiles_are_windows_of_the_endless_texture(self, served: Served, small: str, tmp_path: Path) -> None:
+        row = served.post("/api/weaves", {"exemplar": small, "method": "repeat", "seed": 5}, 201)
+        path = tmp_path / "small.png"
+        path.write_bytes(png(pixels()))
+        texture = ia.weave(str(path), "repeat", 5)
+        for y, x in ((0, 0), (-1, 2), (1000, -7)):
+            drawn = opened(served.bytes(f"/api/weaves/{row['id']}/{y}/{x}.png"))
+            assert np.array_equal(drawn, texture[256 * y : 256 * y + 256, 256 * x : 256 * x + 256])
+
+    @pytest.mark.parametrize(
+        "given", [{}, {"method": "graphcut"}, {"method": 3}, {"seed": -1}, {"seed": "x"}, {"options": {"nonsense": 1}},
+                  {"options": {"jitter_output": "/etc/passwd"}, "method": "parallel-controllable"}, {"exemplar": "x"},
+                  {"options": []}, {"words": 1}, {"exemplar": None}]
+    )  # fmt: skip
+    def test_what_is_no_weave_is_refused(self, served: Served, small: str, given: Any) -> None:
+        asked = {"exemplar": small, "method": "repeat"} | given if given else {}
+        answer = served.client.post("/api/weaves", json=asked)
+        assert answer.status_code == 400
+        assert "\n" not in answer.json()["error"]
+
+    def test_tiles_nobody_waits_for_are_not_drawn(self, served: Served, small: str) -> None:
+        assert served.client.get("/api/weaves/0123456789abcdef/0/0.png").status_code == 400
+        row = served.post("/api/weaves", {"exemplar": small, "method": "repeat"}, 201)
+        for path in ("x/0", "0/1e3", "99999999999999999999/0"):
+            assert served.client.get(f"/api/weaves/{row['id']}/{path}.png").status_code == 404
+
+
+class TestSchema:
+    def test_every_option_is_offered_or_the_servers_own(self) -> None:
+        for verb in schema.VERBS:
+            offered = {option["field"] for option in schema.options(verb).values()}
+            every = schema.fields(verb)
+            written = {"save_map", "st_map", "distance_map", "sheet", "page", "preview", "tiles", "offset", "debug"}
+            assert every - offered <= {*schema.OWN, *written, "start", "pictures", "gates", "keep"}
+
+    def test_what_is_told_of_an_option_is_what_the_command_has(self) -> None:
+        known = schema.options("heal")
+        assert known["mask"]["kind"] == "image"
+        assert known["mask"]["required"]
+        assert known["from"]["kind"] == "exemplar"
+        grow = schema.options("grow")
+        assert grow["size"]["kind"] == "size"
+        assert grow["jitter_output"]["image"]
+        assert grow["patch"] | {"help": ""} == grow["patch"] | {"help": "", "kind": "extent", "parameter": True}
+        assert grow["feather"]["high"] == 1024
+
+    def test_openapi_tells_of_every_route(self, served: Served, tmp_path: Path) -> None:
+        told = served.get("/api/openapi.json")
+        studio = Studio(tmp_path)
+        routes = {(method, path) for method, path, _ in studio.table if path.startswith("/api/")}
+        studio.store.close()
+        assert {(m.upper(), path) for path, one in told["paths"].items() for m in one} == routes
+        assert all(one["summary"] for path in told["paths"].values() for one in path.values())
+        job = told["components"]["schemas"]["Job"]
+        assert set(job["properties"]) == set(served.job("grow", [served.exemplar(a=png(pixels()))["id"]], **QUICK))
