@@ -83,7 +83,7 @@ def test_a_job_is_cancelled(page: Desk) -> None:
     page.button("Grow").click()
     expect(page.page.get_by_role("progressbar")).to_be_visible()
     page.button("Cancel").click()
-    expect(page.page.get_by_text("Cancelled", exact=True)).to_be_visible()
+    expect(page.page.get_by_role("alert")).to_have_text("Cancelled")
     expect(page.button("Again")).to_be_visible()
 
 

@@ -9,7 +9,7 @@ import { bar, busy } from "./progress.js";
 
 export class Cell {
   picture = el("img", { alt: "", decoding: "async" });
-  over = el("span", { class: "over" });
+  over = el("span", { class: "over", "aria-hidden": "true" });
   element;
   #shown = "";
 
@@ -39,10 +39,10 @@ export class Cell {
     const src = job.state === "done" ? store.thumb(job, this.side) : preview;
     if (src && src !== this.#shown) this.picture.src = this.#shown = src;
     this.picture.hidden = !src;
-    this.element.setAttribute("aria-label", `${title(job)}, ${state(job)}`);
+    this.element.setAttribute("aria-label", [title(job), state(job), job.error].filter(Boolean).join(", "));
     this.element.title = title(job);
     if (job.state === "done") fill(this.over);
-    else fill(this.over, busy(job) ? bar(job) : el("span", { class: "small" }, state(job)));
+    else fill(this.over, busy(job) ? bar(job) : el("span", { class: "ended small" }, this.side > 400 ? (job.error ?? state(job)) : state(job)));
   }
 }
 

@@ -4,9 +4,10 @@ import { button, el } from "../core/dom.js";
 
 /**
  * @param {import("../stage/stage.js").Stage} stage
+ * @param {boolean} [tiling] whether it may be repeated
  * @returns {HTMLElement}
  */
-export function viewButtons(stage) {
+export function viewButtons(stage, tiling = true) {
   const fit = button("Fit", () => stage.fit(), { title: "All of it (0)" });
   const whole = button("100 %", () => stage.whole(), { title: "Pixel for pixel (1)" });
   const tiles = button("3 × 3", () => [stage.tile(stage.tiles === 3 ? 1 : 3), show()], { title: "Repeated, to see whether it tiles" });
@@ -19,5 +20,5 @@ export function viewButtons(stage) {
   };
   stage.addEventListener("view", show);
   show();
-  return el("div", { class: "view-buttons" }, el("div", { class: "segments" }, fit, whole, tiles), zoom);
+  return el("div", { class: "view-buttons" }, el("div", { class: "segments" }, fit, whole, tiling && tiles), zoom);
 }

@@ -35,7 +35,7 @@ export class FoundRoom extends HTMLElement {
   connectedCallback() {
     this.className = "paint";
     const { signal } = this.#gone;
-    const head = el("div", { class: "head" }, el("h2", {}, "Exemplar"), viewButtons(this.stage));
+    const head = el("div", { class: "head" }, el("h2", {}, "Exemplar"), viewButtons(this.stage, false));
     this.brush = new Brush(this.stage, kit, () => this.#avoided());
     kit.set({ value: 1 });
     toolKeys(kit, signal, 0);

@@ -73,11 +73,12 @@ export class GalleryRoom extends HTMLElement {
     if (!says) return;
     const name = store.exemplars.find((e) => e.id === job.exemplars[0])?.name ?? job.label ?? job.verb;
     const score = typeof job.score === "number" ? `score ${Math.round(job.score)}` : "";
-    const facts = job.state === "done" ? [took(job), score] : [job.error ?? state(job)];
+    const facts = job.state === "done" ? [took(job), score] : [state(job)];
     fill(
       says,
       el("h3", { class: "one-line" }, name),
-      el("p", { class: "quiet small number one-line", title: job.error ?? "" }, [title(job), ...facts].filter(Boolean).join("   ")),
+      el("p", { class: "quiet small number one-line" }, [title(job), ...facts].filter(Boolean).join("   ")),
+      job.error && el("p", { class: "bad small", title: job.error }, job.error),
       el("div", { class: "tools" }, tools(job)),
     );
   }

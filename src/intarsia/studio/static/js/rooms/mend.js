@@ -46,7 +46,7 @@ export class MendRoom extends HTMLElement {
   connectedCallback() {
     this.className = "paint";
     const { signal } = this.#gone;
-    const head = el("div", { class: "head" }, el("h2", {}, "Picture"), viewButtons(this.stage));
+    const head = el("div", { class: "head" }, el("h2", {}, "Picture"), viewButtons(this.stage, false));
     const half = el("section", { class: "half", "aria-label": "Picture" }, head, this.stage);
     const { main, back, close } = beside(half, "Mend on", signal);
     this.back = back;

@@ -141,7 +141,7 @@ export class PaintRoom extends HTMLElement {
  * @param {Stage} stage
  */
 function half(name, stage) {
-  return el("section", { class: "half", "aria-label": name }, el("div", { class: "head" }, el("h2", {}, name), viewButtons(stage)), stage);
+  return el("section", { class: "half", "aria-label": name }, el("div", { class: "head" }, el("h2", {}, name), viewButtons(stage, false)), stage);
 }
 
 customElements.define("paint-room", PaintRoom);
