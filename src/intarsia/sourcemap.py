@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arguments import FEATHER, called, chosen, expect, expect_path, whole_within
-from .disk.npz import check_sides, unpacked
+from .disk.npz import check_sides, packed, unpacked
 from .errors import InputError, ParameterError, ResourceError
 from .frames import check_frames, frozen, matrices, positions
 from .geometry import Box, Wrap
@@ -220,9 +219,7 @@ class SourceMap:
         about = {"sources": [asdict(s) for s in self.sources], "wrap": self.wrap.value, **self.blend.as_recipe}
         arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
         arrays |= self._arrays()
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, allow_pickle=False, **arrays)
-        return buffer.getvalue()
+        return packed(arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> SourceMap:

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from studio.served import QUICK, Served, lives, pixels, png, studio
+from studio.served import QUICK, Served, lives, pixels, png
 
 from intarsia.cli.commands import studio as command
 
@@ -19,17 +19,29 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(line, capture_output=True, text=True, timeout=60)
 
 
-def test_it_begins_with_its_files_and_ends_without_a_trace(tmp_path: Path) -> None:
+def test_from_its_first_second_to_an_end_without_a_trace(tmp_path: Path) -> None:
+    """The page does not wait for kernels, they are told of, files are taken, and nothing is left at the end."""
     (tmp_path / "rock.png").write_bytes(png(pixels()))
     served = Served(tmp_path / "folder", str(tmp_path / "rock.png"), "sample:tiles")
+    began = time.monotonic()
+    assert b"<html" in served.bytes("/").lower()
+    assert served.get("/api/schema")["verbs"]
+    assert served.get("/api/jobs") == []
+    assert time.monotonic() - began < 1
+    told = []
+    for kind, said in served.events():
+        assert kind == "warm"
+        told.append(said)
+        if said["done"] == said["total"]:
+            break
+    assert [t["done"] for t in told] == sorted(t["done"] for t in told)
     until = time.monotonic() + 30
     while len(served.get("/api/exemplars")) < 2 and time.monotonic() < until:
         time.sleep(0.05)
     found = {row["name"]: row["id"] for row in served.get("/api/exemplars")}
     assert set(found) == {"rock", "tiles"}
     served.done("grow", [found["rock"]], **QUICK)
-    ear = served.client.stream("GET", "/api/events")
-    with ear:  # somebody still listens
+    with served.client.stream("GET", "/api/events"):  # somebody still listens
         pids = served.processes()
         assert len(pids) >= 2
         began = time.monotonic()
@@ -38,27 +50,6 @@ def test_it_begins_with_its_files_and_ends_without_a_trace(tmp_path: Path) -> No
     assert said.strip() == "the studio has ended"
     assert served.process.returncode == 0
     assert not any(map(lives, pids))
-
-
-def test_the_page_is_there_within_a_second(tmp_path: Path) -> None:
-    """Before kernels are loaded: nothing of the page waits for them."""
-    with studio(tmp_path / "folder") as served:
-        began = time.monotonic()
-        assert b"<html" in served.bytes("/").lower()
-        assert served.get("/api/schema")["verbs"]
-        assert served.get("/api/jobs") == []
-        assert time.monotonic() - began < 1
-
-
-def test_kernels_are_told_of_until_they_are_there(tmp_path: Path) -> None:
-    with studio(tmp_path / "folder") as served:
-        told = []
-        for kind, said in served.events():
-            assert kind == "warm"
-            told.append(said)
-            if said["done"] == said["total"]:
-                break
-        assert [t["done"] for t in told] == sorted(t["done"] for t in told)
 
 
 def test_a_port_that_is_taken_is_told_in_one_line(tmp_path: Path) -> None:

@@ -104,7 +104,8 @@ class TestExemplars:
     def test_what_was_found_is_what_analyze_tells(self, served: Served) -> None:
         row = served.post("/api/exemplars", {"sample": "tiles"})
         found = served.get(f"/api/exemplars/{row['id']}/found")
-        known = ia.analyze("sample:tiles").as_dict()
+        analyzed = ia.analyze("sample:tiles")
+        known = analyzed.as_dict()
         for key in ("lattice", "feature_size", "elements", "suggested", "light"):
             assert found[key] == known[key]
         assert "lattice" in found["overlays"]
@@ -116,7 +117,7 @@ class TestExemplars:
             assert (drawn[..., 3] == 0).any() or kind == "segments"
         drawn = opened(served.bytes(f"/api/exemplars/{row['id']}/found/lattice.png"))
         whole = np.where(drawn[..., 3:] > 0, drawn[..., :3], picture)
-        assert np.array_equal(whole, ia.analyze("sample:tiles").overlay().pixels)
+        assert np.array_equal(whole, analyzed.overlay().pixels)
 
     def test_what_was_not_found_is_refused(self, served: Served, small: str) -> None:
         missing = set(openapi.FOUND) - set(served.get(f"/api/exemplars/{small}/found")["overlays"])

@@ -45,7 +45,7 @@ class Studio:
     def __init__(self, folder: str | Path) -> None:
         self.store, self.events = Store(folder), Events()
         self.looker = Process(uploads.MOST_BYTES)
-        beside = Process()
+        beside = Process(nice=10)  # growing goes first
         self.jobs = Jobs(self.store, self.events, Process(), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)

@@ -28,10 +28,13 @@ class FailedError(IntarsiaError):
 
 
 class Process:
-    """A process that does the work of `worker.py`, started when it is first asked."""
+    """A process that does the work of `worker.py`, started when it is first asked.
 
-    def __init__(self, limit: int = 0) -> None:
-        self._limit, self._number = limit, 0
+    It takes `limit` bytes of address space at most, 0: as many as there are; `nice` says how far others go first.
+    """
+
+    def __init__(self, limit: int = 0, nice: int = 0) -> None:
+        self._words, self._number = [str(limit), str(nice)], 0
         self._process: asyncio.subprocess.Process | None = None
         self._turn = asyncio.Lock()
 
@@ -86,7 +89,7 @@ class Process:
     async def _started(self) -> asyncio.subprocess.Process:
         if self._process is not None and self._process.returncode is None:
             return self._process
-        pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.beside.worker", str(self._limit)]
+        pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.beside.worker", *self._words]
         home = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
         found = os.environ | {"PYTHONPATH": os.pathsep.join([home, *filter(None, [os.environ.get("PYTHONPATH")])])}
         self._process = await asyncio.create_subprocess_exec(

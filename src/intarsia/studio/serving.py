@@ -58,8 +58,8 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
             webbrowser.open(address)
 
     config = uvicorn.Config(
-        app, host=HOST, port=port, log_config=None, log_level="critical", access_log=False, server_header=False, timeout_graceful_shutdown=1,
-        ws="none",
+        app, host=HOST, port=port, log_config=None, log_level="critical", access_log=False, server_header=False,
+        timeout_graceful_shutdown=1, ws="none",
     )  # fmt: skip
     try:
         with suppress(KeyboardInterrupt):

@@ -54,10 +54,15 @@ class Channel:
             os._exit(1)
 
 
-def main(limit: int = 0) -> None:
-    """Work until the input ends; `limit` is the most address space in bytes, 0: as much as there is."""
+def main(limit: int = 0, nice: int = 0) -> None:
+    """Work until the input ends; `limit` is the most address space in bytes, 0: as much as there is.
+
+    `nice`: how far others go first.
+    """
     if limit:
         _limit(limit)
+    if nice and hasattr(os, "nice"):
+        os.nice(nice)
     channel = Channel(os.fdopen(os.dup(1), "wb"))
     os.dup2(2, 1)  # whatever a library prints is no frame
     import warnings
@@ -121,4 +126,4 @@ def _do(said: dict[str, Any], channel: Channel) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 0)
+    main(*map(int, sys.argv[1:]))
