@@ -71,3 +71,14 @@ def test_all_of_it_is_taken(gallery: Desk) -> None:
 def test_a_result_becomes_an_exemplar(gallery: Desk) -> None:
     gallery.page.locator(".made").first.get_by_role("button", name="Use as an exemplar").click()
     expect(gallery.page.get_by_text("96 × 80", exact=False).first).to_be_visible()
+
+
+def test_what_was_made_and_judged_before_has_its_score_at_once(gallery: Desk) -> None:
+    says = gallery.page.locator(".made").first.locator(".says")
+    expect(says).to_contain_text("score", timeout=60_000)
+    gallery.room("Grow")
+    gallery.button("Grow").click()
+    gallery.page.wait_for_timeout(300)
+    assert gallery.grown() == gallery.result
+    gallery.room("Gallery")
+    expect(says).to_contain_text("score")

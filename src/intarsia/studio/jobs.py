@@ -185,7 +185,8 @@ class Jobs:
             answer, _ = await self.worker.ask("command", self._hearing(job), words=words.said, folder=str(folder))
             row = await asyncio.to_thread(self._keep, job, words, answer, folder)
             self.store.get("results", row["id"])
-            failed = {"state": "done", "result": row["id"], "fraction": 1.0, "stage": "done", "score": row["score"]}
+            score = (row["score"] or {}).get("total")
+            failed = {"state": "done", "result": row["id"], "fraction": 1.0, "stage": "done", "score": score}
         except Exception as e:
             line = str(e) or type(e).__name__
             code = e.exit_code if isinstance(e, FailedError) else 1

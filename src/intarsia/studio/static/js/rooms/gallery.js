@@ -77,8 +77,8 @@ export class GalleryRoom extends HTMLElement {
     fill(
       says,
       el("h3", { class: "one-line" }, name),
-      el("p", { class: "quiet small number one-line" }, [title(job), ...facts].filter(Boolean).join("   ")),
-      job.error && el("p", { class: "bad small", title: job.error }, job.error),
+      el("p", { class: "quiet small one-line" }, title(job)),
+      el("p", { class: "quiet small number one-line" }, facts.filter(Boolean).join("   ")),
       el("div", { class: "tools" }, tools(job)),
     );
   }
