@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Locator, Request
 
 CHROMIUM = Path("/usr/bin/chromium")
-QUIET = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
+QUIET = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
 DESK = {"width": 1280, "height": 720}
 
 
@@ -112,7 +115,8 @@ class Desk:
                 break
             self.page.wait_for_timeout(100)
         name = self.jobs[count - 1]["options"][option]
-        return np.asarray(Image.open(self.served.folder / "images" / f"{name[0] if isinstance(name, list) else name}.png"))
+        name = name[0] if isinstance(name, list) else name
+        return np.asarray(Image.open(self.served.folder / "images" / f"{name}.png"))
 
     # what is to be seen
 

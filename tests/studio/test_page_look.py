@@ -68,7 +68,8 @@ def test_the_pointer_shows_where_a_pixel_came_from(look: Desk) -> None:
     expect(look.page.locator(".corner.low.right")).to_have_text(f"50, 33  from  {column}, {row}")
     mark = look.page.locator(".source-mark").bounding_box()
     picture = look.page.get_by_role("img", name="Exemplar tiles").last.bounding_box()
-    assert mark is not None and picture is not None
+    assert mark is not None
+    assert picture is not None
     assert mark["x"] + 8.5 == pytest.approx(picture["x"] + (column + 0.5) / 256 * picture["width"], abs=1.5)
     assert mark["y"] + 8.5 == pytest.approx(picture["y"] + (row + 0.5) / 256 * picture["height"], abs=1.5)
     look.page.mouse.move(5, 5)

@@ -19,7 +19,9 @@ else:
 Places = list[tuple[float, float]]
 
 
-def drawn(shape: tuple[int, int], places: Places, size: int, value: int = 1, on: np.ndarray | None = None) -> np.ndarray:
+def drawn(
+    shape: tuple[int, int], places: Places, size: int, value: int = 1, on: np.ndarray | None = None
+) -> np.ndarray:
     """What a round, hard brush leaves: all pixels whose middle is within half its size of the line."""
     out = np.zeros(shape, np.uint8) if on is None else on.copy()
     middles = [((np.floor(x) + 0.5, np.floor(y) + 0.5) if size % 2 else half_up(x, y)) for x, y in places]
