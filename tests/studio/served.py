@@ -94,7 +94,7 @@ class Served:
         """Queue a job."""
         return self.post("/api/jobs", {"verb": verb, "exemplars": exemplars, "options": options}, 202)
 
-    def ended(self, job: Any, within: float = 120) -> Any:
+    def ended(self, job: Any, within: float = 240) -> Any:
         """Wait for the end of a job."""
         until = time.monotonic() + within
         while time.monotonic() < until:

@@ -20,8 +20,8 @@ LONG = {"method": "image-quilting", "patch": "4", "size": "1600x1600"}
 
 
 def running(served: Served, job: Any) -> None:
-    """Wait until a job has begun to grow."""
-    until = time.monotonic() + 60
+    """Wait until a job has begun to grow; kernels may have to be compiled first."""
+    until = time.monotonic() + 240
     while served.get(f"/api/jobs/{job['id']}")["fraction"] <= 0 and time.monotonic() < until:
         time.sleep(0.02)
     assert served.get(f"/api/jobs/{job['id']}")["state"] == "running"

@@ -146,7 +146,7 @@ class TestJobs:
             ({"distance_map": "1,1 x.png"}, "distance_map"), ({"map": "height=/etc/passwd"}, "map"),
             ({"force": True}, "force"), ({"max_pixels": 1}, "max_pixels"), ({"threads": 4}, "threads"),
             ({"mask": "/etc/passwd"}, "mask"), ({"mask": ["alpha"]}, "mask"), ({"mask": "-"}, "mask"),
-            ({"jitter_output": "/etc/passwd"}, "jitter_output"), ({"jitter_output": "-"}, "jitter_output"),
+            ({"jitter_output": "/etc/passwd"}, "an image's id"), ({"jitter_output": "-"}, "an image's id"),
             ({"feature": "../../studio.sqlite"}, "feature"), ({"debug": True}, "debug"), ({"json": True}, "json"),
             ({"nonsense": 1}, "nonsense"), ({"../x": 1}, "x"), ({"size": "0"}, "size"), ({"size": "9x9x9"}, "size"),
             ({"size": {"a": 1}}, "size"), ({"size": "9" * 20_000}, "size"), ({"seed": "5\n--force"}, "seed"),
