@@ -86,7 +86,8 @@ export class Gestures {
     const before = this.#down.get(event.pointerId);
     if (!before) return;
     if (this.#stroke) {
-      for (const each of event.getCoalescedEvents().concat(event)) {
+      const all = event.getCoalescedEvents();
+      for (const each of all.length ? all : [event]) {
         const place = this.#place(each);
         this.#stroke.move(...this.ground.view.at(place.x, place.y), each);
       }
