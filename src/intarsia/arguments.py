@@ -20,8 +20,9 @@ SCALARS = ("ao", "roughness", "metallic", "height", "opacity", "specular")
 
 PHOTOS = ("brick", "grass", "gravel")
 PAINTED = ("tiles", "pebbles", "stones", "planks")
-SAMPLES = tuple(sorted(PHOTOS + PAINTED))
-"""The built-in exemplars: photographs, and surfaces painted by formula."""
+MATERIALS = {"setts": ("albedo", "normal", "roughness", "height")}
+SAMPLES = tuple(sorted((*PHOTOS, *PAINTED, *MATERIALS)))
+"""The built-in exemplars: photographs, surfaces painted by formula, and materials with the maps that they have."""
 
 MAX_PIXELS = 1 << 31
 """Of an output that is held in memory."""

@@ -70,7 +70,7 @@ def stem_of(found: Set) -> str:
     if first == "-":
         return "stdin"
     if first.startswith("sample:"):
-        return first.partition(":")[2]
+        return first.removeprefix("sample:").partition(files.layers.MARK)[0]
     if len(pictures) == 1:
         return Path(files.layers.split(first)[0]).stem
     first_file = Path(files.layers.split(first)[0])

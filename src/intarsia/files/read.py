@@ -15,7 +15,7 @@ from ..errors import InputError, ParameterError, printable, said
 from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
 from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
-from .layers import split
+from .layers import MARK, split
 from .samples import PREFIX, sample
 from .sets import layered, name_of, uses_directx
 from .source import look
@@ -88,7 +88,7 @@ def read_set(
     if unused is not None and not all(map(finite, planes.values())):
         kept = ~unused(planes[first], printable(path))
         usable = kept if usable is None else usable & kept
-    return Exemplar(planes, usable, name=_exemplar_name(path), weights=weights or {})
+    return Exemplar(planes, usable, name=_exemplar_name(path, files), weights=weights or {})
 
 
 def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
@@ -152,10 +152,13 @@ def _named_plane(name: str, path: PathLike) -> Plane:
     return plane
 
 
-def _exemplar_name(path: PathLike) -> str:
+def _exemplar_name(path: PathLike, files: Mapping[str, PathLike]) -> str:
     text = os.fspath(path)
-    if text == "-" or text.startswith(PREFIX):
-        return "stdin" if text == "-" else text
+    if text == "-":
+        return "stdin"
+    if text.startswith(PREFIX):
+        whole = text.partition(MARK)[0]
+        return whole if layered(whole) == files else text
     return name_of(text)[0] or Path(split(text)[0]).stem
 
 

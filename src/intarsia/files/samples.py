@@ -1,4 +1,4 @@
-"""Built-in exemplars: three CC0 photographs that scikit-image carries, and four surfaces painted by formula.
+"""Built-in exemplars: three CC0 photographs that scikit-image carries, four surfaces and a material painted by formula.
 
 These wrap around, and have the same pixels on every machine: all in them follows from hashed integers.
 """
@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arguments import PAINTED, PHOTOS, SAMPLES
+from ..arguments import MATERIALS, PAINTED, PHOTOS, SAMPLES
 from ..errors import InputError
 from ..image import Plane
 from .decode import decode
+from .layers import MARK
 from .relief import (
     LIGHT,
     SIDE,
@@ -33,6 +34,7 @@ from .relief import (
     smooth,
     stretched,
 )
+from .setts import plane_of
 from .source import look
 
 PREFIX = "sample:"
@@ -44,11 +46,14 @@ def sample_names() -> list[str]:
 
 
 def sample(name: str) -> Plane:
-    """Return a built-in exemplar; nothing is downloaded.
+    """Return a built-in exemplar, of a material its albedo, or as ``setts::normal`` another map; nothing is downloaded.
 
     Raises InputError for an unknown name.
     """
-    word = name.removeprefix(PREFIX)
+    word, mark, plane = name.removeprefix(PREFIX).partition(MARK)
+    if word in MATERIALS:
+        return plane_of(plane or "albedo")
+    word += mark + plane
     if word in _PAINTED:
         return _PAINTED[word]()
     if word not in PHOTOS:

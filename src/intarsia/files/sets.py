@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+from ..arguments import MATERIALS
 from ..errors import InputError, ParameterError, printable
 from .formats import SUFFIXES
 from .layers import MARK, layers_of, split
@@ -119,11 +120,16 @@ def _materials(folder: PathLike, place: str, how: str) -> list[Material]:
 
 
 def layered(path: PathLike) -> dict[str, PathLike]:
-    """Return the set that the layers of an EXR file are, as FILE.exr::LAYER; empty for all other files.
+    """Return the set that the layers of an EXR file are, as FILE.exr::LAYER; so are a built-in material's maps.
+
+    Empty for all other files.
 
     A picture without a name is the albedo, where no layer is called so. Raises InputError where two layers are the same
     map, or several maps lack their picture.
     """
+    text = os.fspath(path)
+    if planes := MATERIALS.get(text.removeprefix("sample:")) if text.startswith("sample:") else None:
+        return {name: f"{text}{MARK}{name}" for name in planes}
     found: dict[str, str] = {}
     layers = {} if _special(path) else layers_of(path)
     for layer in sorted(layers, key=lambda one: not one):

@@ -36,7 +36,8 @@ def _group(paths: list[str]) -> dict[str, str]:
     from ... import files
 
     if paths[0].startswith("sample:"):
-        return {"albedo": paths[0]}
+        own = {name: os.fspath(path) for name, path in files.sets.layered(paths[0]).items()}
+        return own or {"albedo": paths[0]}
     sets = files.group(paths)
     if len(sets) != 1:
         raise InputError(f"these are {len(sets)} exemplars by their names; send the files of one at a time.")

@@ -1,0 +1,82 @@
+"""The built-in material: its maps belong together, wrap around, and are the same on every machine."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.test_cli import run
+from PIL import Image
+
+from intarsia import read
+from intarsia.arguments import MATERIALS
+from intarsia.errors import InputError
+from intarsia.files import group, read_plane, sample
+from intarsia.files.setts import DEEP, plane_of
+from intarsia.image import Kind
+from intarsia.rendering.normals import off_unit
+
+SUMS = {
+    "albedo": "e738c49034f7b6a6",
+    "normal": "a78366f11a907b4a",
+    "roughness": "87f4552295a569c8",
+    "height": "de4d94950667dec7",
+}
+
+
+def test_a_material_is_read_as_a_set() -> None:
+    setts = read("sample:setts")
+    assert setts.name == "sample:setts"
+    assert tuple(setts.planes) == MATERIALS["setts"]
+    assert {name: plane.kind for name, plane in setts.planes.items()} == {
+        "albedo": Kind.COLOUR, "normal": Kind.NORMAL, "roughness": Kind.DATA, "height": Kind.DATA,
+    }  # fmt: skip
+    assert group(["sample:setts"]) == [{name: f"sample:setts::{name}" for name in MATERIALS["setts"]}]
+    alone = read("sample:setts::height")
+    assert tuple(alone.planes) == ("albedo",)
+    assert alone.name == "sample:setts::height"
+    np.testing.assert_array_equal(alone.base.pixels, sample("setts::height").pixels)
+    assert read_plane("sample:setts::normal").kind is Kind.NORMAL
+
+
+def test_unknown_planes_name_the_known() -> None:
+    with pytest.raises(InputError, match=r"no plane 'moon'.*albedo, normal, roughness, height"):
+        read("sample:setts::moon")
+    with pytest.raises(InputError, match="there is no sample"):
+        read("sample:tiles::normal")
+
+
+def test_normals_are_the_slopes_of_the_height() -> None:
+    height = plane_of("height").pixels.astype(np.float64) * (DEEP / 65535)
+    assert off_unit(plane_of("normal")) < 0.01
+    n = plane_of("normal").pixels / 127.5 - 1.0
+    across = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) / 2
+    down = (np.roll(height, -1, 0) - np.roll(height, 1, 0)) / 2
+    np.testing.assert_allclose(-n[..., 0] / n[..., 2], across, atol=0.06)
+    np.testing.assert_allclose(n[..., 1] / n[..., 2], down, atol=0.06)
+
+
+@pytest.mark.parametrize("name", MATERIALS["setts"])
+def test_it_wraps_around(name: str) -> None:
+    pixels = plane_of(name).pixels.astype(np.float64)
+    pixels = pixels.reshape(256, 256, -1)
+    for axis in (0, 1):
+        steps = np.abs(np.diff(pixels, axis=axis)).mean(axis=(1 - axis, 2))
+        closing = np.abs(pixels.take(0, axis) - pixels.take(-1, axis)).mean()
+        assert closing <= steps.max()
+
+
+@pytest.mark.parametrize("name", MATERIALS["setts"])
+def test_it_has_the_same_pixels_everywhere(name: str) -> None:
+    assert sha256(plane_of(name).pixels.tobytes()).hexdigest()[:16] == SUMS[name]
+
+
+def test_it_is_grown_with_all_its_maps_and_replayed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run("grow", "sample:setts", "-o", "yard.png", "--size", "96", "--method", "image-quilting", "--patch", "24")
+    run("replay", "yard.png", "-o", "again.png")
+    for end in ("", "_normal", "_roughness", "_height"):
+        with Image.open(f"yard{end}.png") as first, Image.open(f"again{end}.png") as second:
+            np.testing.assert_array_equal(np.asarray(first), np.asarray(second))
