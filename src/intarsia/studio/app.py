@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from .safety import Safety, TooLargeError
 from .schema import LIMITS, schema
 from .showing import FOUND, Showing
 from .store import Store
+from .weaves import Weaves
 
 STATIC = Path(__file__).parent / "static"
 WHOLE = re.compile("-?[0-9]{1,15}")
@@ -49,6 +50,7 @@ class Studio:
         self.jobs = Jobs(self.store, self.events, Process(), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
+        self.weaves = Weaves(self.store, self.uploads, self.showing.pictures)
 
     @asynccontextmanager
     async def living(self, app: Starlette) -> AsyncIterator[None]:
@@ -60,7 +62,7 @@ class Studio:
             self.events.close()
             await self.jobs.end()
             await self.looker.end()
-            await self.showing.weaver.end()
+            await self.weaves.weaver.end()
             self.store.close()
 
     def row(self, request: Request, kind: str) -> dict[str, Any]:
@@ -185,17 +187,23 @@ class Studio:
         return FileResponse(path, filename=name, background=BackgroundTask(shutil.rmtree, path.parent, True))
 
     async def put_weave(self, request: Request) -> Response:
-        return JSONResponse(await self.showing.weave(await said(request)), 201)
+        return JSONResponse(await self.weaves.begin(await said(request)), 201)
+
+    async def window(self, request: Request) -> Response:
+        return JSONResponse(await self.weaves.window(request.path_params["id"], await said(request)))
 
     async def tile(self, request: Request) -> Response:
         async def wanted() -> bool:
             return not await request.is_disconnected()
 
-        found = [request.path_params[name] for name in ("y", "x")]
+        found = [request.query_params.get("level", "0"), *(request.path_params[name] for name in ("y", "x"))]
         if not all(WHOLE.fullmatch(text) for text in found):
-            raise Refused(404, "there is no such tile; its row and its column are whole numbers.")
-        y, x = map(int, found)
-        return picture(await self.showing.tile(request.path_params["id"], y, x, wanted))
+            raise Refused(404, "there is no such tile; its level, its row and its column are whole numbers.")
+        level, y, x = map(int, found)
+        known = request.headers.get("if-none-match", "").strip('"')
+        key, data = await self.weaves.tile(request.path_params["id"], (level, y, x), known, wanted)
+        headers = KEPT | {"ETag": f'"{key}"'}
+        return Response(status_code=304, headers=headers) if data is None else picture(data, headers)
 
     @property
     def table(self) -> list[tuple[str, str, Handler]]:
@@ -228,13 +236,14 @@ class Studio:
             ("GET", "/api/results/{id}/view/{kind}.png", self.view),
             ("GET", "/api/results/{id}/map.bin", self.origins),
             ("POST", "/api/weaves", self.put_weave),
+            ("POST", "/api/weaves/{id}/window", self.window),
             ("GET", "/api/weaves/{id}/{y}/{x}.png", self.tile),
         ]
 
 
-def picture(data: bytes) -> Response:
+def picture(data: bytes, headers: Mapping[str, str] = KEPT) -> Response:
     """A PNG that is named by its contents."""
-    return Response(data, media_type="image/png", headers=KEPT)
+    return Response(data, media_type="image/png", headers=headers)
 
 
 async def said(request: Request) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from .results import PUBLIC
 from .schema import VERBS, options, schema
 from .showing import FOUND, VIEWS
 from .uploads import EXEMPLAR
+from .weaves import LARGEST, LEVELS, SIDE, STROKES, WIDEST
 
 SAYS = {
     "GET /api/openapi.json": "This description.",
@@ -40,18 +41,21 @@ SAYS = {
     "GET /api/results/{id}/view/{kind}.png": f"What can be seen of a result: a plane, {', '.join(VIEWS)}.",
     "GET /api/results/{id}/map.bin": "Where every pixel comes from: uint16, little-endian: exemplar, row, column.",
     "POST /api/weaves": "Begin an endless canvas.",
-    "GET /api/weaves/{id}/{y}/{x}.png": "A tile of an endless canvas, 256 px a side.",
+    "POST /api/weaves/{id}/window": "The job that makes a part of an endless canvas, and its command.",
+    "GET /api/weaves/{id}/{y}/{x}.png": "A tile of an endless canvas: 256 px that show 256 * 2**level px a side.",
 }
 
 ANY: dict[str, Any] = {}
 SENT = {
     "POST /api/jobs": "JobWanted", "POST /api/exemplars/{id}/edit": "Edit", "POST /api/weaves": "WeaveWanted",
+    "POST /api/weaves/{id}/window": "WindowWanted",
 }  # fmt: skip
 BACK = {
     "POST /api/exemplars": "Exemplar", "GET /api/exemplars/{id}": "Exemplar", "GET /api/exemplars": "Exemplar",
     "POST /api/exemplars/{id}/edit": "Exemplar", "POST /api/images": "Image", "POST /api/jobs": "Job",
     "GET /api/jobs": "Job", "GET /api/jobs/{id}": "Job", "POST /api/jobs/{id}/cancel": "Job",
     "POST /api/jobs/{id}/again": "Job", "GET /api/results/{id}": "Result", "POST /api/weaves": "Weave",
+    "POST /api/weaves/{id}/window": "Window",
 }  # fmt: skip
 LISTS = ("GET /api/exemplars", "GET /api/jobs")
 """What is sent and what comes back, as JSON; some answers are lists of it."""
@@ -80,6 +84,10 @@ def _operation(method: str, path: str) -> dict[str, Any]:
     if path.endswith(".png") and "weaves" not in path and "preview" not in path and "found" not in path:
         side = {"type": "integer", "minimum": 1, "maximum": 4096, "default": 1024}
         parameters.append({"name": "side", "in": "query", "required": False, "schema": side})
+    if "weaves" in path and method == "GET":
+        level = {"type": "integer", "minimum": 0, "maximum": LEVELS - 1, "default": 0}
+        parameters.append({"name": "level", "in": "query", "required": False, "schema": level})
+        parameters.append({"name": "If-None-Match", "in": "header", "required": False, "schema": {"type": "string"}})
     if method != "GET":
         parameters.append({"name": "X-Intarsia", "in": "header", "required": True, "schema": {"const": "1"}})
     told: dict[str, Any] = {"summary": SAYS[route], "parameters": parameters, "responses": _answers(route, path)}
@@ -108,7 +116,8 @@ def _answers(route: str, path: str) -> dict[str, Any]:
     shape = {"type": "array", "items": shape} if route in LISTS else shape
     error = {"description": "Refused, in one line.", "content": {"application/json": {"schema": _named("Error")}}}
     done = {"description": "Done."} | ({} if route.startswith("DELETE") else {"content": {kind: {"schema": shape}}})
-    return {"2XX": done, "4XX": error}
+    same = {"304": {"description": "It is the one that If-None-Match names."}} if "weaves" in path else {}
+    return {"2XX": done, **(same if route.startswith("GET") else {}), "4XX": error}
 
 
 def _named(name: str) -> dict[str, Any]:
@@ -128,8 +137,6 @@ def _schemas() -> dict[str, Any]:
     given["oneOf"] = [{"title": v, "properties": {n: _option(o) for n, o in options(v).items()}} for v in VERBS]
     crop = {"type": "array", "items": {"type": "integer"}, "minItems": 4, "maxItems": 4}
     flag = {"type": "boolean"}
-    methods = [entry["slug"] for entry in schema()["methods"] if "window" in entry["supports"]]
-    seed = {"type": "integer", "minimum": 0}
     return {
         "Error": _object(["error"], error=text),
         "Exemplar": _object([*EXEMPLAR, "sample"], id=text, name=text, width=number, height=number),
@@ -138,11 +145,34 @@ def _schemas() -> dict[str, Any]:
         "Job": _object(JOB, id=text, verb=verb, exemplars=ids, state=states, fraction=fraction),
         "Result": _object(PUBLIC, id=text, job=text, command=text, python=text),
         "Edit": _object(["crop", "straighten", "flatten"], crop=crop, straighten=flag, flatten=flag),
-        "WeaveWanted": _object(
-            ["exemplar", "method", "options", "seed"], exemplar=text, method={"enum": ["auto", *methods]}, seed=seed
-        ),
-        "Weave": _object(["id", "exemplar", "seed", "side", "method", "planes"], id=text, side={"const": 256}),
+        **_weaves(),
     }
+
+
+def _weaves() -> dict[str, Any]:
+    """What is said of endless canvases."""
+    text, whole = {"type": "string"}, {"type": "integer"}
+    methods = [entry["slug"] for entry in schema()["methods"] if "window" in entry["supports"]]
+    share = {"type": "number", "minimum": 0, "maximum": 1}
+    place = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+    stroke = _object(
+        ["radius", "strength", "points"], radius={"type": "number", "minimum": 1, "maximum": WIDEST},
+        strength=share | {"type": ["number", "null"]}, points={"type": "array", "items": place},
+    )  # fmt: skip
+    strokes = {"type": "array", "items": stroke, "maxItems": STROKES}
+    side = whole | {"minimum": 1, "maximum": LARGEST}
+    return {
+        "WeaveWanted": _object(
+            ["exemplar", "method", "options", "seed", "jitter"], exemplar=text, method={"enum": ["auto", *methods]},
+            seed=whole | {"minimum": 0}, jitter=_object(["ground", "strokes"], ground=share, strokes=strokes),
+        ),
+        "Weave": _object(
+            ["id", "exemplar", "seed", "side", "levels", "method", "planes", "brush"], id=text, side={"const": SIDE},
+            levels={"const": LEVELS}, brush={"type": "boolean"},
+        ),
+        "WindowWanted": _object(["x", "y", "width", "height"], x=whole, y=whole, width=side, height=side),
+        "Window": _object(["job", "command"], job=_named("JobWanted"), command=text),
+    }  # fmt: skip
 
 
 def _option(option: dict[str, Any]) -> dict[str, Any]:

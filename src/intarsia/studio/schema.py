@@ -17,7 +17,7 @@ from ..methods.base import METHODS, method_class
 from ..params import OVER, Parameter, parameters
 from ..version import VERSION
 
-VERBS = ("grow", "paint", "extend", "heal", "tile", "render")
+VERBS = ("grow", "paint", "extend", "heal", "tile", "weave", "render")
 """The commands that a job can be."""
 
 IMAGES = (
@@ -30,7 +30,7 @@ PICTURES = ("donors",)
 
 OWN = (
     "files", "saved", "maps", "out", "force", "as_json", "progress", "quiet", "threads", "many", "dry_run",
-    "max_pixels", "as_set", "several", "explain",
+    "max_pixels", "as_set", "several", "explain", "executor", "dask",
 )  # fmt: skip
 """What the server gives itself, or nobody needs here."""
 

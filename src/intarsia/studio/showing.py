@@ -1,64 +1,30 @@
-"""What the routes answer that show: views of results, what was found in exemplars, endless canvases, archives."""
+"""What the routes answer that show: views of results, what was found in exemplars, archives."""
 
 from __future__ import annotations
 
 import asyncio
-import hashlib
-import json
 import shutil
 import zipfile
-from collections import OrderedDict
-from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
-from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError, said
-from ..methods.base import METHODS, Ability, method_class
+from .pictures import Pictures
 from .processes import Process
 from .store import Row, Store
 from .uploads import Uploads
-from .words import ID, MAP, method_values
+from .words import MAP
 
 FOUND = ("lattice", "courses", "elements", "striking", "segments")
 VIEWS = ("pieces", "seams", "usage", "provenance", "damaged")
-HELD = 64 << 20  # bytes of pictures that are kept
 WITHIN = 120.0  # s for one picture
-FARTHEST = 1 << 40  # tiles from the middle
-WEAVES = 100
-
-Wanted = Callable[[], Awaitable[bool]]
-
-
-class Pictures:
-    """Pictures that were drawn lately, by what they are of."""
-
-    def __init__(self, most: int = HELD) -> None:
-        self._held: OrderedDict[tuple[Any, ...], bytes] = OrderedDict()
-        self._most, self._size = most, 0
-
-    def get(self, key: tuple[Any, ...]) -> bytes | None:
-        """Return a picture, if it is kept."""
-        if key in self._held:
-            self._held.move_to_end(key)
-        return self._held.get(key)
-
-    def keep(self, key: tuple[Any, ...], data: bytes) -> bytes:
-        """Keep a picture; those that were asked for longest ago give way."""
-        self._size += len(data) - len(self._held.pop(key, b""))
-        self._held[key] = data
-        while self._size > self._most:
-            self._size -= len(self._held.popitem(last=False)[1])
-        return data
 
 
 class Showing:
     """Draws, in the processes beside, what is asked for, and keeps it a while."""
 
     def __init__(self, store: Store, uploads: Uploads, beside: Process) -> None:
-        self.store, self.uploads, self.beside, self.weaver = store, uploads, beside, Process()
-        self.pictures = Pictures()
-        self.weaves: OrderedDict[str, Row] = OrderedDict()
+        self.store, self.uploads, self.beside, self.pictures = store, uploads, beside, Pictures()
 
     async def _drawn(self, key: tuple[Any, ...], process: Process, do: str, **given: Any) -> bytes:
         found = self.pictures.get(key)
@@ -166,42 +132,3 @@ class Showing:
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
-
-    # endless canvases
-
-    async def weave(self, given: dict[str, Any]) -> Row:
-        """Begin an endless canvas."""
-        if unknown := set(given) - {"exemplar", "method", "options", "seed"}:
-            listed = ", ".join(sorted(unknown))[:100]
-            raise ParameterError(f"{listed} is unknown; give exemplar, method, options and seed.")
-        name, method, seed = given.get("exemplar"), given.get("method", AUTO_METHOD), given.get("seed", 0)
-        row = self.store.get("exemplars", name) if isinstance(name, str) and ID.fullmatch(name) else None
-        if row is None:
-            raise InputError(f"{said(name)} is not the id of an exemplar.")
-        able = [slug for slug in METHODS if Ability.WINDOW in method_class(slug).supports]
-        if method not in (AUTO_METHOD, *able):
-            raise ParameterError(f"{said(method)} makes no endless canvas; give {AUTO_METHOD}, {', '.join(able)}.")
-        if type(seed) is not int or not 0 <= seed < 1 << 64:
-            raise ParameterError("the seed is a whole number from 0 to 2**64 - 1.")
-        options = method_values(method, given.get("options", {}))
-        asked = {"paths": self.paths_of(row), "method": method, "options": options, "seed": seed}
-        text = json.dumps([row["id"], method, options, seed])
-        own = hashlib.sha256(text.encode()).hexdigest()[:16]
-        told, _ = await self.weaver.ask("weave", within=WITHIN, id=own, **asked)
-        while len(self.weaves) >= WEAVES:
-            self.weaves.popitem(last=False)
-        self.weaves[own] = asked
-        return {"id": own, "exemplar": row["id"], "seed": seed, "side": 256, **told}
-
-    async def tile(self, name: str, y: int, x: int, wanted: Wanted) -> bytes:
-        """Draw a tile of an endless canvas, unless nobody waits for it any more."""
-        if name not in self.weaves or not max(abs(y), abs(x)) < FARTHEST:
-            raise InputError("there is no such endless canvas; begin one with POST /api/weaves.")
-        key = ("tile", name, y, x)
-        found = self.pictures.get(key)
-        if found is None:
-            given = self.weaves[name] | {"id": name, "y": y, "x": x}
-            _, data = await self.weaver.ask("tile", within=WITHIN, wanted=wanted, **given)
-            found = self.pictures.keep(key, data)
-        return found
-

@@ -79,7 +79,7 @@ def words_of(job: Mapping[str, Any], store: Store) -> Words:
     words.said.append("--json")
     if verb == "render":
         words.said.append(f"--output={_usual(job, store)}_rendered.png")
-    else:
+    elif verb != "weave":
         words.said.append(f"--save-map={MAP}")
     return words
 
@@ -149,7 +149,8 @@ def score_words(words: Words, picture: str) -> list[str]:
     """The words that score the picture of a result in its folder."""
     sources = [w for w in words.said[1:] if not w.startswith("-")]
     shared = [w for w in words.said if w.partition("=")[0] in SCORED]
-    return ["score", *sources, *shared, picture, f"--map={MAP}", "--json"]
+    mapped = [f"--map={MAP}"] if f"--save-map={MAP}" in words.said else []
+    return ["score", *sources, *shared, picture, *mapped, "--json"]
 
 
 def _image(option: schema.Option, value: Any, words: Words, store: Store) -> str:

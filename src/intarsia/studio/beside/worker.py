@@ -31,6 +31,7 @@ WORK = {
     "edit": ("intarsia.studio.beside.found", "edit"),
     "weave": ("intarsia.studio.beside.weaving", "begin"),
     "tile": ("intarsia.studio.beside.weaving", "tile"),
+    "painted": ("intarsia.studio.beside.weaving", "painted"),
 }
 """What can be asked for -> where the function is that does it; it is given what was said, and how to tell more."""
 
