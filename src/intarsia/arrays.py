@@ -14,6 +14,9 @@ from .errors import InputError, IntarsiaError, said
 
 Array = NDArray[Any]
 
+Laid = tuple[NDArray[np.int32], NDArray[np.uint8] | None, NDArray[Any]]
+"""A window as far as it is laid: exemplar pixels (H, W, 2), their poses (H, W), None: upright; which are there."""
+
 CONVERTED = {
     "1": "L", "La": "LA", "P": "RGB", "PA": "RGBA", "RGBa": "RGBA", "RGBX": "RGB",
     "CMYK": "RGB", "HSV": "RGB", "YCbCr": "RGB", "LAB": "RGB",

@@ -98,6 +98,17 @@ class Run:
 
         return replace(self, step=counted)
 
+    def drafting(self, make: Callable[[Any], Any]) -> Run:
+        """Return the run of a part of the work that drafts something else, of which `make` makes a map."""
+        step = self.step
+        if step is None:
+            return self
+
+        def made(done: int, total: int, draft: Callable[[], Any] | None) -> None:
+            step(done, total, None if draft is None else lambda: make(draft()))
+
+        return replace(self, step=made)
+
     def check(self) -> None:
         """Stop here if the caller asked for it: between parts of a unit, which are no progress to speak of."""
         if self.cancel is not None and self.cancel.is_set():

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.usable import valid_windows
-from ..arrays import Array
+from ..arrays import Array, Laid
 from ..canvas import Canvas
 from ..draws import draw_many
 from ..errors import MethodError, ParameterError
@@ -96,15 +96,26 @@ class Sampling:
         parts = [gaps[k : k + TOGETHER] for k in range(0, len(gaps), TOGETHER)]
         filled: dict[Place, Place] = {}
         wave = 4 * run.workers
+
+        def draft() -> Laid:
+            now = np.full(out.shape, -1, np.int32)
+            self._write_all(fields, drawn | filled, now, y0, x0)
+            return np.maximum(now, 0), None, now[:, :, 0] >= 0
+
         with run.pool() as each:
             for k in range(0, len(parts), wave):
-                run.tick(k, len(parts))
+                run.tick(k, len(parts), draft)
                 for made in each(lambda part: self._filled(part, drawn), parts[k : k + wave]):
                     filled |= made
-        for f in fields:
-            self._write(f, drawn[f] if sum(f) % 2 == 0 else filled[f], out, y0, x0)
-        run.tick(len(parts), len(parts))
+        self._write_all(fields, drawn | filled, out, y0, x0)
+        run.tick(len(parts), len(parts), draft)
         return out, None
+
+    def _write_all(self, fields: list[Place], found: dict[Place, Place], out: Array, y0: int, x0: int) -> None:
+        """Write what of some blocks lies in a window, if they were found."""
+        for f in fields:
+            if f in found:
+                self._write(f, found[f], out, y0, x0)
 
     def _sampled(self, blocks: list[Place]) -> dict[Place, Place]:
         """Draw a patch for each block: all its places in the lattice are equally likely (4.2.1)."""

@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
-from ..arrays import Array
+from ..arrays import Array, Laid
 from ..canvas import Canvas
 from ..draws import below, deck, draw
 from ..exemplar import Exemplar
@@ -89,17 +89,21 @@ class Mosaic:
         """The pixels of the sheet (height, width, 2) that a window shows."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
         fields = self.laid.meeting(y0, x0, height, width)
-        done, _ = 0, self.tables  # made before threads ask for them
+        done, draft, _ = 0, partial(self._draft, out), self.tables  # made before threads ask for them
         with run.pool() as each:
             for parity in (0, 1):  # gaps are cut into the random blocks; no two gaps meet
                 part = [f for f in fields if (f[0] + f[1]) % 2 == parity]
                 for begin in range(0, len(part), 64):
-                    run.tick(done, len(fields))
+                    run.tick(done, len(fields), draft)
                     for block in each(self._block, part[begin : begin + 64]):  # in turn, whichever thread was first
                         self._write(block, out, y0, x0)
                         done += 1
-        run.tick(done, len(fields))
+        run.tick(done, len(fields), draft)
         return out
+
+    def _draft(self, out: NDArray[np.int32]) -> Laid:
+        """What of a window is laid; the first pixel of the sheet stands for nothing."""
+        return *self.sheet.to_exemplar(out), np.asarray(out.any(axis=2))
 
     @cached_property
     def sparse(self) -> Places:

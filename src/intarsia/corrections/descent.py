@@ -6,9 +6,8 @@ is made a little larger: by what the corrections of the next finer one read.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -30,11 +29,11 @@ from .correction_kernels import (
 )
 from .guide import StackGuide
 from .jitter import EVERYWHERE, Shares, part_at, spread_over
-from .orientation import Orientation, less_steps, origins
+from .orientation import Orientation, origins
 from .orientation_kernels import AROUND, UNIT, handed_down, remainders
 from .pins import Pin, pinned
 from .scatter_kernels import SEEN, TURNS, scatter
-from .span import Span, at_rest, place_of, places_of
+from .span import Span, at_rest, place_of, places_of, residues, shown_by, whole_lattice
 from .stack import ExemplarStack
 
 # What halving and doubling does was looked at on 24 textures, eight of them with a lattice (docs/design/012).
@@ -109,16 +108,21 @@ class Descent:
             self.wanted.lay([places_of(level, spans) for level in range(len(spans))])
         frame = self._frame(top, spans)
         coords = self._first(spans, frame)
+
+        def drafted(coords: Array, level: int) -> Array:
+            return shown_by(coords, places_of(level, spans), (rows, cols), self._room.size)
+
         for level in range(top, -1, -1):
-            run.tick(top - level, top + 1)
+            run.tick(top - level, top + 1, partial(drafted, coords, min(level + 1, top)))
             if level < top:
                 frame = self._frame(level, spans)
                 coords = self._handed_down(coords, level, spans, frame)
             if level < self._mended:
-                coords = self._corrected(coords, level, spans[level], run.part(top - level, top + 1), frame)
+                part = run.part(top - level, top + 1).drafting(partial(drafted, level=level))
+                coords = self._corrected(coords, level, spans[level], part, frame)
             elif edge := self._margin(level):
                 coords = coords[edge:-edge, edge:-edge]
-        run.tick(top + 1, top + 1)
+        run.tick(top + 1, top + 1, partial(drafted, coords, 0))
         return coords
 
     def asked(self, rows: Span, cols: Span) -> list[list[Array]]:
@@ -144,8 +148,12 @@ class Descent:
 
     def _wider(self, rows: Span, cols: Span) -> tuple[Span, Span]:
         """What must be known of the finest level: where pixels are read between others, those around as well."""
-        around = 0 if self.rules.lie is None else AROUND
-        return rows.wider(around), cols.wider(around)
+        return rows.wider(self.around), cols.wider(self.around)
+
+    @property
+    def around(self) -> int:
+        """How many px more than the output are known on each side."""
+        return 0 if self.rules.lie is None else AROUND
 
     def _frame(self, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
         """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
@@ -182,7 +190,7 @@ class Descent:
         if frame is not None:
             start = origins(frame, places[0], places[1], room.size, room.lattice)
         elif len(room.lattice):
-            down, across = (_residues(place, room.lattice, axis) for axis, place in enumerate(places))
+            down, across = (residues(place, room.lattice, axis) for axis, place in enumerate(places))
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
             start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
@@ -193,7 +201,7 @@ class Descent:
     def _room(self) -> Room:
         exemplar = self.stack.exemplar
         size = np.array([exemplar.height, exemplar.width, exemplar.toroidal], np.int64)
-        return Room(size, self.stack.home, _whole_lattice(self.rules.lattice))
+        return Room(size, self.stack.home, whole_lattice(self.rules.lattice))
 
     def _handed_down(
         self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None
@@ -258,9 +266,15 @@ class Descent:
         work: Array = np.empty(coords.shape[:2], np.int32)
         as_positions(coords, place.border, place.stride, work)
         classes = [span.at % side for span in spans]
+
+        def whole() -> Array:
+            now: Array = np.empty((*work.shape, 2), np.int32)
+            pixels(work, 0, place.border, place.stride, now)
+            return now
+
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
-                run.tick(number, self.rules.passes * self.rules.subpasses)
+                run.tick(number, self.rules.passes * self.rules.subpasses, whole)
                 here, edge = divmod(number % self.rules.subpasses, side), REACH * (number + 1)
                 rows, cols = (
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
@@ -288,22 +302,3 @@ def subpass(
 
     each(band, range(0, len(rows), BAND))
     return found
-
-
-def _whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
-    """Two lattice vectors as (y, x) in 1/256 px, right-handed; a single one gets one px across to it as the second."""
-    if not vectors:
-        return np.zeros((0, 2), np.int64)
-    whole = [[round(256 * y), round(256 * x)] for x, y in vectors]
-    if len(whole) == 1:
-        (y, x), length = whole[0], math.hypot(*whole[0])
-        whole.append([round(-256 * x / length), round(256 * y / length)])
-    (ay, ax), (by, bx) = whole
-    return np.array(whole if ay * bx > ax * by else whole[::-1], np.int64)
-
-
-def _residues(places: Array, lattice: Array, axis: int) -> Array:
-    """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2), 1/256 px, at any distance."""
-    far = 256 * places.astype(object)
-    y, x = (far, 0 * far) if axis == 0 else (0 * far, far)
-    return np.stack(less_steps(y, x, lattice.tolist()), axis=1).astype(np.int64)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .correction_kernels import Axis
+from .orientation import less_steps
 
 Array = NDArray[Any]
 
@@ -58,3 +60,41 @@ def place_of(at: Array, span: Span, level: int, whole: int) -> Array:
         odd = 2 * span.period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
         return np.asarray(((2 * at + 1) * whole + odd) // (2 * span.period))
     return np.asarray((at << level) + ((1 << level) >> 1))
+
+
+def shown_by(coords: Array, places: list[Array], wanted: tuple[Span, Span], size: Array) -> Array:
+    """Return what the output shows if it ends with the pixels of some level, each of them a square: (H, W, 2).
+
+    `places`: where their rows and columns lie, px; of more than there are, those in the middle. `wanted`: the rows and
+    columns of the output. `size`: of the exemplar, which goes on beyond its borders.
+    """
+    index, steps = [], []
+    for axis, (place, span) in enumerate(zip(places, wanted, strict=True)):
+        more = (len(place) - coords.shape[axis]) // 2
+        own, first = np.unique(place[more : len(place) - more], return_index=True)
+        nearest = np.searchsorted((own[:-1] + own[1:]) // 2, span.at)
+        index.append(first[nearest])
+        steps.append(span.at - own[nearest])
+    found = coords[np.ix_(*index)].astype(np.int64)
+    found[:, :, 0] += steps[0][:, None]
+    found[:, :, 1] += steps[1][None, :]
+    return np.asarray(found % size[:2], np.int32)
+
+
+def whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
+    """Two lattice vectors as (y, x) in 1/256 px, right-handed; a single one gets one px across to it as the second."""
+    if not vectors:
+        return np.zeros((0, 2), np.int64)
+    whole = [[round(256 * y), round(256 * x)] for x, y in vectors]
+    if len(whole) == 1:
+        (y, x), length = whole[0], math.hypot(*whole[0])
+        whole.append([round(-256 * x / length), round(256 * y / length)])
+    (ay, ax), (by, bx) = whole
+    return np.array(whole if ay * bx > ax * by else whole[::-1], np.int64)
+
+
+def residues(places: Array, lattice: Array, axis: int) -> Array:
+    """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2), 1/256 px, at any distance."""
+    far = 256 * places.astype(object)
+    y, x = (far, 0 * far) if axis == 0 else (0 * far, far)
+    return np.stack(less_steps(y, x, lattice.tolist()), axis=1).astype(np.int64)

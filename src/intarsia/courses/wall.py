@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.usable import nearest
-from ..arrays import Array
+from ..arrays import Array, Laid
 from ..canvas import Canvas
 from ..errors import MethodError
 from ..exemplar import Exemplar
@@ -131,31 +131,36 @@ class Wall:
         """The exemplar pixels (height, width, 2) of a window of the wall, all upright."""
         if self.upright:
             y0, x0, height, width = x0, y0, width, height
-        out = np.zeros((height, width, 2), np.int32)
+        out = np.full((height, width, 2), -1, np.int32)
         run = run or Run()
         near = range(self._chunk_at(x0) - 1, self._chunk_at(x0 + width - 1) + 2)
         chunks = [m for m in near if self._from(m) < x0 + width and self._from(m + 1) > x0]
         corners = [self.rows.course_at(y, x) for y in (y0, y0 + height) for x in (x0, x0 + width)]
         courses = range(min(corners) - 2, max(corners) + 3)
         spare = RUN_UP + 2 * REACH.open
-        done, total = 0, len(chunks) * (2 * len(courses) + 1)
+        done, total, draft = 0, len(chunks) * (2 * len(courses) + 1), partial(self._draft, out)
         with run.pool() as each:
             for m in chunks:
-                run.tick(done, total)
+                run.tick(done, total, draft)
                 # Chains know one another, so they are made in turn; what is cut from them is not shared.
                 ends = self._from(m) - spare, self._from(m + 1) + spare
                 laid = [(i, self.layout.pieces(i, *ends)) for i in courses]
-                run.tick(done + 1, total)
+                run.tick(done + 1, total, draft)
                 strips = each(partial(self._strip, m, y0), laid)
-                run.tick(done + 1 + len(strips), total)
+                run.tick(done + 1 + len(strips), total, draft)
                 cuts = each(self._cut, pairwise(strips))
                 for (strip, following), (top, end) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
                     inner = slice(RUN_UP, RUN_UP + len(top))
                     end = end + (following[2] - strip[2])[inner]
                     kernels.pour(strip[0][:, inner], strip[2][inner], top, end, out, self._from(m) - x0)
                 done += 2 * len(courses)
-        run.tick(total, total)
+        run.tick(total, total, draft)
         return self._usable(out), None
+
+    def _draft(self, out: NDArray[np.int32]) -> Laid:
+        """What of a window is laid."""
+        laid = out[:, :, 0] >= 0
+        return self._usable(out), None, laid.T if self.upright else laid
 
     def _usable(self, out: NDArray[np.int32]) -> NDArray[np.int32]:
         """Exemplar pixels that exist and are usable, with the axes of the exemplar."""

@@ -82,7 +82,7 @@ def thinned(
     fit = [side for side in SCALE.sides if 2 * side <= shorter] if often.areas.size > 1 else []
     part, many, work = *(often.surplus(often.things(smap)) if fit else (np.empty((0, 0), np.int32), [])), None
     for number, side in enumerate(fit):
-        run.tick(number, len(fit))
+        run.tick(number, len(fit), None if work is None else work.growth.draft)
         least = fit[number - 2] if number > 1 else 0  # what stayed is tried in the next larger windows
         shows = [show for show in many if least < show.window and (show.window <= side or side == fit[-1])]
         if shows:

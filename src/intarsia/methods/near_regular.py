@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from .. import canvas, sourcemap
     from ..analysis import features
+    from ..arrays import Laid
     from ..blocks import gap_filling, grid, mosaic, places, pose_sheet
     from ..canvas import Canvas
     from ..courses import rectified as rectification
@@ -160,8 +161,14 @@ class NearRegular(MethodBase):
             return replace(start.start, which=None, wrap=canvas.wrap, blend=self.blend)
         rectified, layer = self._layer(exemplars[0], canvas, start, seed, run)
         origin = (0, 0) if start is None else start.anchor
-        yx, pose = layer.window(*origin, canvas.height, canvas.width, run)
-        yx, source = rectified.to_exemplar(yx), exemplars[0].source
+        source = exemplars[0].source
+
+        def drafted(laid: Laid) -> sourcemap.SourceMap:
+            on_exemplar = rectified.to_exemplar(laid[0]), *laid[1:]
+            return continuation.drafted(on_exemplar, canvas.start, source, canvas.wrap)
+
+        yx, pose = layer.window(*origin, canvas.height, canvas.width, run.drafting(drafted))
+        yx = rectified.to_exemplar(yx)
         if start is not None:
             yx, pose = start.joined(yx, pose, features.features(exemplars, self.channel_weights).pictures[0])
         return sourcemap.SourceMap(yx, None, pose, (source,), canvas.wrap, self.blend)

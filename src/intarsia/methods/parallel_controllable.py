@@ -31,6 +31,9 @@ from . import parameters
 from .base import Ability, MethodBase
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from .. import sourcemap
     from ..analysis import features
     from ..canvas import Canvas
@@ -247,6 +250,13 @@ class ParallelControllable(MethodBase):
     def _map(self, exemplar: Exemplar, where: Canvas | Box, seed: int, run: Run) -> sourcemap.SourceMap:
         descent, source = self._descent(exemplar, where, seed), (exemplar.source,)
         wrap = Wrap.NONE if isinstance(where, Box) else where.wrap
+        around = descent.around
+
+        def drafted(yx: NDArray[np.int32]) -> sourcemap.SourceMap:
+            seen = yx[around : len(yx) - around, around : yx.shape[1] - around]
+            return sourcemap.SourceMap(seen, None, None, source, wrap, self.blend)
+
+        run = run.drafting(drafted)
         if descent.rules.lie is None:
             return sourcemap.SourceMap(descent.window(*_spans(where), run), None, None, source, wrap, self.blend)
         yx, frame, sub = descent.framed(*_spans(where), run)

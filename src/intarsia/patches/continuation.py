@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Laid
 from ..canvas import Canvas
 from ..geometry import Wrap
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
 from ..lazy import lazy
-from ..sourcemap import SourceMap
+from ..sourcemap import HOLE, Source, SourceMap
 
 if TYPE_CHECKING:
     from scipy import ndimage
@@ -36,6 +37,14 @@ def depth_of(known: Mask, wrap: Wrap, most: int) -> NDArray[Any]:
     depth = ndimage.distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
     inner = tuple(slice(p[0], n + p[0]) for p, n in zip(pad, known.shape, strict=True))
     return np.asarray(depth[inner])
+
+
+def drafted(laid: Laid, start: SourceMap | None, source: Source, wrap: Wrap) -> SourceMap:
+    """Return the map of a canvas as far as it is laid: with what it begins with, and holes where nothing is yet."""
+    yx, pose, there = laid
+    if start is not None:
+        yx, pose, there = np.where(start.holes[:, :, None], yx, start.yx), None, there | ~start.holes
+    return SourceMap(yx, np.where(there, 0, HOLE).astype(np.uint8), pose, (source,), wrap)
 
 
 @dataclass(frozen=True, eq=False)
