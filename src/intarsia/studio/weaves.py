@@ -12,6 +12,7 @@ from typing import Any
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError, said
 from ..methods.base import METHODS, Ability, method_class
+from .jobs import Refused
 from .pictures import Pictures
 from .processes import Process
 from .store import Row, Store
@@ -66,9 +67,9 @@ class Weaves:
         return {"id": own, "exemplar": row["id"], "seed": seed, "side": SIDE, "levels": LEVELS, **told}
 
     def get(self, name: str) -> Row:
-        """Return what was asked for under this id; None is there any more: InputError."""
+        """Return what was asked for under this id, while it is known."""
         if name not in self._known:
-            raise InputError("there is no such endless canvas; begin one with POST /api/weaves.")
+            raise Refused(404, "there is no such endless canvas; begin one with POST /api/weaves.")
         self._known.move_to_end(name)
         return self._known[name]
 

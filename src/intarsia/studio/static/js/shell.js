@@ -5,6 +5,7 @@ import { icon } from "./core/icons.js";
 import { store } from "./core/store.js";
 import { turn } from "./core/theme.js";
 import { bringFiles, filesOf } from "./parts/bring.js";
+import { EndlessRoom } from "./rooms/endless.js";
 import { FoundRoom } from "./rooms/found.js";
 import { GalleryRoom } from "./rooms/gallery.js";
 import { GrowRoom } from "./rooms/grow.js";
@@ -18,6 +19,7 @@ const ROOMS = [
   { name: "found", title: "Found", room: FoundRoom },
   { name: "paint", title: "Paint", room: PaintRoom },
   { name: "mend", title: "Mend", room: MendRoom },
+  { name: "endless", title: "Endless", room: EndlessRoom },
   { name: "gallery", title: "Gallery", room: GalleryRoom, bare: true },
 ];
 

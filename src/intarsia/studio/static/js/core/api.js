@@ -27,10 +27,11 @@ async function ask(path, how = {}) {
   let answer;
   try {
     answer = await fetch(path, { credentials: "same-origin", ...how, headers });
-  } catch {
+  } catch (error) {
+    if (how.signal?.aborted) throw error;
     throw new Refused("The studio does not answer; is `intarsia studio` still running?", 0);
   }
-  if (answer.ok) return answer;
+  if (answer.ok || answer.status === 304) return answer;
   let line = `The studio answered ${answer.status}.`;
   try {
     line = (await answer.json()).error ?? line;
@@ -74,6 +75,19 @@ export async function remove(path) {
 export async function picture(path) {
   const answer = await ask(path);
   return createImageBitmap(await answer.blob(), { colorSpaceConversion: "none", premultiplyAlpha: "default" });
+}
+
+/**
+ * A picture that may be known already by its tag; then none comes.
+ * @param {string} path
+ * @param {string} tag
+ * @param {AbortSignal} signal
+ * @returns {Promise<{tag: string, picture: ImageBitmap | null}>}
+ */
+export async function fresh(path, tag, signal) {
+  const answer = await ask(path, { signal, headers: tag ? { "If-None-Match": tag } : {} });
+  const picture = answer.status === 304 ? null : await createImageBitmap(await answer.blob(), { colorSpaceConversion: "none" });
+  return { tag: answer.headers.get("ETag") ?? "", picture };
 }
 
 /**

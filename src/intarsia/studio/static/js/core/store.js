@@ -214,7 +214,7 @@ class Store extends EventTarget {
 }
 
 /** What files of a result hold that is no plane. */
-const NO_PLANES = ["map", "report", "sheet", "recipe", "st map", "layers"];
+const NO_PLANES = ["map", "report", "sheet", "recipe", "st map", "layers", "ledger"];
 
 /**
  * The planes that a result has, its base first.
@@ -226,3 +226,11 @@ export function planesOf(result) {
 }
 
 export const store = new Store();
+
+/**
+ * The exemplar that a job was grown from, where it is still there.
+ * @param {Job} job
+ */
+export function exemplarOf(job) {
+  return store.exemplars.find((each) => each.id === job.exemplars[0]);
+}

@@ -1,0 +1,193 @@
+/** What is seen of an endless canvas: tiles where the view lies, moved and zoomed for ever, and strokes over them. */
+
+import { el } from "../core/dom.js";
+import { Gestures } from "../stage/gestures.js";
+import { View } from "../stage/view.js";
+import { SIDE } from "./tiles.js";
+
+/** @typedef {import("./tiles.js").Place} Place */
+/** @typedef {import("./tiles.js").Tile} Tile */
+
+/** The canvas is looked at from here on, so that what is painted around it has room in a picture from (0, 0) on. */
+export const MIDDLE = 4096;
+const MOST = 16;
+
+/** A view that goes on for ever, and shows no more at once than can be drawn. */
+export class FarView extends View {
+  levels = 4;
+  fitted = false;
+
+  /**
+   * @param {number} scale
+   * @param {number} x
+   * @param {number} y
+   */
+  zoom(scale, x, y) {
+    super.zoom(Math.max(2 ** (1 - this.levels), Math.min(MOST, scale)), x, y);
+  }
+
+  /** Of tiles this much reduced there is a pixel for a pixel at least. */
+  get level() {
+    return Math.max(0, Math.min(this.levels - 1, Math.floor(Math.log2(1 / this.scale) + 1e-6)));
+  }
+}
+
+export class Sight extends HTMLElement {
+  canvas = el("canvas", { role: "img" });
+  /** @type {import("../stage/gestures.js").Stroke | null} */
+  tool = null;
+  /** @type {((pen: CanvasRenderingContext2D, view: View) => void) | null} */
+  marks = null;
+  /** @type {[number, number] | null} where what is asked for first lies; else the middle */
+  near = null;
+  #asked = 0;
+  #begun = false;
+
+  /**
+   * @param {import("./tiles.js").Tiles} tiles
+   * @param {FarView} view
+   */
+  constructor(tiles, view) {
+    super();
+    this.tiles = tiles;
+    this.view = view;
+    new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), tool: () => this.tool });
+  }
+
+  connectedCallback() {
+    this.classList.add("stage");
+    this.tabIndex = 0;
+    if (!this.canvas.isConnected) this.prepend(this.canvas);
+    this.gone = new AbortController();
+    this.tiles.addEventListener("change", () => this.draw(), { signal: this.gone.signal });
+    this.observer = new ResizeObserver(() => this.#resize());
+    this.observer.observe(this);
+  }
+
+  disconnectedCallback() {
+    this.observer?.disconnect();
+    this.gone?.abort();
+    this.tiles.stop();
+    cancelAnimationFrame(this.#asked);
+    this.#asked = 0;
+  }
+
+  /** @param {string} name what is seen, for those who do not see it */
+  call(name) {
+    this.canvas.setAttribute("aria-label", name);
+  }
+
+  #resize() {
+    const [wide, high] = [this.canvas.width, this.canvas.height];
+    this.canvas.width = Math.max(1, Math.round(this.clientWidth * devicePixelRatio));
+    this.canvas.height = Math.max(1, Math.round(this.clientHeight * devicePixelRatio));
+    if (this.#begun) this.view.move((this.canvas.width - wide) / 2, (this.canvas.height - high) / 2);
+    else if (this.view.x === 0 && this.view.y === 0) this.home();
+    this.#begun = true;
+    this.#draw();
+    this.look();
+  }
+
+  /** Go to where it begins, a pixel for a pixel. */
+  home() {
+    this.view.scale = 1;
+    this.view.x = Math.round(this.canvas.width / 2) - MIDDLE;
+    this.view.y = Math.round(this.canvas.height / 2) - MIDDLE;
+    this.moved();
+  }
+
+  /** A pixel for a pixel, the middle where it was. */
+  whole() {
+    this.view.zoom(1, this.canvas.width / 2, this.canvas.height / 2);
+    this.view.x = Math.round(this.view.x);
+    this.view.y = Math.round(this.view.y);
+    this.moved();
+  }
+
+  moved() {
+    this.near = null;
+    this.draw();
+    this.dispatchEvent(new Event("view"));
+  }
+
+  /** Draw at the next frame, and ask for what is then in sight. */
+  draw() {
+    if (this.#asked) return;
+    this.#asked = requestAnimationFrame(() => {
+      this.#asked = 0;
+      this.look();
+      this.#draw();
+    });
+  }
+
+  /** @returns {{x: number, y: number, width: number, height: number}} what is in sight, in whole px of the canvas */
+  get window() {
+    const [left, top] = this.view.at(0, 0);
+    const [right, below] = this.view.at(this.canvas.width, this.canvas.height);
+    const [x, y] = [Math.floor(left + 1e-6), Math.floor(top + 1e-6)];
+    return { x, y, width: Math.max(1, Math.ceil(right - 1e-6) - x), height: Math.max(1, Math.ceil(below - 1e-6) - y) };
+  }
+
+  /** @returns {Place[]} tiles in sight, nearest first */
+  get places() {
+    const { level } = this.view;
+    const side = SIDE << level;
+    const { x, y, width, height } = this.window;
+    const [u, v] = this.near ?? [x + width / 2, y + height / 2];
+    /** @type {(Place & {far: number})[]} */
+    const found = [];
+    for (let row = Math.floor(y / side); row * side < y + height; row += 1) {
+      for (let column = Math.floor(x / side); column * side < x + width; column += 1) {
+        found.push({ level, y: row, x: column, far: Math.hypot((column + 0.5) * side - u, (row + 0.5) * side - v) });
+      }
+    }
+    return found.sort((a, b) => a.far - b.far);
+  }
+
+  /** Ask for what is in sight. */
+  look() {
+    if (this.isConnected) this.tiles.want(this.places);
+  }
+
+  #draw() {
+    const pen = this.canvas.getContext("2d");
+    if (!pen) return;
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.imageSmoothingEnabled = this.view.scale < 2;
+    pen.imageSmoothingQuality = "low";
+    const places = this.places;
+    if (places.some((place) => !this.tiles.get(place))) this.#others(pen, this.view.level);
+    for (const place of places) {
+      const tile = this.tiles.get(place);
+      if (tile) this.#tile(pen, tile);
+    }
+    this.marks?.(pen, this.view);
+  }
+
+  /**
+   * What is known of other levels, until what is wanted comes: coarser ones first, finer ones over them.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {number} level
+   */
+  #others(pen, level) {
+    const others = [...this.tiles.held].filter((tile) => tile.level !== level);
+    for (const tile of others.sort((a, b) => b.level - a.level)) this.#tile(pen, tile);
+  }
+
+  /**
+   * Draw a tile from one whole device pixel to another, so that no gap shows.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Tile} tile
+   */
+  #tile(pen, { picture, level, y, x }) {
+    const { scale } = this.view;
+    const side = SIDE * 2 ** level * scale;
+    const [left, top] = [Math.round(this.view.x + x * side), Math.round(this.view.y + y * side)];
+    const [right, below] = [Math.round(this.view.x + (x + 1) * side), Math.round(this.view.y + (y + 1) * side)];
+    if (right < 0 || below < 0 || left > this.canvas.width || top > this.canvas.height) return;
+    pen.drawImage(picture, left, top, right - left, below - top);
+  }
+}
+
+customElements.define("endless-sight", Sight);
