@@ -65,7 +65,8 @@ def _exemplar(paths: list[str]) -> Answer:
 def _told(name: str, plane: Plane) -> dict[str, Any]:
     depth = {"bool": 1}.get(plane.pixels.dtype.name, 8 * plane.pixels.dtype.itemsize)
     sizes = {"width": plane.width, "height": plane.height, "depth": depth, "channels": plane.channels}
-    return {"name": name, "kind": plane.kind.value, **sizes}
+    green = {"normals": plane.meta["normals"]} if "normals" in plane.meta else {}
+    return {"name": name, "kind": plane.kind.value, **sizes, **green}
 
 
 def _labels(path: str) -> Answer:

@@ -10,14 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...disk.preview import looked_at
-from ...image import Plane, Transfer
+from ...image import Kind, Plane, Transfer
 
 Pixels = NDArray[np.uint8]
 
 
 def seen(plane: Plane) -> Pixels:
-    """Return what can be seen of a plane: (H, W, 3 or 4) of 8 bits."""
-    return _colours(looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR))
+    """Return what can be seen of a plane: (H, W, 3 or 4) of 8 bits; normals with a sign become (n + 1) / 2."""
+    pixels = plane.pixels
+    if plane.kind is Kind.NORMAL and plane.is_float and bool((pixels < 0).any()):
+        pixels = (pixels + 1) / 2
+    return _colours(looked_at(pixels, plane.kind, plane.transfer is Transfer.LINEAR))
 
 
 def coloured(plane: Plane, ys: NDArray[Any], xs: NDArray[Any]) -> Pixels:

@@ -1,7 +1,7 @@
 /**
  * What the server answers, as the contract tells it (`GET /api/openapi.json`).
  *
- * @typedef {{name: string, view: string}} Plane
+ * @typedef {{name: string, view: string, normals?: "dx" | "gl"}} Plane
  * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: string, channels: number,
  *   created: number}} Exemplar
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled" | "interrupted"} State

@@ -36,6 +36,14 @@ export function weight(bytes) {
 }
 
 /**
+ * A few facts in one line.
+ * @param {...(string | null | undefined)} told those that are empty are left out
+ */
+export function facts(...told) {
+  return told.filter(Boolean).join(" · ");
+}
+
+/**
  * A job in a few words: its method and seed.
  * @param {Job} job
  */

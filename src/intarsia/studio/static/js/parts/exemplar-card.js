@@ -4,7 +4,7 @@ import { button, el, fill } from "../core/dom.js";
 import { viewOf } from "../core/api.js";
 import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
-import { readable, size } from "../core/words.js";
+import { facts, readable, size } from "../core/words.js";
 import { pick } from "./bring.js";
 
 class ExemplarCard extends HTMLElement {
@@ -39,7 +39,7 @@ class ExemplarCard extends HTMLElement {
     fill(
       this,
       el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture, this.mark),
-      el("div", {}, el("h2", { class: "one-line", title: name }, name), facts(size(width, height), depth(exemplar.depth))),
+      el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), depth(exemplar.depth)))),
       store.masks.has(exemplar.id) && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
       el(
@@ -61,11 +61,6 @@ class ExemplarCard extends HTMLElement {
 /** @param {string} told 8, 16, half or float */
 function depth(told) {
   return /^\d+$/.test(String(told)) ? `${told} bit` : String(told ?? "");
-}
-
-/** @param {...string} told */
-function facts(...told) {
-  return el("p", { class: "quiet small number" }, told.filter(Boolean).join("   "));
 }
 
 customElements.define("exemplar-card", ExemplarCard);

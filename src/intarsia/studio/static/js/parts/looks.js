@@ -1,18 +1,20 @@
-/** What is laid over a result: the pieces it is made of, seams, how often places are used, where they come from, damage. */
+/** How what is on the stage is looked at: a plane as it is, lit, or with pieces, seams, use, sources or damage laid over it. */
 
 import { lookOf } from "../core/api.js";
 import { el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { readable } from "../core/words.js";
+import { canBeLit, Lit } from "../lit/lit.js";
 import { segments } from "./choice.js";
 
-/** @typedef {import("../core/types.js").Result} Result */
-/** @typedef {"" | "pieces" | "seams" | "usage" | "provenance" | "damaged"} Look */
+/** @typedef {import("../lit/lit.js").Subject} Subject */
+/** @typedef {"" | "lit" | "pieces" | "seams" | "usage" | "provenance" | "damaged"} Look */
 
 /** @type {{look: Look, says: string, alpha: number, told: string}[]} */
 const LOOKS = [
   { look: "", says: "Picture", alpha: 1, told: "" },
+  { look: "lit", says: "Lit", alpha: 1, told: "" },
   { look: "pieces", says: "Pieces", alpha: 0.72, told: "Each colour is one piece, copied whole" },
   { look: "seams", says: "Seams", alpha: 1, told: "The redder, the more a join costs" },
   { look: "usage", says: "Usage", alpha: 0.85, told: "The brighter, the more often its place is shown" },
@@ -20,15 +22,20 @@ const LOOKS = [
   { look: "damaged", says: "Damage", alpha: 1, told: "Outlines: elements that are like none of the exemplar" },
 ];
 
+const DARK = "This browser has no WebGL 2, which light needs.";
+
 export class Looks {
   element = el("span", { class: "looks", hidden: true });
   legend = el("span", { class: "corner low left", role: "status" });
-  /** @type {Look} */
-  look = "";
+  /** What of a material is seen. */
+  planes = el("select", { class: "field planes-field", "aria-label": "Plane", hidden: true, onchange: () => this.other((this.plane = this.planes.value)) });
+  /** @type {Look} the one that was chosen; it comes again with the next result that has it */
+  wanted = "";
   /** @type {string | null} the plane that is looked at */
   plane = null;
-  /** @type {Result | null} */
-  #result = null;
+  /** @type {(Subject & {result: string | null}) | null} */
+  #subject = null;
+  #offered = "";
   #turn = 0;
 
   /**
@@ -38,51 +45,87 @@ export class Looks {
   constructor(stage, other) {
     this.stage = stage;
     this.other = other;
-    this.choice = segments(
-      "Look at",
-      LOOKS.map(({ look, says }) => [look, says]),
-      () => this.look,
-      (look) => {
-        this.look = look;
-        void this.#lay();
-      },
-    );
+    this.lit = new Lit(stage);
+  }
+
+  /** Which subject is looked at. */
+  get of() {
+    return this.#subject?.id ?? null;
   }
 
   /**
-   * @param {Result | null} result that is on the stage
-   * @param {string[]} planes of it
+   * The plane of these that is shown: the one that was chosen, or the first.
+   * @param {string[]} planes
    */
-  show(result, planes) {
-    this.#result = result;
-    this.element.hidden = !result;
-    if (!planes.includes(this.plane ?? "")) this.plane = planes[0] ?? null;
-    const list = el(
-      "select",
-      { class: "field", "aria-label": "Plane", onchange: () => this.other((this.plane = list.value)) },
-      planes.map((plane) => el("option", { value: plane, selected: plane === this.plane }, readable(plane))),
-    );
-    fill(this.element, this.choice.element, planes.length > 1 && list);
+  chosen(planes) {
+    return planes.find((each) => each === this.plane) ?? planes[0] ?? "albedo";
+  }
+
+  /** @param {(Subject & {result: string | null}) | null} subject that is on the stage; its map is that of `result` */
+  show(subject) {
+    this.#subject = subject;
+    const planes = subject?.planes ?? [];
+    const looks = LOOKS.filter(({ look }) => !look || (look === "lit" ? canBeLit(planes) : subject?.result));
+    this.element.hidden = looks.length < 2;
+    if (subject) this.plane = this.chosen(planes);
+    const offered = `${looks.map(({ look }) => look)} ${planes} ${this.plane}`;
+    if (offered !== this.#offered) this.#offer(looks, planes);
+    this.#offered = offered;
     void this.#lay();
+  }
+
+  /** Nothing is laid over any more: two are compared. */
+  plain() {
+    this.wanted = "";
+    this.#offered = "";
+    this.show(this.#subject);
+  }
+
+  /**
+   * @param {typeof LOOKS} looks
+   * @param {string[]} planes
+   */
+  #offer(looks, planes) {
+    const choice = segments(
+      "Look at",
+      looks.map(({ look, says }) => [look, says]),
+      () => (looks.some(({ look }) => look === this.wanted) ? this.wanted : ""),
+      (look) => {
+        this.wanted = look;
+        void this.#lay();
+      },
+    );
+    fill(this.element, looks.length > 1 && choice.element);
+    fill(this.planes, planes.map((plane) => el("option", { value: plane, selected: plane === this.plane }, readable(plane))));
   }
 
   async #lay() {
     const turn = ++this.#turn;
-    const chosen = LOOKS.find((each) => each.look === this.look);
-    const result = this.#result;
+    const still = () => turn === this.#turn;
+    const subject = this.#subject;
+    const chosen = LOOKS.find(({ look }) => look === this.wanted && (look === "lit" ? canBeLit(subject?.planes ?? []) : subject?.result));
     this.stage.layers = [];
+    this.planes.hidden = (subject?.planes.length ?? 0) < 2 || chosen?.look === "lit";
+    if (!subject || chosen?.look !== "lit") this.lit.hide();
     this.stage.draw();
-    if (!result || !chosen?.look) {
+    if (!subject || !chosen?.look) {
       this.legend.textContent = "";
       return;
     }
     this.legend.textContent = "…";
+    let told = "";
     await tried(async () => {
-      const picture = await store.picture(lookOf(result.id, chosen.look));
-      if (turn !== this.#turn) return;
+      if (chosen.look === "lit") {
+        told = (await this.lit.show(subject, still)) ? "" : DARK;
+        return;
+      }
+      if (!subject.result) return;
+      const picture = await store.picture(lookOf(subject.result, chosen.look));
+      if (!still()) return;
       this.stage.layers = [{ picture, alpha: chosen.alpha }];
       this.stage.draw();
+      told = chosen.told;
     });
-    if (turn === this.#turn) this.legend.textContent = this.stage.layers.length ? chosen.told : "";
+    if (still()) this.legend.textContent = told;
   }
 }

@@ -13,7 +13,7 @@ import { weight } from "../core/words.js";
 export function resultActions(result, plane) {
   const main = result.files.find((file) => file.holds === plane) ?? result.files[0];
   const more = el("div", { class: "menu", hidden: true, role: "group", "aria-label": "Downloads" });
-  for (const file of result.files) more.append(link(file.url, file.name, `${file.name}   ${weight(file.bytes)}`));
+  for (const file of result.files) more.append(link(file.url, file.name, file.name, weight(file.bytes)));
   more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
   more.append(button("Copy as Python", () => void copied(result.python, "Python"), {}));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
@@ -39,7 +39,8 @@ export function resultActions(result, plane) {
  * @param {string} href
  * @param {string} name
  * @param {string} says
+ * @param {string} [heavy]
  */
-function link(href, name, says) {
-  return el("a", { class: "button", href, download: name }, says);
+function link(href, name, says, heavy) {
+  return el("a", { class: "button", href, download: name }, says, heavy && el("span", { class: "quiet number weight" }, heavy));
 }

@@ -1,11 +1,11 @@
 /** What is looked at: the exemplar, a picture as it grows, or a result; on the stage, with what can be done with it. */
 
-import { lookOf, LONGEST } from "../core/api.js";
+import { lookOf, LONGEST, viewOf } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { icon } from "../core/icons.js";
-import { planesOf, store } from "../core/store.js";
+import { exemplarOf, planesOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
-import { size, title, took } from "../core/words.js";
+import { facts, size, title, took } from "../core/words.js";
 import { Stage } from "../stage/stage.js";
 import { Compare } from "./compare.js";
 import { Looks } from "./looks.js";
@@ -78,28 +78,34 @@ export class ResultView extends HTMLElement {
       if (this.#shown === seen) return;
       const result = await store.result(job.result, job.score);
       const planes = planesOf(result);
-      const plane = planes.find((each) => each === this.looks.plane) ?? planes[0] ?? "albedo";
+      const plane = this.looks.chosen(planes);
       const picture = await store.picture(lookOf(result.id, plane));
       if (!still()) return;
       this.result = result;
       this.origins.of(result);
       this.#show(seen, picture, title(job));
-      this.looks.show(result, planes);
-      const facts = [result.told?.method, size(...result.size), took(job)].filter(Boolean).join("   ");
-      this.#headline(title(job), facts, [scoreButton(result.score), this.#comparing(), ...resultActions(result, plane)]);
+      const down = exemplarOf(job)?.planes.some((each) => each.normals === "dx") ?? false;
+      this.looks.show({ id: result.id, result: result.id, planes, at: (each) => lookOf(result.id, each), down });
+      const method = job.options.method ? "" : result.told?.method;
+      this.#headline(title(job), facts(method, size(...result.size), took(job)), [scoreButton(result.score), this.#comparing(), ...resultActions(result, plane)]);
       return;
     }
     this.result = null;
     this.origins.of(null);
-    this.looks.show(null, []);
     const number = job && busy(job) ? store.previews.get(job.id) : undefined;
+    if (job) this.looks.show(null);
     if (job && number !== undefined) {
       const preview = await store.picture(`/api/jobs/${job.id}/preview.png?number=${number}`);
       if (still()) this.#show(`${job.id} ${number}`, preview, "Growing");
     } else if (exemplar && !(job && this.#shown.startsWith(job.id))) {
-      if (this.#shown === exemplar.id) return;
-      const picture = await store.exemplarPicture(exemplar);
-      if (still()) this.#show(exemplar.id, picture, `Exemplar ${exemplar.name}`);
+      if (this.#shown === exemplar.id && this.looks.of === exemplar.id) return;
+      const planes = exemplar.planes.map((each) => each.name).filter((each) => each !== "mask");
+      const at = (/** @type {string} */ plane) => viewOf(exemplar, LONGEST, plane);
+      const picture = await store.picture(at(this.looks.chosen(planes)));
+      if (!still()) return;
+      this.#show(exemplar.id, picture, `Exemplar ${exemplar.name}`);
+      const down = exemplar.planes.some((each) => each.normals === "dx");
+      this.looks.show({ id: exemplar.id, result: null, planes, at, down });
     }
     if (still()) this.#headline(job ? title(job) : "Exemplar", job || !exemplar ? "" : size(exemplar.width, exemplar.height), []);
   }
@@ -127,6 +133,7 @@ export class ResultView extends HTMLElement {
     await tried(async () => {
       const picture = await store.picture(store.thumb(job, LONGEST));
       if (!this.job) return;
+      this.looks.plain();
       this.compare.show(picture, title(this.job), title(job));
       this.strip.other = job.id;
       this.strip.show();
@@ -154,15 +161,15 @@ export class ResultView extends HTMLElement {
 
   /**
    * @param {string} name
-   * @param {string} facts
+   * @param {string} told
    * @param {(HTMLElement | null)[]} actions
    */
-  #headline(name, facts, actions) {
+  #headline(name, told, actions) {
     fill(
       this.head,
-      el("div", { class: "names" }, el("h2", { class: "one-line" }, name), el("p", { class: "quiet small number one-line" }, facts)),
+      el("div", { class: "names" }, el("h2", { class: "one-line" }, name), el("p", { class: "quiet small number one-line" }, told)),
       store.sheet.length > 0 && button("Sheet", () => store.spreadOut(store.sheet), { title: "Back to the contact sheet" }),
-      el("span", { class: "actions" }, actions),
+      el("span", { class: "actions" }, this.looks.planes, actions),
     );
   }
 }

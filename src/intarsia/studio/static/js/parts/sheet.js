@@ -3,7 +3,7 @@
 import { button, el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { title } from "../core/words.js";
+import { facts, title } from "../core/words.js";
 import { arrange, Cell } from "./cell.js";
 import { busy } from "./progress.js";
 
@@ -58,7 +58,7 @@ export class Sheet extends HTMLElement {
     });
     for (const job of jobs) {
       const caption = this.#cells.get(job.id)?.element.querySelector(".caption");
-      if (caption) caption.textContent = typeof job.score === "number" ? `${title(job)}   ${Math.round(job.score)}` : title(job);
+      if (caption) caption.textContent = facts(title(job), typeof job.score === "number" ? String(Math.round(job.score)) : "");
     }
     this.#fit(jobs.length);
     const open = jobs.filter(busy);

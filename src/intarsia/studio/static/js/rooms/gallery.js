@@ -5,7 +5,7 @@ import { icon } from "../core/icons.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { anySeed, state, title, took } from "../core/words.js";
+import { anySeed, facts, state, title, took } from "../core/words.js";
 import { Cell } from "../parts/cell.js";
 import { busy } from "../parts/progress.js";
 
@@ -73,12 +73,12 @@ export class GalleryRoom extends HTMLElement {
     if (!says) return;
     const name = store.exemplars.find((e) => e.id === job.exemplars[0])?.name ?? job.label ?? job.verb;
     const score = typeof job.score === "number" ? `score ${Math.round(job.score)}` : "";
-    const facts = job.state === "done" ? [took(job), score] : [state(job)];
+    const told = job.state === "done" ? facts(took(job), score) : state(job);
     fill(
       says,
       el("h3", { class: "one-line" }, name),
       el("p", { class: "quiet small one-line" }, title(job)),
-      el("p", { class: "quiet small number one-line" }, facts.filter(Boolean).join("   ")),
+      el("p", { class: "quiet small number one-line" }, told),
       el("div", { class: "tools" }, tools(job)),
     );
   }

@@ -6,6 +6,8 @@ import { View } from "./view.js";
 
 /** @typedef {ImageBitmap | HTMLCanvasElement | OffscreenCanvas} Drawable */
 /** @typedef {{picture: Drawable, alpha?: number}} Layer a picture over the picture, stretched to its size */
+/** @typedef {{width: number, height: number}} Size */
+/** @typedef {(canvas: Size, view: View, size: Size, tiles: number) => Drawable} Painter */
 
 const MARGIN = 24;
 const BLOCKS = 4;
@@ -22,6 +24,8 @@ export class Stage extends HTMLElement {
   tiles = 1;
   /** @type {Layer[]} */
   layers = [];
+  /** @type {Painter | null} draws the picture in another way, as large as the stage */
+  painter = null;
   /** @type {((pen: CanvasRenderingContext2D, view: View) => void) | null} draws marks, in device pixels */
   marks = null;
   /** @type {import("./gestures.js").Stroke | null} */
@@ -138,7 +142,8 @@ export class Stage extends HTMLElement {
     if (!this.picture) return;
     pen.imageSmoothingEnabled = this.view.scale < 2;
     pen.imageSmoothingQuality = moving ? "low" : "high";
-    this.#tiles(pen, this.picture);
+    if (this.painter) pen.drawImage(this.painter(this.canvas, this.view, this.size, this.tiles), 0, 0);
+    else this.#tiles(pen, this.picture);
     if (this.other) {
       const [left] = this.split();
       pen.save();

@@ -1,0 +1,149 @@
+/** A material under a lamp that is dragged over it, or moved by arrow keys; with sliders for its height and brightness. */
+
+import { el } from "../core/dom.js";
+import { store } from "../core/store.js";
+import { MAPS, Renderer } from "./renderer.js";
+
+/** @typedef {import("../stage/stage.js").Stage} Stage */
+
+/**
+ * What may be lit.
+ * @typedef {object} Subject
+ * @property {string} id
+ * @property {string[]} planes
+ * @property {(plane: string) => string} at where what can be seen of a plane lies
+ * @property {boolean} down whether green of its normals points down the picture
+ */
+
+/** The lamp stays where it was put while other results are looked at. */
+const lamp = { x: 0.3, y: 0.26, height: 0.42, power: 1.5 };
+
+const STEP = 0.02;
+
+/** Whether there is anything to light: slopes of the surface. @param {string[]} planes */
+export function canBeLit(planes) {
+  return planes.includes("normal") || planes.includes("height");
+}
+
+export class Lit {
+  handle = el("div", {
+    class: "lamp", role: "slider", tabIndex: 0, "aria-label": "Lamp", "aria-valuemin": "0", "aria-valuemax": "100", hidden: true,
+    title: "Drag the lamp, or move it with the arrow keys",
+  });
+  panel = el(
+    "div",
+    { class: "lamp-panel", role: "group", "aria-label": "Lamp", hidden: true },
+    slider("Height", 8, 150, () => 100 * lamp.height, (value) => this.#set({ height: value / 100 })),
+    slider("Brightness", 10, 400, () => 100 * lamp.power, (value) => this.#set({ power: value / 100 })),
+  );
+  /** @type {Renderer | null} */
+  #renderer = null;
+  /** @type {string} what the renderer holds */
+  #held = "";
+
+  /** @param {Stage} stage */
+  constructor(stage) {
+    this.stage = stage;
+    stage.append(this.handle, this.panel);
+    for (const kind of ["pointerdown", "pointermove", "keydown", "wheel", "dblclick"]) {
+      this.panel.addEventListener(kind, (e) => e.stopPropagation());
+    }
+    this.handle.addEventListener("dblclick", (e) => e.stopPropagation());
+    this.handle.addEventListener("pointerdown", (e) => {
+      e.stopPropagation();
+      this.handle.setPointerCapture(e.pointerId);
+      this.handle.focus({ preventScroll: true });
+    });
+    this.handle.addEventListener("pointermove", (e) => this.#drag(e));
+    this.handle.addEventListener("keydown", (e) => this.#key(e));
+  }
+
+  /**
+   * Light a material; whether that can be done here.
+   * @param {Subject} subject
+   * @param {() => boolean} still whether it is still wanted when all its maps are there
+   * @returns {Promise<boolean>}
+   */
+  async show(subject, still) {
+    if (this.#renderer?.lost) this.#renderer = null;
+    this.#renderer ??= Renderer.begin();
+    const renderer = this.#renderer;
+    if (!renderer) return false;
+    const wanted = MAPS.map((map) => map.name).filter((name) => subject.planes.includes(name));
+    const base = subject.planes[0];
+    if (base && !wanted.includes("albedo") && base !== "normal" && base !== "height") wanted.unshift("albedo");
+    /** @type {import("./renderer.js").Maps} */
+    const maps = {};
+    await Promise.all(
+      wanted.map(async (name) => {
+        maps[name] = await store.picture(subject.at(subject.planes.includes(name) ? name : (base ?? name)));
+      }),
+    );
+    if (!still()) return true;
+    if (this.#held !== subject.id) renderer.take(maps, subject.down);
+    this.#held = subject.id;
+    this.stage.painter = (canvas, view, size, tiles) => renderer.draw(canvas, view, size, tiles, lamp);
+    this.handle.hidden = this.panel.hidden = false;
+    this.#place();
+    return true;
+  }
+
+  /** Show the picture as it is. */
+  hide() {
+    this.handle.hidden = this.panel.hidden = true;
+    this.stage.painter = null;
+    this.stage.draw();
+  }
+
+  /** @param {PointerEvent} event */
+  #drag(event) {
+    if (!this.handle.hasPointerCapture(event.pointerId)) return;
+    event.stopPropagation();
+    const box = this.stage.getBoundingClientRect();
+    this.#set({ x: (event.clientX - box.left) / box.width, y: (event.clientY - box.top) / box.height });
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const far = event.shiftKey ? 5 * STEP : STEP;
+    /** @type {Record<string, [number, number]>} */
+    const ways = { ArrowLeft: [-far, 0], ArrowRight: [far, 0], ArrowUp: [0, -far], ArrowDown: [0, far] };
+    const way = ways[event.key];
+    if (!way) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.#set({ x: lamp.x + way[0], y: lamp.y + way[1] });
+  }
+
+  /** @param {Partial<typeof lamp>} change */
+  #set(change) {
+    Object.assign(lamp, change);
+    lamp.x = Math.max(0, Math.min(1, lamp.x));
+    lamp.y = Math.max(0, Math.min(1, lamp.y));
+    this.#place();
+  }
+
+  #place() {
+    const [across, down] = [Math.round(100 * lamp.x), Math.round(100 * lamp.y)];
+    this.handle.style.left = `${100 * lamp.x}%`;
+    this.handle.style.top = `${100 * lamp.y}%`;
+    this.handle.setAttribute("aria-valuenow", String(across));
+    this.handle.setAttribute("aria-valuetext", `${across} % from the left, ${down} % from the top`);
+    this.stage.draw();
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {number} low
+ * @param {number} high
+ * @param {() => number} now
+ * @param {(value: number) => void} set
+ */
+function slider(name, low, high, now, set) {
+  const range = el("input", {
+    class: "range", type: "range", min: String(low), max: String(high), step: "1", value: String(Math.round(now())),
+    oninput: () => set(Number(range.value)),
+  });
+  return el("label", {}, name, range);
+}

@@ -1,0 +1,208 @@
+"""Materials under a lamp: what is seen follows from the maps and from where the lamp is, pixel by pixel."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from studio.browser import Desk, desk
+from studio.served import Served, png
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Locator, expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+SIDE = 64
+
+
+def surface(tilt: float = 0.6) -> dict[str, np.ndarray]:
+    """Left half faces left, right half faces right; the lower half is rougher; brown."""
+    albedo = np.full((SIDE, SIDE, 3), (190, 140, 100), np.uint8)
+    n = np.zeros((SIDE, SIDE, 3))
+    n[..., 0] = np.where(np.arange(SIDE) < SIDE // 2, -tilt, tilt)[None]
+    n[..., 2] = math.sqrt(1 - tilt * tilt)
+    rough = np.where(np.arange(SIDE) < SIDE // 2, 70, 200).astype(np.uint8)[:, None] + np.zeros((1, SIDE), np.uint8)
+    return {"albedo": albedo, "normal": np.floor((n + 1) * 127.5 + 0.5).astype(np.uint8), "roughness": rough}
+
+
+def dropped(page: Desk, name: str, **planes: np.ndarray) -> None:
+    """Open a material, and light it."""
+    page.drop(**{f"{name}_{plane}": png(pixels) for plane, pixels in planes.items()})
+    page.page.get_by_role("heading", name=name).wait_for()
+    page.radio("Lit").click()
+    lamp(page).wait_for()
+    page.page.wait_for_timeout(300)
+
+
+def lamp(page: Desk) -> Locator:
+    return page.page.get_by_role("slider", name="Lamp")
+
+
+def moved(page: Desk, x: float, y: float) -> np.ndarray:
+    """Drag the lamp to a place of the stage, given in shares of it; what is seen then."""
+    box, held = page.stage().bounding_box(), lamp(page).bounding_box()
+    assert box is not None
+    assert held is not None
+    page.page.mouse.move(held["x"] + held["width"] / 2, held["y"] + held["height"] / 2)
+    page.page.mouse.down()
+    page.page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"], steps=3)
+    page.page.mouse.up()
+    return page.seen()
+
+
+def at(page: Desk, seen: np.ndarray, u: float, v: float) -> np.ndarray:
+    """The colour of a place of the picture, given in its pixels."""
+    how = page.told()
+    pixel: np.ndarray = seen[int(how["y"] + v * how["scale"]), int(how["x"] + u * how["scale"])]
+    return pixel[:3].astype(int)
+
+
+def test_left_and_right_are_lit_as_their_normals_say(page: Desk) -> None:
+    dropped(page, "wall", **surface())
+    left = moved(page, 0.02, 0.5)
+    right = moved(page, 0.98, 0.5)
+    for v in (16.5, 48.5):
+        assert at(page, left, 16.5, v).sum() > 2 * at(page, left, 48.5, v).sum()
+        assert at(page, right, 48.5, v).sum() > 2 * at(page, right, 16.5, v).sum()
+    lamp(page).focus()
+    before = at(page, page.seen(), 16.5, 16.5).sum()
+    for _ in range(30):
+        page.page.keyboard.press("ArrowLeft")
+    assert lamp(page).get_attribute("aria-valuetext") == "38 % from the left, 50 % from the top"
+    page.page.keyboard.press("Shift+ArrowUp")
+    assert lamp(page).get_attribute("aria-valuetext") == "38 % from the left, 40 % from the top"
+    assert at(page, page.seen(), 16.5, 16.5).sum() > 2 * before
+
+
+def reflected(place: np.ndarray, source: np.ndarray, power: float, n: np.ndarray, colour: Any, rough: float) -> Any:
+    """What of a lamp a place sends straight up, in sRGB: Lambert, and Cook and Torrance, written down anew."""
+    base = np.array([c / 255 / 12.92 if c <= 10 else ((c / 255 + 0.055) / 1.055) ** 2.4 for c in colour])
+    away = source - place
+    distance = math.sqrt(away @ away)
+    light, eye = away / distance, np.array([0.0, 0.0, 1.0])
+    half = (light + eye) / math.sqrt((light + eye) @ (light + eye))
+    nl, nv, nh, vh = max(n @ light, 0), max(n @ eye, 1e-3), max(n @ half, 0), max(eye @ half, 0)
+    alpha = rough**2
+    d = alpha**2 / (math.pi * (nh**2 * (alpha**2 - 1) + 1) ** 2)
+    k = (rough + 1) ** 2 / 8
+    g = nl / (nl * (1 - k) + k) * nv / (nv * (1 - k) + k)
+    f = 0.04 + 0.96 * (1 - vh) ** 5
+    gloss = d * g * f / (4 * nl * nv) if nl > 0 else 0.0
+    radiance = ((1 - f) * base / math.pi + gloss) * nl * math.pi * power * (source[2] / distance) ** 2
+    out = np.clip(radiance + 0.045 * power * base, 0, 1)
+    return 255 * np.where(out <= 0.0031308, 12.92 * out, 1.055 * out ** (1 / 2.4) - 0.055)
+
+
+def test_every_pixel_is_what_the_formulas_say(page: Desk) -> None:
+    maps = surface(0.4)
+    dropped(page, "check", **maps)
+    seen, how, box = moved(page, 0.4, 0.35), page.told(), page.stage().bounding_box()
+    assert box is not None
+    page.page.get_by_role("slider", name="Height").fill("60")
+    page.page.get_by_role("slider", name="Brightness").fill("120")
+    seen = page.seen()
+    held = lamp(page).bounding_box()
+    assert held is not None
+    source = np.array([held["x"] + 22 - box["x"], held["y"] + 22 - box["y"], 0.6 * min(box["width"], box["height"])])
+    for u, v in ((8, 8), (20, 50), (40, 12), (57, 57), (28, 30)):
+        x, y = int(how["x"] + (u + 0.5) * how["scale"]), int(how["y"] + (v + 0.5) * how["scale"])
+        n = maps["normal"][v, u] / 127.5 - 1
+        normal = np.array([n[0], -n[1], n[2]]) / math.sqrt(n @ n)
+        place = np.array([x + 0.5, y + 0.5, 0.0])
+        said = reflected(place, source, 1.2, normal, maps["albedo"][v, u], maps["roughness"][v, u] / 255)
+        np.testing.assert_allclose(seen[y, x, :3], said, atol=2.5, err_msg=str((u, v)))
+        assert seen[y, x, 3] == 255
+
+
+def test_a_lamp_that_is_higher_or_brighter_gives_more_light_aside(page: Desk) -> None:
+    dropped(page, "plain", **surface(0.0))
+    low = moved(page, 0.5, 0.5)
+    page.page.get_by_role("slider", name="Height").fill("140")
+    high = page.seen()
+    assert at(page, high, 2.5, 2.5).sum() > 1.2 * at(page, low, 2.5, 2.5).sum()
+    page.page.get_by_role("slider", name="Brightness").fill("40")
+    assert at(page, page.seen(), 32.5, 32.5).sum() < 0.8 * at(page, high, 32.5, 32.5).sum()
+
+
+def test_tiles_are_lit_together(page: Desk) -> None:
+    dropped(page, "tile", **surface())
+    page.button("3 × 3").click()
+    seen = moved(page, 0.5, 0.5)
+    for tile in range(3):
+        left, right = at(page, seen, 64 * tile + 16.5, 96.5).sum(), at(page, seen, 64 * tile + 48.5, 96.5).sum()
+        assert (left < right) if tile == 0 else (left > right) if tile == 2 else abs(left - right) < 0.1 * left
+    how = page.told()
+    assert seen[int(how["y"]) - 3, int(how["x"]) + 9, 3] == 0
+
+
+def test_green_that_points_down_is_understood(page: Desk) -> None:
+    maps = surface()
+    upright = np.ascontiguousarray(maps["normal"].transpose(1, 0, 2)[..., [1, 0, 2]])  # the upper half: negative green
+    dropped(page, "gl", albedo=maps["albedo"], normal=upright)
+    plain = moved(page, 0.5, 0.02)
+    assert at(page, plain, 32.5, 16.5).sum() < at(page, plain, 32.5, 48.5).sum()
+    dropped(page, "dx", albedo=maps["albedo"], nor_dx=upright)
+    turned = moved(page, 0.5, 0.02)
+    assert at(page, turned, 32.5, 16.5).sum() > 2 * at(page, turned, 32.5, 48.5).sum()
+
+
+def test_slopes_come_from_the_height_where_there_are_no_normals(page: Desk) -> None:
+    ridge = (4 * np.minimum(np.arange(SIDE), SIDE - 1 - np.arange(SIDE))).astype(np.uint8)
+    height = np.broadcast_to(ridge, (SIDE, SIDE)).copy()
+    dropped(page, "ridge", albedo=surface()["albedo"], height=height)
+    left = moved(page, 0.02, 0.5)
+    right = moved(page, 0.98, 0.5)
+    assert at(page, left, 20.5, 32.5).sum() > 1.1 * at(page, left, 44.5, 32.5).sum()
+    assert at(page, right, 44.5, 32.5).sum() > 1.1 * at(page, right, 20.5, 32.5).sum()
+
+
+def test_a_grown_material_is_lit_and_its_planes_are_seen(page: Desk) -> None:
+    page.sample("setts")
+    page.quick()
+    page.button("Grow").click()
+    page.grown()
+    plain = page.seen()
+    page.radio("Lit").click()
+    lamp(page).wait_for()
+    page.page.wait_for_timeout(500)
+    first = moved(page, 0.1, 0.1)
+    assert not np.array_equal(first, plain)
+    assert not np.array_equal(first, moved(page, 0.9, 0.9))
+    page.radio("Picture").click()
+    expect(lamp(page)).to_be_hidden()
+    assert np.array_equal(page.seen(), plain)
+    page.page.get_by_role("combobox", name="Plane").select_option("normal")
+    page.page.wait_for_timeout(800)
+    assert page.seen()[..., 2].max() > 240
+    page.radio("Lit").click()
+    lamp(page).wait_for()
+
+
+def test_only_what_has_slopes_can_be_lit(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    page.grown()
+    expect(page.radio("Pieces")).to_be_visible()
+    expect(page.radio("Lit")).to_have_count(0)
+
+
+def test_a_browser_without_webgl_says_so_in_one_line(browser: Browser, served: Served) -> None:
+    with desk(browser, served) as page:
+        page.page.add_init_script(
+            """const get = HTMLCanvasElement.prototype.getContext;
+            HTMLCanvasElement.prototype.getContext = function (kind, how) {
+              return kind === "webgl2" ? null : get.call(this, kind, how);
+            };"""
+        )
+        page.page.reload()
+        page.sample("setts")
+        page.page.wait_for_timeout(500)
+        plain = page.seen()
+        page.radio("Lit").click()
+        expect(page.page.get_by_text("This browser has no WebGL 2, which light needs.")).to_be_visible()
+        expect(lamp(page)).to_be_hidden()
+        assert np.array_equal(page.seen(), plain)
