@@ -164,34 +164,6 @@ class TestExemplars:
         assert max(drawn.shape[:2]) <= 64
 
 
-class TestWeaves:
-    def test_tiles_are_windows_of_the_endless_texture(self, served: Served, small: str, tmp_path: Path) -> None:
-        row = served.post("/api/weaves", {"exemplar": small, "method": "repeat", "seed": 5}, 201)
-        path = tmp_path / "small.png"
-        path.write_bytes(png(pixels()))
-        texture = ia.weave(str(path), "repeat", 5)
-        for y, x in ((0, 0), (-1, 2), (1000, -7)):
-            drawn = opened(served.bytes(f"/api/weaves/{row['id']}/{y}/{x}.png"))
-            assert np.array_equal(drawn, texture[256 * y : 256 * y + 256, 256 * x : 256 * x + 256])
-
-    @pytest.mark.parametrize(
-        "given", [{}, {"method": "graphcut"}, {"method": 3}, {"seed": -1}, {"seed": "x"}, {"options": {"nonsense": 1}},
-                  {"options": {"jitter_output": "/etc/passwd"}, "method": "parallel-controllable"}, {"exemplar": "x"},
-                  {"options": []}, {"words": 1}, {"exemplar": None}]
-    )  # fmt: skip
-    def test_what_is_no_weave_is_refused(self, served: Served, small: str, given: Any) -> None:
-        asked = {"exemplar": small, "method": "repeat"} | given if given else {}
-        answer = served.client.post("/api/weaves", json=asked)
-        assert answer.status_code == 400
-        assert "\n" not in answer.json()["error"]
-
-    def test_tiles_nobody_waits_for_are_not_drawn(self, served: Served, small: str) -> None:
-        assert served.client.get("/api/weaves/0123456789abcdef/0/0.png").status_code == 400
-        row = served.post("/api/weaves", {"exemplar": small, "method": "repeat"}, 201)
-        for path in ("x/0", "0/1e3", "99999999999999999999/0"):
-            assert served.client.get(f"/api/weaves/{row['id']}/{path}.png").status_code == 404
-
-
 class TestSchema:
     def test_every_option_is_offered_or_the_servers_own(self) -> None:
         for verb in schema.VERBS:

@@ -111,8 +111,8 @@ class Weaves:
         if row["jitter"] is not None:
             asked = row | {"box": [y, x, y + height, x + width]}
             _, picture = await self.weaver.ask("painted", within=WITHIN, **asked)
-            ground = row["jitter"]["ground"]
-            options["jitter_output"] = (await self.uploads.image(picture))["id"] if picture else ground
+            same = round(round(row["jitter"]["ground"] * 255) / 255, 7)  # as exactly as it is used
+            options["jitter_output"] = (await self.uploads.image(picture))["id"] if picture else same
         job = {"verb": "weave", "exemplars": [row["exemplar"]], "options": options}
         words, known = words_of(job, self.store), self.store.get("exemplars", row["exemplar"])
         return {"job": job, "command": words.command(f"{known['name'] if known else 'picture'}_woven.tif")}
