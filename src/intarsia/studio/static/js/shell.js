@@ -78,7 +78,7 @@ class Shell extends HTMLElement {
       over(-depth);
       void bringFiles(filesOf(e.dataTransfer));
     });
-    addEventListener("paste", (e) => {
+    document.addEventListener("paste", (e) => {
       const files = filesOf(e.clipboardData);
       if (files.length) void bringFiles(files);
     });

@@ -37,6 +37,16 @@ function nodes(children) {
 }
 
 /**
+ * Whether something is there; for filters.
+ * @template T
+ * @param {T | null | undefined} it
+ * @returns {it is T}
+ */
+export function there(it) {
+  return it !== null && it !== undefined;
+}
+
+/**
  * Put other children into an element.
  * @param {Element} parent
  * @param {...(Child | Child[])} children

@@ -177,7 +177,7 @@ class Store extends EventTarget {
 
   /**
    * @param {string} id
-   * @param {any} score as far as its job knows it; a result that is judged meanwhile is asked for anew
+   * @param {number | null} score as far as its job knows it; a result that is judged meanwhile is asked for anew
    * @returns {Promise<Result>}
    */
   result(id, score) {

@@ -8,11 +8,17 @@
  * @typedef {Record<string, any>} Options values of options by name; those left out are automatic
  * @typedef {{id: string, verb: string, exemplars: string[], options: Options, state: State, fraction: number | null,
  *   stage: string | null, error: string | null, created: number, began: number | null, ended: number | null,
- *   result: string | null, label: string | null, score: any}} Job times in seconds since 1970
+ *   result: string | null, label: string | null, score: number | null}} Job times in seconds since 1970
+ * @typedef {{worth: number, measured: number, unit: string, loss: number}} Part
+ * @typedef {{total: number, parts: Record<string, Part>}} Score
+ * @typedef {{overlays?: string[], reason: string, lattice?: {periods: number[], reasons?: string[]} | null,
+ *   elements?: {size: number[]} | null, segments?: {count: number} | null, striking?: {things: number} | null,
+ *   courses?: {count?: number} | unknown[] | null, suggested?: {method: string, why?: string[]} | null,
+ *   light?: {strong: boolean} | null}} Found
  * @typedef {{name: string, holds: string, url: string, bytes: number}} Made
- * @typedef {{id: string, job: string, size: [number, number], files: Made[], told: any, command: string, python: string,
- *   score: any}} Result
- * @typedef {{name: string, flag?: string, kind: string, help: string, default: any, low: number | null,
+ * @typedef {{id: string, job: string, size: [number, number], files: Made[], told: {method?: string} | null, command: string,
+ *   python: string, score: Score | null}} Result
+ * @typedef {{name: string, flag?: string, kind: string, help: string, default: unknown, low: number | null,
  *   high: number | null, unit: string, choices: string[], multiple?: boolean, required?: boolean, parameter?: boolean,
  *   methods?: string[]}} Option
  * @typedef {{slug: string, paper: string, summary: string, supports: string[], parameters: Option[]}} Method

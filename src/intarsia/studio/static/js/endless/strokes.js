@@ -77,6 +77,7 @@ export class Strokes extends Kit {
 
   constructor() {
     super();
+    /** @type {import("../paint/brush.js").Tool} */
     this.tool = "move";
   }
 

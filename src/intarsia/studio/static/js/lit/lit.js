@@ -20,7 +20,10 @@ const lamp = { x: 0.3, y: 0.26, height: 0.42, power: 1.5 };
 
 const STEP = 0.02;
 
-/** Whether there is anything to light: slopes of the surface. @param {string[]} planes */
+/**
+ * Whether there is anything to light: slopes of the surface.
+ * @param {string[]} planes
+ */
 export function canBeLit(planes) {
   return planes.includes("normal") || planes.includes("height");
 }

@@ -9,7 +9,7 @@ const NAMES = { lattice: "Lattice", courses: "Courses", elements: "Elements", st
 
 /**
  * What is known of a kind, in a few words; null where there is none.
- * @param {any} found
+ * @param {import("../core/types.js").Found} found
  * @param {string} kind
  * @returns {string | null}
  */
@@ -26,7 +26,7 @@ function fact(found, kind) {
 
 /**
  * A switch for each thing that can be drawn.
- * @param {any} found
+ * @param {import("../core/types.js").Found} found
  * @param {(kind: string, yes: boolean) => void} turn
  * @returns {HTMLElement}
  */
@@ -50,14 +50,14 @@ export function overlays(found, turn) {
 
 /**
  * What auto would take, and why; and why there is a lattice, or none.
- * @param {any} found
+ * @param {import("../core/types.js").Found} found
  * @returns {HTMLElement}
  */
 export function reasons(found) {
   const { suggested, lattice, reason, light } = found;
   const lines = (/** @type {string[]} */ told) => el("ul", { class: "reasons" }, told.map((line) => el("li", {}, line)));
   const grow = () => {
-    take(growing, suggested.method);
+    if (suggested) take(growing, suggested.method);
     location.hash = "#grow";
   };
   return el(

@@ -1,5 +1,6 @@
 /** Options that are not of one method, in groups, as the schema of a verb has them. */
 
+import { there } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { field } from "./field.js";
 import { group } from "./methods.js";
@@ -22,7 +23,7 @@ export function optionGroups(verb, settings) {
     const fields = names.flatMap((n) => options.filter((o) => o.name === n)).map((o) => field(o, settings));
     return fields.length ? group(name, fields, false) : null;
   });
-  return made.filter((each) => each !== null);
+  return made.filter(there);
 }
 
 /**

@@ -3,7 +3,7 @@
 import { button, el, fill } from "../core/dom.js";
 import { readable } from "../core/words.js";
 
-/** @typedef {{worth: number, measured: number, unit: string, loss: number}} Part */
+/** @typedef {import("../core/types.js").Part} Part */
 
 /** @type {Record<string, string>} */
 const MEANS = {
@@ -24,7 +24,7 @@ const MEANS = {
 
 /**
  * A button that says the score, and shows its parts.
- * @param {{total: number, parts: Record<string, Part>} | null} score
+ * @param {import("../core/types.js").Score | null} score
  * @returns {HTMLElement | null}
  */
 export function scoreButton(score) {

@@ -1,6 +1,6 @@
 /** The contact sheet: what was asked for together, side by side, the best score first once all are known. */
 
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, there } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { facts, title } from "../core/words.js";
@@ -48,7 +48,7 @@ export class Sheet extends HTMLElement {
   show() {
     this.hidden = !store.spread;
     if (this.hidden) return;
-    const jobs = store.sheet.map((id) => store.jobs.get(id)).filter((job) => job !== undefined);
+    const jobs = store.sheet.map((id) => store.jobs.get(id)).filter(there);
     const judged = jobs.every((job) => !busy(job) && (job.state !== "done" || typeof job.score === "number"));
     if (judged) jobs.sort((a, b) => (b.score ?? -1) - (a.score ?? -1));
     arrange(this.grid, this.#cells, jobs.map((job) => job.id), (id) => {
