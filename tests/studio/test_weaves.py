@@ -113,7 +113,7 @@ class TestTiles:
     @pytest.mark.parametrize(
         "given", [{}, {"method": "graphcut"}, {"method": 3}, {"seed": -1}, {"seed": "x"}, {"options": {"nonsense": 1}},
                   {"options": {"jitter_output": "/etc/passwd"}, "method": PARALLEL}, {"exemplar": "x"},
-                  {"options": []}, {"words": 1}, {"exemplar": None}, {"jitter": PAINTED},
+                  {"method": "best-tile"}, {"options": []}, {"words": 1}, {"exemplar": None}, {"jitter": PAINTED},
                   {"jitter": PAINTED, "method": "auto"},
                   {"jitter": PAINTED, "method": PARALLEL, "options": {"jitter_output": 0.5}}]
     )  # fmt: skip
@@ -239,8 +239,10 @@ class TestBrush:
             assert tile(served, after, y, x, known=again.headers["etag"]).status_code == 304
 
     def test_no_strokes_are_the_texture_itself(self, served: Served, small: str, texture: ia.Weave) -> None:
-        row = begun(served, small, {"ground": 1, "strokes": []})
-        assert np.array_equal(opened(tile(served, row, 2, 2).content), texture[512:768, 512:768])
+        row, plain = begun(served, small, {"ground": 1, "strokes": []}), begun(served, small)
+        drawn = tile(served, row, 2, 2)
+        assert np.array_equal(opened(drawn.content), texture[512:768, 512:768])
+        assert tile(served, plain, 2, 2, known=drawn.headers["etag"]).status_code == 304
 
 
 class TestWindows:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...choosing.auto import AUTO_METHOD
 from ...cli.pictures import value_of
-from ...errors import InputError, ParameterError
+from ...errors import InputError, MethodError, ParameterError
 from ...errors import said as named
 from ...field import Field
 from ...geometry import Box
@@ -45,7 +45,10 @@ class MoreError(Exception):
 
 def begin(said: dict[str, Any], tell: Tell) -> Answer:
     """Decide how an endless texture is made; tell the method, and whether a brush can say how much it is jittered."""
-    texture = _texture(said)
+    try:
+        texture = _texture(said)
+    except MethodError as e:  # that is how the exemplar is, and no fault of the server
+        raise InputError(str(e)) from e
     brush = any(p.name == BRUSHED for p in parameters(type(texture.method)))
     return {"method": texture.method.slug, "planes": list(texture.planes), "brush": brush}, b""
 
@@ -121,7 +124,11 @@ def _key(texture: Weave, said: Mapping[str, Any], level: int, y: int, x: int) ->
     """What the pixels of a tile depend on; of what was painted only what is asked for it."""
     if said["jitter"] is None or level:
         return str(said["id"])
-    return f"{said['base']}-{_asked(texture, Box(y * SIDE, x * SIDE, (y + 1) * SIDE, (x + 1) * SIDE))[:16]}"
+    box = Box(y * SIDE, x * SIDE, (y + 1) * SIDE, (x + 1) * SIDE)
+    asked = _asked(texture, box)
+    if said["jitter"]["ground"] == 1 and asked == _asked(_brushed(texture, Painting(1.0, ())), box):
+        return str(said["base"])
+    return f"{said['base']}-{asked[:16]}"
 
 
 def _asked(texture: Weave, box: Box) -> str:

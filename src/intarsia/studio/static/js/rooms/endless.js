@@ -37,7 +37,8 @@ export class EndlessRoom extends HTMLElement {
   #gone = new AbortController();
   #sent = "";
   #texture = "";
-  #busy = false;
+  /** Whether the server is being told what is wanted. */
+  busy = false;
 
   connectedCallback() {
     this.className = "paint";
@@ -92,12 +93,12 @@ export class EndlessRoom extends HTMLElement {
 
   /** Have the server know what is wanted; what changes meanwhile is told afterwards, once. */
   #begin() {
-    if (!this.#busy && store.exemplar) this.begun = this.#tell();
+    if (!this.busy && store.exemplar) this.begun = this.#tell();
     return this.begun;
   }
 
   async #tell() {
-    this.#busy = true;
+    this.busy = true;
     try {
       for (let next = this.#wanted(); JSON.stringify(next) !== this.#sent; next = this.#wanted()) {
         this.#sent = JSON.stringify(next);
@@ -106,7 +107,7 @@ export class EndlessRoom extends HTMLElement {
         await this.#show(next, texture);
       }
     } finally {
-      this.#busy = false;
+      this.busy = false;
       this.status.textContent = "";
     }
   }

@@ -1,0 +1,458 @@
+"""The endless canvas on the page: what is seen is the library's texture, wherever one goes, and as it is painted."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from studio.browser import Desk, desk
+from studio.served import Served, opened, pixels, png
+
+import intarsia as ia
+from intarsia.field import Field
+from intarsia.studio.beside.strokes import painting_of
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Locator, Request, Route, expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+PARALLEL = "parallel-controllable"
+STILL = """() => {
+  const room = document.querySelector("endless-room");
+  return room && !room.busy && room.tiles.weave && room.tiles.missing === 0;
+}"""
+TILE = re.compile(r"/api/weaves/([0-9a-f]+)/(-?\d+)/(-?\d+)\.png\?level=(\d)")
+
+
+class Walk:
+    """A page on which an endless texture is walked over."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk, self.page = desk, desk.page
+        self.asked: list[tuple[int, int, int]] = []
+        self.given_up: list[str] = []
+        self.weaves: list[Any] = []
+        self.page.on("request", self._sent)
+        self.page.on("requestfailed", lambda r: self.given_up.append(r.url) if TILE.search(r.url) else None)
+
+    def _sent(self, request: Request) -> None:
+        if found := TILE.search(request.url):
+            self.asked.append((int(found[4]), int(found[2]), int(found[3])))
+        elif request.method == "POST" and request.url.endswith("/api/weaves"):
+            self.weaves.append(request.post_data_json)
+
+    @property
+    def sight(self) -> Locator:
+        return self.page.locator("endless-sight")
+
+    def still(self) -> Walk:
+        """Wait until all that is in sight is there."""
+        self.page.wait_for_timeout(120)
+        self.page.wait_for_function(STILL, timeout=60_000)
+        return self
+
+    def told(self) -> Any:
+        return self.sight.evaluate(
+            "s => ({...s.window, scale: s.view.scale, dropped: s.tiles.dropped, came: s.tiles.came})"
+        )
+
+    def seen(self) -> np.ndarray:
+        """The pixels of the canvas as they are drawn."""
+        script = """async s => {
+          await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+          const {width, height} = s.canvas;
+          const pixels = s.canvas.getContext("2d").getImageData(0, 0, width, height).data;
+          let text = ""; for (const byte of pixels) text += String.fromCharCode(byte);
+          return [width, height, btoa(text)];
+        }"""
+        width, height, text = self.sight.evaluate(script)
+        found = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
+        assert (found[..., 3] == 255).all()
+        return found[..., :3]
+
+    def method(self, slug: str) -> Walk:
+        self.page.locator(".pick-head").click()
+        self.page.locator(".method", has_text=slug).click()
+        return self.still()
+
+    def leave(self) -> None:
+        """Take the pointer away, so that no ring is drawn."""
+        self.page.mouse.move(1200, 20)
+
+    def stroke(self, *places: tuple[int, int]) -> None:
+        """Draw from place to place of the sight."""
+        box = self.sight.bounding_box()
+        assert box is not None
+        for n, (x, y) in enumerate(places):
+            self.page.mouse.move(box["x"] + x, box["y"] + y, steps=4 if n else 1)
+            if n == 0:
+                self.page.mouse.down()
+        self.page.mouse.up()
+        self.leave()
+
+
+@contextmanager
+def walking(page: Desk) -> Iterator[Walk]:
+    walk = Walk(page)
+    page.drop(small=png(pixels()))
+    page.page.get_by_role("heading", name="small").wait_for()
+    page.room("Endless")
+    yield walk.still()
+
+
+@pytest.fixture
+def walk(page: Desk) -> Iterator[Walk]:
+    """An endless texture of a small exemplar."""
+    with walking(page) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def texture(tmp_path_factory: pytest.TempPathFactory) -> ia.Weave:
+    """The same in the library."""
+    path = tmp_path_factory.mktemp("weave") / "small.png"
+    path.write_bytes(png(pixels()))
+    return ia.weave(str(path), "repeat")
+
+
+def parallel(texture: ia.Weave, jitter: Any = None, seed: int = 0) -> ia.Weave:
+    """The texture by a method that is jittered."""
+    found = ia.weave(texture.exemplars[0], PARALLEL, seed)
+    if jitter is None:
+        return found
+    method: Any = found.method
+    return replace(found, method=replace(method, jitter_output=Field(painting_of(jitter))))
+
+
+def window(texture: ia.Weave, told: Any) -> np.ndarray:
+    """What the library draws where the page looks."""
+    x, y = told["x"], told["y"]
+    return np.asarray(texture[y : y + told["height"], x : x + told["width"]])
+
+
+def test_every_pixel_is_the_librarys_and_tiles_join(walk: Walk, texture: ia.Weave) -> None:
+    walk.method("repeat")
+    told = walk.told()
+    assert told["scale"] == 1
+    assert told["x"] <= 4096 <= told["x"] + told["width"]
+    assert np.array_equal(walk.seen(), window(texture, told))
+    walk.method(PARALLEL)
+    assert np.array_equal(walk.seen(), window(parallel(texture), walk.told()))
+
+
+def test_panning_shows_what_lies_there(walk: Walk, texture: ia.Weave) -> None:
+    walk.method("repeat")
+    before, asked = walk.told(), len(walk.asked)
+    walk.stroke((700, 400), (100, 100))
+    walk.still()
+    now = walk.told()
+    assert (now["x"] - before["x"], now["y"] - before["y"]) == (600, 300)
+    assert np.array_equal(walk.seen(), window(texture, now))
+    new = walk.asked[asked:]
+    assert new
+    assert len(set(new)) == len(new)
+    walk.sight.focus()
+    for key in ("ArrowRight", "Shift+ArrowDown", "ArrowUp"):
+        walk.page.keyboard.press(key)
+    walk.still()
+    keys = walk.told()
+    assert (keys["x"] - now["x"], keys["y"] - now["y"]) == (50, 150)
+    assert np.array_equal(walk.seen(), window(texture, keys))
+    walk.page.keyboard.press("0")
+    walk.still()
+    assert walk.told() | {"came": 0, "dropped": 0} == before | {"came": 0, "dropped": 0}
+    walk.page.mouse.move(400, 400)
+    walk.page.mouse.wheel(0, -400)
+    walk.still()
+    assert walk.told()["scale"] > 1.5
+    walk.page.get_by_role("button", name="100 %").click()
+    walk.still()
+    assert walk.told()["scale"] == 1
+    assert np.array_equal(walk.seen(), window(texture, walk.told()))
+
+
+def test_what_lies_nearest_the_middle_is_asked_first(walk: Walk) -> None:
+    walk.method("repeat")
+    walk.page.keyboard.press("Escape")
+    start = len(walk.asked)
+    walk.sight.evaluate("s => { s.view.move(-40 * 256, 30 * 256); s.moved(); }")
+    walk.still()
+    told, places = walk.told(), walk.asked[start:]
+    u, v = told["x"] + told["width"] / 2, told["y"] + told["height"] / 2
+    far = [np.hypot((x + 0.5) * 256 - u, (y + 0.5) * 256 - v) for _, y, x in places]
+    assert len(far) >= 12
+    assert far == sorted(far)
+
+
+def test_what_is_out_of_sight_is_given_up(walk: Walk, texture: ia.Weave) -> None:
+    walk.method("repeat")
+    walk.page.route(TILE, lambda route: None)
+    start = len(walk.asked)
+    walk.sight.evaluate("s => { s.view.move(-100 * 256, 0); s.moved(); }")
+    walk.page.wait_for_timeout(300)
+    asked = walk.asked[start:]
+    assert len(asked) == 3
+    walk.sight.evaluate("s => { s.view.move(200 * 256, 0); s.moved(); }")
+    walk.page.wait_for_timeout(300)
+    assert len(walk.given_up) == 3
+    assert len(walk.asked) == start + 6
+    walk.page.unroute(TILE)
+    walk.still()
+    assert not set(walk.asked[start + 3 :]) & set(asked)
+    assert np.array_equal(walk.seen(), window(texture, walk.told()))
+    walk.sight.evaluate("s => { s.view.move(-500 * 256, 0); s.moved(); }")
+    walk.page.get_by_role("link", name="Gallery", exact=True).click()
+    walk.page.wait_for_timeout(400)
+    count = len(walk.asked)
+    walk.page.wait_for_timeout(400)
+    assert len(walk.asked) == count
+
+
+def test_far_out_it_is_drawn_reduced(walk: Walk, texture: ia.Weave) -> None:
+    walk.method("repeat")
+    for _ in range(12):
+        half = "s => { s.view.zoom(s.view.scale / 2, s.canvas.width / 2, s.canvas.height / 2); s.moved(); }"
+        walk.sight.evaluate(half)
+    walk.still()
+    told = walk.told()
+    assert told["scale"] == 1 / 8
+    assert {level for level, _, _ in walk.asked[-4:]} == {3}
+    known = window(texture, told).astype(float)
+    high, wide = (n // 8 * 8 for n in known.shape[:2])
+    known = known[:high, :wide].reshape(high // 8, 8, wide // 8, 8, 3).mean(axis=(1, 3))
+    seen = walk.seen()[: high // 8, : wide // 8].astype(float)
+    assert abs(seen.mean() - known.mean()) < 4
+    walk.page.get_by_role("button", name="Middle").click()
+    walk.still()
+    assert np.array_equal(walk.seen(), window(texture, walk.told()))
+
+
+def test_a_dice_is_another_texture_and_methods_are_those_of_windows(walk: Walk, texture: ia.Weave) -> None:
+    offered = walk.page.locator(".pick-list input").evaluate_all("all => all.map(one => one.value)")
+    known = walk.desk.served.get("/api/schema")["methods"]
+    assert set(offered) == {"auto", *(m["slug"] for m in known if "window" in m["supports"])}
+    walk.method(PARALLEL)
+    before = walk.seen()
+    walk.desk.button("Another seed").click()
+    walk.still()
+    seed = int(walk.page.get_by_role("spinbutton", name="Seed").input_value())
+    assert walk.weaves[-1]["seed"] == seed
+    assert not np.array_equal(walk.seen(), before)
+    assert np.array_equal(walk.seen(), window(parallel(texture, seed=seed), walk.told()))
+
+
+def test_what_cannot_be_is_said_so(walk: Walk, texture: ia.Weave) -> None:
+    walk.desk.wrong.clear()
+    walk.page.locator(".pick-head").click()
+    walk.page.locator(".method", has_text="best-tile").click()
+    expect(walk.page.get_by_role("alert")).to_contain_text("no lattice")
+    assert [line for line in walk.desk.wrong if "400" not in line] == []
+    walk.desk.wrong.clear()
+    walk.method("repeat")
+    assert np.array_equal(walk.seen(), window(texture, walk.told()))
+    expect(walk.page.get_by_text("This method has no jitter to paint.")).to_be_visible()
+    walk.desk.button(f"Take {PARALLEL}").click()
+    walk.still()
+    expect(walk.desk.button("Brush (B)")).to_be_visible()
+
+
+def test_a_brush_jitters_less_where_it_paints(walk: Walk, texture: ia.Weave) -> None:
+    walk.method(PARALLEL)
+    plain = walk.seen()
+    walk.page.keyboard.press("b")
+    walk.stroke((300, 200), (420, 260), (520, 260))
+    walk.still()
+    jitter, told = walk.weaves[-1]["jitter"], walk.told()
+    (stroke,) = jitter["strokes"]
+    assert (jitter["ground"], stroke["radius"], stroke["strength"]) == (1, 64, 0)
+    assert stroke["points"][0] == [told["x"] + 300, told["y"] + 200]
+    assert stroke["points"][-1] == [told["x"] + 520, told["y"] + 260]
+    assert np.abs(np.diff(stroke["points"], axis=0)).max() <= 64
+    calm = walk.seen()
+    assert not np.array_equal(calm, plain)
+    assert np.array_equal(calm, window(parallel(texture, jitter), told))
+    walk.page.keyboard.press("Control+z")
+    walk.still()
+    assert "jitter" not in walk.weaves[-1]
+    assert np.array_equal(walk.seen(), plain)
+    walk.page.keyboard.press("Control+Shift+Z")
+    walk.still()
+    assert np.array_equal(walk.seen(), calm)
+    walk.page.keyboard.press("e")
+    walk.stroke((300, 200))
+    walk.still()
+    assert [one["strength"] for one in walk.weaves[-1]["jitter"]["strokes"]] == [0, None]
+    assert np.array_equal(walk.seen(), window(parallel(texture, walk.weaves[-1]["jitter"]), told))
+    walk.desk.button("Clear").click()
+    walk.still()
+    assert np.array_equal(walk.seen(), plain)
+
+
+def test_only_what_a_stroke_reaches_is_drawn_anew(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    walk.page.keyboard.press("b")
+    walk.stroke((300, 200))
+    walk.still()
+    walk.page.keyboard.press("h")
+    walk.sight.evaluate("s => { s.view.move(-40 * 256, 0); s.moved(); }")
+    walk.still()
+    answers: list[int] = []
+    walk.page.on("response", lambda r: answers.append(r.status) if TILE.search(r.url) else None)
+    far = walk.seen()
+    walk.page.keyboard.press("Control+z")
+    walk.still()
+    walk.page.keyboard.press("Control+Shift+Z")
+    walk.still()
+    assert np.array_equal(walk.seen(), far)
+    assert answers.count(304) >= len(answers) / 2 > 0
+
+
+def test_how_much_is_jittered_is_set(walk: Walk, texture: ia.Weave) -> None:
+    walk.method(PARALLEL)
+    walk.page.get_by_role("slider", name="Elsewhere").fill("40")
+    walk.page.get_by_role("slider", name="Jitter").fill("80")
+    walk.page.get_by_role("slider", name="Size of the brush").fill("70")
+    walk.desk.button("Brush (B)").click()
+    walk.stroke((300, 200), (350, 300))
+    walk.still()
+    jitter = walk.weaves[-1]["jitter"]
+    assert (jitter["ground"], jitter["strokes"][0]["strength"]) == (0.4, 0.8)
+    assert jitter["strokes"][0]["radius"] == pytest.approx(512**0.7 / 2, abs=0.5)
+    assert np.array_equal(walk.seen(), window(parallel(texture, jitter), walk.told()))
+    plain = walk.seen()
+    walk.page.get_by_role("switch", name="Strokes").click()
+    walk.leave()
+    changed = (walk.seen() != plain).any(axis=2)
+    assert changed[200, 300]
+    assert not changed[600, 800]
+
+
+def test_the_brush_never_waits(walk: Walk, texture: ia.Weave) -> None:
+    walk.method(PARALLEL)
+    held: list[Route] = []
+    walk.page.route("**/api/weaves", lambda route: held.append(route))
+    walk.page.keyboard.press("b")
+    before = walk.seen()
+    for n in range(3):
+        walk.stroke((200, 150 + 120 * n), (500, 150 + 120 * n))
+        assert walk.sight.evaluate("s => s.tool.strokes.painted.strokes.length") == n + 1
+    assert len(held) == 1
+    walk.page.unroute("**/api/weaves")
+    walk.page.wait_for_timeout(300)
+    walk.still()
+    jitter = walk.weaves[-1]["jitter"]
+    assert [len(sent["jitter"]["strokes"]) for sent in walk.weaves[-2:]] == [1, 3]
+    assert np.array_equal(walk.seen(), window(parallel(texture, jitter), walk.told()))
+    assert not np.array_equal(walk.seen(), before)
+
+
+def test_what_was_chosen_by_itself_is_named_once_it_is_painted(page: Desk) -> None:
+    page.sample("pebbles")
+    page.room("Endless")
+    walk = Walk(page).still()
+    slug = page.page.evaluate("document.querySelector('endless-room').weave.method")
+    assert slug == PARALLEL
+    page.page.keyboard.press("b")
+    walk.stroke((300, 200))
+    walk.still()
+    assert walk.weaves[-1]["method"] == PARALLEL
+    assert len(walk.weaves[-1]["jitter"]["strokes"]) == 1
+    expect(page.page.locator(".pick-head .slug")).to_have_text(PARALLEL)
+
+
+def test_a_view_is_kept_and_its_command_copied(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    walk.page.keyboard.press("b")
+    walk.stroke((300, 200), (340, 240))
+    walk.still()
+    walk.page.keyboard.press("h")
+    told, seen = walk.told(), walk.seen()
+    walk.desk.button("Command").click()
+    expect(walk.page.get_by_text("Command copied")).to_be_visible()
+    command = walk.page.evaluate("navigator.clipboard.readText()")
+    size, origin = f"{told['width']}x{told['height']}", f"{told['x']},{told['y']}"
+    assert command == (
+        f"intarsia weave small.png --size={size} --method={PARALLEL} --jitter-output=jitter_output.png --seed=0 "
+        f"--origin={origin} -o small_woven.tif"
+    )
+    walk.desk.button("Keep this view").click()
+    expect(walk.page.get_by_text("it will be in the gallery")).to_be_visible()
+    served = walk.desk.served
+    job = served.ended(max(served.get("/api/jobs"), key=lambda job: job["created"]))
+    drawn = served.bytes(f"/api/results/{job['result']}/view/albedo.png?side=4096")
+    assert np.array_equal(opened(drawn), seen)
+    walk.desk.room("Gallery")
+    walk.page.wait_for_function("() => document.querySelector('.made img')?.naturalWidth > 0")
+
+
+def test_a_server_that_knows_nothing_of_it_is_asked_anew(walk: Walk, texture: ia.Weave) -> None:
+    walk.method("repeat")
+    count = len(walk.weaves)
+    walk.page.route(TILE, lambda route: route.fulfill(status=404, json={"error": "no."}), times=1)
+    walk.sight.evaluate("s => { s.view.move(-30 * 256, 0); s.moved(); }")
+    walk.page.wait_for_timeout(400)
+    walk.still()
+    assert len(walk.weaves) == count + 1
+    assert np.array_equal(walk.seen(), window(texture, walk.told()))
+    walk.desk.wrong.clear()
+
+
+def test_two_tabs_do_not_disturb_one_another(browser: Browser, served: Served, walk: Walk, texture: ia.Weave) -> None:
+    walk.method(PARALLEL)
+    with desk(browser, served) as other, walking(other) as second:
+        second.method(PARALLEL)
+        second.page.keyboard.press("b")
+        second.stroke((300, 200))
+        walk.desk.button("Another seed").click()
+        second.stroke((500, 300))
+        walk.still()
+        second.still()
+        seed = walk.weaves[-1]["seed"]
+        assert np.array_equal(walk.seen(), window(parallel(texture, seed=seed), walk.told()))
+        jitter = second.weaves[-1]["jitter"]
+        assert len(jitter["strokes"]) == 2
+        assert np.array_equal(second.seen(), window(parallel(texture, jitter), second.told()))
+
+
+def test_where_one_was_is_kept(walk: Walk) -> None:
+    walk.method("repeat")
+    walk.sight.evaluate("s => { s.view.move(-1000, 300); s.moved(); }")
+    before = walk.still().told()
+    walk.desk.room("Gallery")
+    walk.desk.room("Endless")
+    walk.still()
+    assert walk.told() | {"came": 0, "dropped": 0} == before | {"came": 0, "dropped": 0}
+
+
+def test_two_fingers_zoom_and_one_moves(browser: Browser, served: Served) -> None:
+    size = {"width": 1024, "height": 768}
+    with desk(browser, served, viewport=size, has_touch=True) as page, walking(page) as walk:
+        walk.method("repeat")
+        box = walk.sight.bounding_box()
+        assert box is not None
+        session = page.page.context.new_cdp_session(page.page)
+
+        def touch(kind: str, *places: tuple[float, float]) -> None:
+            points = [{"x": box["x"] + x, "y": box["y"] + y, "id": n} for n, (x, y) in enumerate(places)]
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        before = walk.told()
+        touch("touchStart", (300, 300))
+        touch("touchMove", (200, 260))
+        touch("touchEnd")
+        walk.still()
+        now = walk.told()
+        assert (now["x"] - before["x"], now["y"] - before["y"]) == (100, 40)
+        touch("touchStart", (300, 300), (400, 300))
+        for n in range(1, 6):
+            touch("touchMove", (300 - 10 * n, 300), (400 + 10 * n, 300))
+        touch("touchEnd")
+        walk.still()
+        assert walk.told()["scale"] == pytest.approx(2, rel=0.05)
