@@ -25,7 +25,8 @@ def checked(settings: Path) -> list[str]:
         if os.environ.get("INTARSIA_BROWSER") == "required":
             pytest.fail(line)
         pytest.skip(line)
-    done = subprocess.run([checker, "-p", str(settings), "--pretty", "false"], capture_output=True, text=True, check=False)
+    words = [checker, "-p", str(settings), "--pretty", "false"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
     return (done.stdout + done.stderr).splitlines()
 
 

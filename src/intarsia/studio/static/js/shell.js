@@ -27,12 +27,14 @@ class Shell extends HTMLElement {
   main = el("main", { class: "room", id: "room" });
   status = el("span", { class: "status quiet small", role: "status" });
   nav = el("nav", { class: "rooms", "aria-label": "Rooms" });
+  #links = ROOMS.map((r) => el("a", { class: "button", href: `#${r.name}` }, r.title));
   /** @type {string} what is shown now */
   #shown = "";
 
   connectedCallback() {
     const theme = button("Light or dark", turn, { icon: icon("dark"), bare: true });
     const mark = el("a", { class: "mark", href: "#start", "aria-label": "intarsia studio: begin" }, "intarsia");
+    fill(this.nav, this.#links);
     fill(this, el("header", { class: "top" }, mark, this.nav, this.status, theme), this.main);
     store.on(["warm", "here"], () => this.#tell());
     store.on(["exemplar", "jobs"], () => this.#route());
@@ -52,12 +54,10 @@ class Shell extends HTMLElement {
     if (!room) return;
     const start = asked === "start" || (!store.exemplar && !room.bare);
     const name = start ? "start" : room.name;
-    fill(
-      this.nav,
-      ROOMS.map((r) =>
-        el("a", { class: "button", href: `#${r.name}`, "aria-current": r.name === name ? "page" : null }, r.title),
-      ),
-    );
+    for (const link of this.#links) {
+      if (link.hash === `#${name}`) link.setAttribute("aria-current", "page");
+      else link.removeAttribute("aria-current");
+    }
     this.nav.hidden = !store.exemplar && !store.made.length;
     if (name === this.#shown) return;
     this.#shown = name;

@@ -3,7 +3,7 @@
 import { button, el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { state, took } from "../core/words.js";
+import { facts, state, took } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 
@@ -24,17 +24,24 @@ export function bar(job) {
 }
 
 /**
- * Show a job that is under way, or why it ended without a result.
+ * Show a job that is under way, or why it ended without a result. What is pressed and focused stays while the job goes on.
  * @param {HTMLElement} place
  * @param {Job | null} job
  */
 export function showProgress(place, job) {
   place.hidden = !job || job.state === "done";
+  const shown = place.dataset.job;
+  place.dataset.job = job && busy(job) ? job.id : "";
   if (!job || place.hidden) return fill(place);
   if (busy(job)) {
-    const cancel = button("Cancel", () => void tried(() => store.change(job, "cancel")), { class: "framed" });
-    const told = el("span", { class: "quiet number" }, `${state(job)}  ${took(job)}`);
-    return fill(place, bar(job), told, cancel);
+    if (shown !== job.id) {
+      const cancel = button("Cancel", () => void tried(() => store.change(job, "cancel")), { class: "framed" });
+      fill(place, el("div"), el("span", { class: "quiet number" }), cancel);
+    }
+    const [line, told] = place.children;
+    line?.replaceWith(bar(job));
+    if (told) told.textContent = facts(state(job), took(job));
+    return;
   }
   const again = button("Again", () => void tried(async () => store.look((await store.change(job, "again")).id)), { class: "framed" });
   const line = el("span", { class: job.error ? "bad" : "quiet", role: "alert" }, job.error ?? state(job));

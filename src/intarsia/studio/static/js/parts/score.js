@@ -30,7 +30,7 @@ const MEANS = {
 export function scoreButton(score) {
   if (!score) return null;
   const parts = Object.entries(score.parts).sort(([, a], [, b]) => b.loss - a.loss);
-  const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score", tabIndex: -1 });
+  const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score", tabIndex: 0 });
   fill(
     box,
     el("p", { class: "quiet small" }, "100 is as good as the exemplar itself; each part takes something away."),

@@ -9,7 +9,9 @@ import { busy } from "./progress.js";
 
 export class Sheet extends HTMLElement {
   grid = el("div", { class: "sheet-grid" });
-  head = el("div", { class: "head" });
+  count = el("span", { class: "quiet small number facts" });
+  stop = button("Cancel", () => this.#cancel(), { class: "framed" });
+  head = el("div", { class: "head" }, el("h2", {}, "Contact sheet"), this.count, this.stop);
   /** @type {Map<string, Cell>} */
   #cells = new Map();
   #gone = new AbortController();
@@ -45,6 +47,12 @@ export class Sheet extends HTMLElement {
     this.grid.style.setProperty("--side", `${best.side}px`);
   }
 
+  /** End all that is under way. */
+  #cancel() {
+    const open = store.sheet.map((id) => store.jobs.get(id)).filter(there).filter(busy);
+    void tried(() => Promise.all(open.map((job) => store.change(job, "cancel"))));
+  }
+
   show() {
     this.hidden = !store.spread;
     if (this.hidden) return;
@@ -61,15 +69,9 @@ export class Sheet extends HTMLElement {
       if (caption) caption.textContent = facts(title(job), typeof job.score === "number" ? String(Math.round(job.score)) : "");
     }
     this.#fit(jobs.length);
-    const open = jobs.filter(busy);
-    const stop = () => void tried(() => Promise.all(open.map((job) => store.change(job, "cancel"))));
     const done = jobs.filter((job) => job.state === "done").length;
-    fill(
-      this.head,
-      el("h2", {}, "Contact sheet"),
-      el("span", { class: "quiet small number facts" }, `${done} of ${jobs.length}`),
-      open.length > 0 && button("Cancel", stop, { class: "framed" }),
-    );
+    this.count.textContent = `${done} of ${jobs.length}`;
+    this.stop.hidden = !jobs.some(busy);
   }
 }
 
