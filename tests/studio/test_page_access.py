@@ -1,4 +1,4 @@
-"""Nobody is shut out: what axe-core finds in every room, contrast of the colours, everything by keyboard and in sight."""
+"""Nobody is shut out: what axe-core finds in every room, contrast of colours, everything by keyboard and in sight."""
 
 from __future__ import annotations
 
