@@ -9,7 +9,8 @@ source.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -32,6 +33,7 @@ from .boards import Boards
 from .bricks import bricks_of
 from .brickwork import Brickwork, brickwork_of
 from .chains import Chains
+from .lately import Lately
 from .mortar import FACE
 from .rows import CourseRows, Piece, Rows
 from .stack import StackedRows
@@ -39,6 +41,9 @@ from .stones import Stones
 from .unequal import masonry_of
 
 Strip = tuple[Array, Array, Array]
+Cut = tuple[NDArray[np.int64]]
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], list[Any]]
+HELD = 32 << 20  # bytes of courses that are kept for the windows beside
 CHUNK = 256  # columns of a bed that are cut at once, so that any window is made of a few; 128 and 512: the same bytes
 RUN_UP = 48  # columns on both sides that decide where the cut crosses to the next chunk; 24 and 96: the same bytes
 
@@ -94,6 +99,8 @@ class Wall:
     scene: tuple[Any, ...]  # what the kernels show: see :mod:`intarsia.courses.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
+    strips: Lately[Strip] = field(default_factory=partial(Lately, HELD), repr=False)
+    cuts: Lately[Cut] = field(default_factory=partial(Lately, HELD), repr=False)
 
     @classmethod
     def of(
@@ -137,22 +144,19 @@ class Wall:
         chunks = [m for m in near if self._from(m) < x0 + width and self._from(m + 1) > x0]
         corners = [self.rows.course_at(y, x) for y in (y0, y0 + height) for x in (x0, x0 + width)]
         courses = range(min(corners) - 2, max(corners) + 3)
-        spare = RUN_UP + 2 * REACH.open
         done, total, draft = 0, len(chunks) * (2 * len(courses) + 1), partial(self._draft, out)
         with run.pool() as each:
             for m in chunks:
                 run.tick(done, total, draft)
-                # Chains know one another, so they are made in turn; what is cut from them is not shared.
-                ends = self._from(m) - spare, self._from(m + 1) + spare
-                laid = [(i, self.layout.pieces(i, *ends)) for i in courses]
-                run.tick(done + 1, total, draft)
-                strips = each(partial(self._strip, m, y0), laid)
+                names = [(m, i) for i in courses]
+                strips = self.strips.all(names, partial(self._laid, each))
+                known = dict(zip(names, strips, strict=True))
                 run.tick(done + 1 + len(strips), total, draft)
-                cuts = each(self._cut, pairwise(strips))
-                for (strip, following), (top, end) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
+                cuts = self.cuts.all(names[:-1], partial(self._cut_all, each, known))
+                for (strip, following), ((top,), (end,)) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
                     inner = slice(RUN_UP, RUN_UP + len(top))
                     end = end + (following[2] - strip[2])[inner]
-                    kernels.pour(strip[0][:, inner], strip[2][inner], top, end, out, self._from(m) - x0)
+                    kernels.pour(strip[0][:, inner], strip[2][inner] - y0, top, end, out, self._from(m) - x0)
                 done += 2 * len(courses)
         run.tick(total, total, draft)
         return self._usable(out), None
@@ -188,11 +192,25 @@ class Wall:
             return u // CHUNK
         return u * max(1, self.rows.width // CHUNK) // self.rows.width
 
-    def _strip(self, m: int, y0: int, course: tuple[int, list[Piece]]) -> Strip:
+    def _laid(self, each: Each, names: Sequence[tuple[int, int]]) -> list[Strip]:
+        """Lay courses of chunks. Chains know one another, so they are made in turn; what is cut from them is not."""
+        spare, laid = RUN_UP + 2 * REACH.open, []
+        for m, i in names:
+            laid.append((m, i, self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare)))
+        return each(self._strip, laid)
+
+    def _cut_all(
+        self, each: Each, strips: Mapping[tuple[int, int], Strip], names: Sequence[tuple[int, int]]
+    ) -> list[Cut]:
+        """Cut courses of chunks together with those below them."""
+        return each(self._cut, [(strips[m, i], strips[m, i + 1]) for m, i in names])
+
+    def _strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
         """Lay a course: its pixels (R, w, 2), what does not belong there (R, w), the row of its first one (w,)."""
-        (i, pieces), first = course, self._from(m) - RUN_UP
+        m, i, pieces = course
+        first = self._from(m) - RUN_UP
         wide = self._from(m + 1) + RUN_UP + 1 - first
-        reach = self._reach
+        reach, y0 = self._reach, self.rows.row(2 * i, first)  # rows are counted from there, however far out
         top = self.rows.rows(i, first, wide, y0)
         below = self.rows.rows(i + 1, first, wide, y0)
         tall = int((below - top).max()) + 2 * reach + 1
@@ -200,7 +218,7 @@ class Wall:
         spans = np.array([self._span(i, k, pieces, y0) for k in range(len(pieces))], np.int64)
         out, wrong = np.empty((tall, wide, 2), np.int32), np.empty((tall, wide), np.int64)
         kernels.lay(self.scene, table, top - reach, spans, out, wrong)
-        return out, wrong, top - reach
+        return out, wrong, top - reach + y0
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
         """A piece as the kernels read it, its beds as far from the line above as from the one below."""
@@ -228,7 +246,7 @@ class Wall:
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
-    def _cut(self, both_strips: tuple[Strip, Strip]) -> NDArray[np.int64]:
+    def _cut(self, both_strips: tuple[Strip, Strip]) -> Cut:
         """Cut two courses together: for every column of the chunk, how many rows of the band the upper one keeps."""
         upper, lower = both_strips
         cost, gap = kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
@@ -239,7 +257,7 @@ class Wall:
             kept = inner[end, pin]
             inner[end] = paths.BARRED
             inner[end, pin] = kept
-        return np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64)
+        return (np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64),)
 
 
 def _weighted(picture: Array, work: Brickwork, shown: Array) -> NDArray[np.int64]:

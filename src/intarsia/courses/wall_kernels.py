@@ -20,6 +20,7 @@ from ..kernels.paths import least_cut
 FACE, OPEN = -1, -2  # names, beside the numbers of joints
 UNREADABLE = 1 << 20  # more than any cut costs without it: a hundred times the largest distance of two pixels
 STEP = 8  # what a pixel beyond its joint counts at least
+FAR = 1 << 40  # px: beyond any exemplar
 
 
 @kernel
@@ -41,18 +42,24 @@ def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
 
 
 @kernel
-def astray(scene: Any, piece: Any, y: int, x: int, side: int) -> int:
-    """What it costs to show the exemplar's (y, x) as part of a piece, beyond its left (0) or right (1) joint."""
-    if not readable(scene[1], y, x):
-        return UNREADABLE
-    kind, end = piece[5 + side], piece[7 + side]
-    if kind == OPEN:
-        return 0
+def astray(usable: Any, faces: Any, y: int, x0: int, low: int, high: int, costs: Any) -> None:
+    """What it costs to show the exemplar's (y, x0 ...) as part of a piece, beyond its columns low .. high - 1."""
+    for k in range(len(costs)):
+        x = x0 + k
+        if not readable(usable, y, x):
+            costs[k] = UNREADABLE
+        else:
+            costs[k] = np.int64(faces[y, x]) + STEP if x < low or x >= high else 0
+
+
+@kernel
+def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> int:
+    """The column at which a piece begins (side 0) or ends (1) in a row of the exemplar, with its half of the joint."""
     if kind == FACE:
-        beyond = x < end + scene[5][0] if side == 0 else x >= end - scene[5][1]
-    else:
-        beyond = x < scene[4][kind, y] if side == 0 else x >= scene[4][kind, y]
-    return int(scene[2][y, x]) + STEP if beyond else 0
+        return end + half if side == 0 else end - half
+    if kind == OPEN or not 0 <= y < joints.shape[1]:
+        return -FAR if side == 0 else FAR
+    return int(joints[kind, y])
 
 
 @kernel
@@ -64,14 +71,16 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
     gaps = np.empty((n, 2 * reach), np.int64)
     gap = np.empty(2 * reach + 2, np.int64)
     wrong = np.empty((2, 2 * reach + 2), np.int64)
+    picture, usable, faces, joints, halves = scene[0], scene[1], scene[2], scene[4], scene[5]
     for r in range(n):
-        y = first + r
-        for k in range(2 * reach + 2):  # columns u - reach - 1 .. u + reach
-            x = u - reach - 1 + k
-            gap[k] = apart(scene[0], y + left[3], x + left[2], y + right[3], x + right[2])
-            wrong[0, k] = astray(scene, left, y + left[3], x + left[2], 1)
-            wrong[1, k] = astray(scene, right, y + right[3], x + right[2], 0)
+        y, x = first + r, u - reach - 1  # columns u - reach - 1 .. u + reach
+        for k in range(2 * reach + 2):
+            gap[k] = apart(picture, y + left[3], x + k + left[2], y + right[3], x + k + right[2])
         gaps[r] = gap[1 : 2 * reach + 1]
+        high = border(joints, halves[1], left[6], left[8], 1, y + left[3])
+        astray(usable, faces, y + left[3], x + left[2], -FAR, high, wrong[0])
+        low = border(joints, halves[0], right[5], right[7], 0, y + right[3])
+        astray(usable, faces, y + right[3], x + right[2], low, FAR, wrong[1])
         before, after = np.int64(0), np.int64(0)
         for k in range(1, 2 * reach + 2):
             after += wrong[1, k]
@@ -95,6 +104,7 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
     """
     tall, wide = out.shape[:2]
     n = len(pieces)
+    usable, faces, beds = scene[1], scene[2], scene[3]
     cuts = np.empty((n, max(1, spans[:, 1].max())), np.int64)
     for k in range(1, n):
         junction(scene, pieces[k - 1], pieces[k], spans[k, 0], cuts[k, : spans[k, 1]], spans[k, 2])
@@ -109,14 +119,13 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
                 k -= 1
             elif k + 1 < n and x >= cuts[k + 1, min(max(y - spans[k + 1, 0], 0), spans[k + 1, 1] - 1)]:
                 k += 1
-            p = pieces[k]
-            a, b = y + p[3], x + p[2]
+            a, b, course = y + pieces[k, 3], x + pieces[k, 2], pieces[k, 4]
             out[v, x, 0], out[v, x, 1] = a, b
-            if not readable(scene[1], a, b):
+            if not readable(usable, a, b):
                 wrong[v, x] = UNREADABLE
                 continue
-            beyond = a < scene[3][p[4], b] or a >= scene[3][p[4] + 1, b]
-            wrong[v, x] = scene[2][a, b] + STEP if beyond else 0
+            beyond = a < beds[course, b] or a >= beds[course + 1, b]
+            wrong[v, x] = faces[a, b] + STEP if beyond else 0
 
 
 @kernel
