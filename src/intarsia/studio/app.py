@@ -28,6 +28,7 @@ from .processes import Process
 from .safety import Safety, TooLargeError
 from .schema import LIMITS, schema
 from .showing import FOUND, Showing
+from .sketches import Sketches
 from .store import Store
 from .weaves import Weaves
 
@@ -51,6 +52,7 @@ class Studio:
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
         self.weaves = Weaves(self.store, self.uploads, self.showing.pictures)
+        self.sketches = Sketches(self.uploads, self.showing.pictures, lambda: self.jobs.busy)
 
     @asynccontextmanager
     async def living(self, app: Starlette) -> AsyncIterator[None]:
@@ -63,6 +65,7 @@ class Studio:
             await self.jobs.end()
             await self.looker.end()
             await self.weaves.weaver.end()
+            await self.sketches.end()
             self.store.close()
 
     def row(self, request: Request, kind: str) -> dict[str, Any]:
@@ -130,6 +133,15 @@ class Studio:
         if kind not in FOUND:
             raise Refused(404, f"there is no such overlay; give {', '.join(FOUND)}.")
         return picture(await self.showing.overlay(self.row(request, "exemplars"), kind))
+
+    async def sketch(self, request: Request) -> Response:
+        row, method = self.row(request, "exemplars"), request.path_params["method"]
+
+        async def wanted() -> bool:
+            return not await request.is_disconnected()
+
+        data = await self.sketches.get(row, method, wanted)
+        return picture(data) if data else Response(status_code=204, headers=KEPT)
 
     async def put_image(self, request: Request) -> Response:
         return JSONResponse(await self.uploads.image(await request.body()), 201)
@@ -221,6 +233,7 @@ class Studio:
             ("POST", "/api/exemplars/{id}/edit", self.edit),
             ("GET", "/api/exemplars/{id}/found", self.found),
             ("GET", "/api/exemplars/{id}/found/{kind}.png", self.overlay),
+            ("GET", "/api/exemplars/{id}/methods/{method}.png", self.sketch),
             ("POST", "/api/images", self.put_image),
             ("POST", "/api/jobs", self.put_job),
             ("GET", "/api/jobs", self.all_jobs),

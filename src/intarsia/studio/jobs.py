@@ -95,6 +95,11 @@ class Jobs:
             raise Refused(404, "there is no such job.")
         return told(job | self._live if job["id"] == self._running else job)
 
+    @property
+    def busy(self) -> bool:
+        """Whether a job runs, or the worker gets warm."""
+        return self._running is not None or self.warmth["done"] < self.warmth["total"]
+
     def cancel(self, name: str) -> Row:
         """Stop a job that waits or runs."""
         job = self.get(name)

@@ -1,4 +1,4 @@
-"""Sketches: what each method makes of an exemplar, small; grown only while nothing else is to be done, and kept a while."""
+"""Sketches: what each method makes of an exemplar, small; grown only while nothing else is to be done, and kept."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ class Sketches:
         self._rest: asyncio.TimerHandle | None = None
 
     async def get(self, row: Row, method: str, wanted: Wanted) -> bytes:
-        """Return the sketch of a method as PNG, empty where it cannot serve this exemplar; FailedError if not wanted."""
+        """Return the sketch of a method as PNG, empty where it cannot serve this exemplar.
+
+        FailedError where it is no longer wanted.
+        """
         if method not in (AUTO_METHOD, *METHODS):
             raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
         key = ("sketch", row["id"], method)

@@ -19,6 +19,7 @@ from .worker import Answer, Tell
 
 LARGEST = 320  # px a side of an exemplar: larger ones are reduced, so that all of it is seen
 SIDE = 192  # px of what is grown
+SLOW = {"efros-leung": (112, 96)}  # compares every pixel with all: of how much of the exemplar, and how much is grown
 KEPT = 4
 
 _small: OrderedDict[str, Exemplar] = OrderedDict()
@@ -27,7 +28,9 @@ _small: OrderedDict[str, Exemplar] = OrderedDict()
 def sketch(said: dict[str, Any], tell: Tell) -> Answer:
     """Grow a small picture with the usual parameters of a method; `why` there is none, where it cannot serve."""
     try:
-        made = synthesize(_reduced(said["paths"]), SIDE, said["method"], run=Run(threads=1, cancel=CANCEL))
+        exemplar, method = _reduced(said["paths"]), said["method"]
+        part, side = SLOW.get(method, (LARGEST, SIDE))
+        made = synthesize(_middle(exemplar, part), side, method, run=Run(threads=1, cancel=CANCEL))
         return {}, png(seen(made.render()))
     except CancelledError:
         raise
@@ -48,3 +51,13 @@ def _reduced(paths: list[str]) -> Exemplar:
             _small.popitem(last=False)
     _small.move_to_end(key)
     return _small[key]
+
+
+def _middle(exemplar: Exemplar, side: int) -> Exemplar:
+    """What lies in the middle of an exemplar, at most so many px a side."""
+    if max(exemplar.height, exemplar.width) <= side:
+        return exemplar
+    firsts = (max((n - side) // 2, 0) for n in exemplar.base.pixels.shape[:2])
+    rows, columns = (slice(first, first + side) for first in firsts)
+    usable = None if exemplar.usable is None else exemplar.usable[rows, columns]
+    return Exemplar({"albedo": Plane(exemplar.base.pixels[rows, columns])}, usable)

@@ -27,6 +27,7 @@ WORK = {
     "view": ("intarsia.studio.beside.views", "view"),
     "origins": ("intarsia.studio.beside.views", "origins"),
     "find": ("intarsia.studio.beside.found", "find"),
+    "sketch": ("intarsia.studio.beside.sketching", "sketch"),
     "overlay": ("intarsia.studio.beside.found", "overlay"),
     "edit": ("intarsia.studio.beside.found", "edit"),
     "weave": ("intarsia.studio.beside.weaving", "begin"),

@@ -121,3 +121,21 @@ export function viewOf(exemplar, side = LONGEST, plane) {
 export function lookOf(result, kind, side = LONGEST) {
   return `/api/results/${result}/view/${kind}.png?side=${side}`;
 }
+
+/**
+ * What a method makes of an exemplar, small; null where it cannot serve it.
+ * @param {Exemplar} exemplar
+ * @param {string} method
+ * @param {AbortSignal} signal
+ * @returns {Promise<HTMLImageElement | null>}
+ */
+export async function sketchOf(exemplar, method, signal) {
+  const path = `/api/exemplars/${exemplar.id}/methods/${method}.png`;
+  const answer = await ask(path, { signal });
+  if (answer.status === 204) return null;
+  const image = new Image();
+  image.alt = "";
+  image.src = path; // it is kept by the browser now
+  await image.decode();
+  return image;
+}
