@@ -67,6 +67,13 @@ def tile(served: Served, weave: Any, y: int, x: int, known: str = "", level: int
     )
 
 
+def averaged(picture: np.ndarray, side: int) -> np.ndarray:
+    """Squares of so many px as one each."""
+    high, wide = (n // side for n in picture.shape[:2])
+    mean = picture.astype(float).reshape(high, side, wide, side, -1).mean(axis=(1, 3))
+    return np.asarray(mean)
+
+
 def worked(pid: int) -> float:
     """Seconds of work that a process has done."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
@@ -102,13 +109,23 @@ class TestTiles:
             drawn = opened(tile(served, row, 3, -1, level=level).content)
             assert np.abs(drawn - whole).max() <= 0.5
 
-    def test_a_tile_that_takes_long_is_drawn_in_turns(self, served: Served, small: str, texture: ia.Weave) -> None:
-        row = begun(served, small)
+    def test_a_tile_that_takes_long_is_drawn_in_turns(self, served: Served) -> None:
+        exemplar = served.post("/api/exemplars", {"sample": "tiles"})["id"]
+        row = begun(served, exemplar, method="near-regular")
         drawn = opened(tile(served, row, 5, 5, level=3).content)
-        known = texture[5 * 2048 : 6 * 2048, 5 * 2048 : 6 * 2048].astype(float)
-        for _ in range(3):
-            known = known.reshape(len(known) // 2, 2, len(known) // 2, 2, 3).mean(axis=(1, 3))
-        assert np.abs(drawn - known).max() < 12
+        known = ia.weave("sample:tiles", "near-regular", 5)[5 * 2048 : 6 * 2048, 5 * 2048 : 6 * 2048]
+        assert np.abs(drawn - averaged(known, 8)).max() < 3
+
+    @pytest.mark.parametrize("level", [1, 2, 3])
+    def test_coarse_levels_look_like_what_they_become(self, served: Served, level: int) -> None:
+        exemplar = served.post("/api/exemplars", {"sample": "stones"})["id"]
+        row, side = begun(served, exemplar), 256 << level
+        drawn = opened(tile(served, row, -1, 2, level=level).content).astype(float)[:128, :128]
+        texture = ia.weave("sample:stones", PARALLEL, 5)
+        known = averaged(texture[-side : side // 2 - side, 2 * side : 2 * side + side // 2], 1 << level)
+        apart = np.abs(drawn - known).mean()
+        assert apart < 0.35 * np.abs(drawn - np.roll(known, (40, 30), (0, 1))).mean()
+        assert np.abs(drawn.mean(axis=(0, 1)) - known.mean(axis=(0, 1))).max() < 3
 
     @pytest.mark.parametrize(
         "given", [{}, {"method": "graphcut"}, {"method": 3}, {"seed": -1}, {"seed": "x"}, {"options": {"nonsense": 1}},

@@ -100,9 +100,12 @@ class Descent:
     stage: int
     wanted: StackGuide | None = None  # the guide of a canvas whose first pixel is (0, 0)
 
-    def window(self, rows: Span, cols: Span, run: Run) -> Array:
-        """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32."""
-        spans = self._spans(rows, cols)
+    def window(self, rows: Span, cols: Span, run: Run, least: int = 0) -> Array:
+        """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32.
+
+        `least`: the level of pixels that is wanted; of a coarser one than 0 each stands for 2**least px a side.
+        """
+        spans = self._spans(rows, cols, least)
         top = len(spans) - 1
         if self.wanted is not None:
             self.wanted.lay([places_of(level, spans) for level in range(len(spans))])
@@ -112,7 +115,7 @@ class Descent:
         def drafted(coords: Array, level: int) -> Array:
             return shown_by(coords, places_of(level, spans), (rows, cols), self._room.size)
 
-        for level in range(top, -1, -1):
+        for level in range(top, least - 1, -1):
             run.tick(top - level, top + 1, partial(drafted, coords, min(level + 1, top)))
             if level < top:
                 frame = self._frame(level, spans)
@@ -122,7 +125,7 @@ class Descent:
                 coords = self._corrected(coords, level, spans[level], part, frame)
             elif edge := self._margin(level):
                 coords = coords[edge:-edge, edge:-edge]
-        run.tick(top + 1, top + 1, partial(drafted, coords, 0))
+        run.tick(top + 1, top + 1, partial(drafted, coords, least))
         return coords
 
     def asked(self, rows: Span, cols: Span) -> list[list[Array]]:
@@ -175,11 +178,12 @@ class Descent:
             return self.rules.margin + (self.wanted is not None)
         return SEEN * (TURNS - 1) if self._scattered(level) else 0
 
-    def _spans(self, rows: Span, cols: Span) -> list[tuple[Span, Span]]:
+    def _spans(self, rows: Span, cols: Span, least: int = 0) -> list[tuple[Span, Span]]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
-        spans = [(rows.wider(self._margin(0)), cols.wider(self._margin(0)))]
-        for level in range(1, self.stack.count):
-            above = [span.above().wider(self._margin(level)) for span in spans[-1]]
+        edges = [self._margin(level) if level >= least else 0 for level in range(self.stack.count)]
+        spans = [(rows.wider(edges[0]), cols.wider(edges[0]))]
+        for edge in edges[1:]:
+            above = [span.above().wider(edge) for span in spans[-1]]
             spans.append((above[0], above[1]))
         return spans
 

@@ -238,6 +238,19 @@ class ParallelControllable(MethodBase):
             raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
         return self._map(exemplars[0], box, seed, run)
 
+    def coarse(
+        self, exemplars: Sequence[Exemplar], box: Box, level: int, seed: int, run: Run
+    ) -> NDArray[np.int32] | None:
+        """Return which exemplar pixels the middles of squares of 2**level px show, (h, w, 2), on that level.
+
+        Finer levels move them a little; it is as quick as a window of so many pixels. `box` is one of whole squares.
+        None where the exemplar is too small, or lies turned or scaled.
+        """
+        descent = self._descent(exemplars[0], box, seed)
+        if descent.rules.lie is not None or level >= descent.stack.count:
+            return None
+        return descent.window(*_spans(box), run, level)
+
     def asked(self, exemplars: Sequence[Exemplar], where: Canvas | Box) -> dict[str, str]:
         """Return a hash of what each function among the parameters says at all places that a picture asks it for.
 

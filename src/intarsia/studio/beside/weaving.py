@@ -16,12 +16,15 @@ from ...choosing.auto import AUTO_METHOD
 from ...cli.pictures import value_of
 from ...errors import InputError, MethodError, ParameterError
 from ...errors import said as named
+from ...exemplar import Exemplar
 from ...field import Field
 from ...geometry import Box
 from ...giant.texture import Weave, weave
 from ...image import Plane
 from ...methods.base import make, method_class
+from ...methods.parallel_controllable import ParallelControllable
 from ...params import parameters
+from ...run import Run
 from .looking import exemplar_of
 from .pictures import Pixels, png, reduced, seen
 from .strokes import STEPS, Painting, painting_of
@@ -98,9 +101,11 @@ def _beyond(picture: Pixels) -> Any:
 
 
 def _tile(texture: Weave, said: Mapping[str, Any], level: int, y: int, x: int, until: float) -> Pixels:
-    """The pixels of a tile, (256, 256, C) of 8 bits; each level is the one below it, averaged over 2 x 2 px."""
+    """The pixels of a tile, (256, 256, C) of 8 bits; each level is the one below it, averaged, or a method's own."""
     key = (_key(texture, said, level, y, x), level, y, x)
     found = _tiles.get(key)
+    if found is None and level:
+        found = _coarse(texture, level, y, x)
     if found is None:
         if level:
             parts = [
@@ -118,6 +123,34 @@ def _tile(texture: Weave, said: Mapping[str, Any], level: int, y: int, x: int, u
     while len(_tiles) > TILES:
         _tiles.popitem(last=False)
     return found
+
+
+def _coarse(texture: Weave, level: int, y: int, x: int) -> Pixels | None:
+    """A tile as the coarse levels of a method have it, where it has any: each pixel averaged over its square."""
+    method, exemplar = texture.method, texture.exemplars[0]
+    if not isinstance(method, ParallelControllable) or texture.scale != (1, 1):
+        return None
+    one, side = 1 << level, SIDE << level
+    box = Box(y * side, x * side, (y + 1) * side, (x + 1) * side)
+    found = method.coarse(texture.exemplars, box, level, texture.seed, Run(1))
+    if found is None:
+        return None
+    means = exemplar.latest(f"means of {one} px", texture.name, lambda: _means(exemplar, texture.like, one))
+    picked: Pixels = means[found[..., 0], found[..., 1]]
+    return picked
+
+
+def _means(exemplar: Exemplar, like: Plane, side: int) -> Pixels:
+    """What can be seen of a plane, each pixel averaged over a square of so many px around it."""
+    mode: Any = "wrap" if exemplar.toroidal else "symmetric"
+    before, picture = side // 2, seen(like)
+    around = np.pad(picture, ((before, side - before - 1),) * 2 + ((0, 0),), mode=mode)
+    for axis in (0, 1):
+        total = np.cumsum(around, axis=axis, dtype=np.float64)
+        whole = np.insert(total, 0, 0, axis=axis)
+        count = whole.shape[axis] - side
+        around = (np.take(whole, range(side, side + count), axis) - np.take(whole, range(count), axis)) / side
+    return np.asarray(np.rint(around), np.uint8)
 
 
 def _key(texture: Weave, said: Mapping[str, Any], level: int, y: int, x: int) -> str:
