@@ -2,6 +2,7 @@
 
 import { button, el } from "../core/dom.js";
 import { icon } from "../core/icons.js";
+import { planesOf } from "../core/store.js";
 import { copied } from "../core/toast.js";
 import { weight } from "../core/words.js";
 
@@ -13,7 +14,9 @@ import { weight } from "../core/words.js";
 export function resultActions(result, plane) {
   const main = result.files.find((file) => file.holds === plane) ?? result.files[0];
   const more = el("div", { class: "menu", hidden: true, role: "group", "aria-label": "Downloads" });
-  for (const file of result.files) more.append(link(file.url, file.name, file.name, weight(file.bytes)));
+  const planes = planesOf(result);
+  const files = [...result.files].sort((a, b) => rank(a, planes) - rank(b, planes));
+  for (const file of files) more.append(link(file.url, file.name, file.name, weight(file.bytes)));
   more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
   more.append(button("Copy as Python", () => void copied(result.python, "Python"), {}));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
@@ -33,6 +36,16 @@ export function resultActions(result, plane) {
     made.unshift(download);
   }
   return made;
+}
+
+/**
+ * Planes come first, in their order.
+ * @param {import("../core/types.js").Made} file
+ * @param {string[]} planes
+ */
+function rank(file, planes) {
+  const at = planes.indexOf(file.holds);
+  return at < 0 ? planes.length : at;
 }
 
 /**
