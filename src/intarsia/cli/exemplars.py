@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +20,7 @@ from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from ..rendering.normals import off_unit
 from ..tasks.starts import grown_hole
-from .adapt import adapted
+from .adapt import Warn, adapted
 from .report import Report
 from .request import Begin, Inputs, Labels, Wish
 
@@ -77,6 +80,57 @@ def stem_of(found: Set) -> str:
     return files.sets.name_of(first)[0] or first_file.parent.name or first_file.stem
 
 
+class Held:
+    """Exemplars that the commands of one process share: what was found in one is not looked for again.
+
+    They are a few, of so many pixels together, each for so many commands, as what is known of it grows by them. One is
+    read anew when a file of it has changed.
+    """
+
+    def __init__(self, most: int = 4, pixels: int = 1 << 23, uses: int = 64) -> None:
+        self._most, self._pixels, self._uses = most, pixels, uses
+        self._known: OrderedDict[tuple[Any, ...], tuple[Exemplar, list[str], int]] = OrderedDict()
+
+    def get(self, key: tuple[Any, ...], read: Callable[[Warn], Exemplar], warn: Warn) -> Exemplar:
+        """Return the exemplar that is known by a key, or read it; what it warns of is told either way."""
+        exemplar, told, uses = self._known.pop(key, (None, list[str](), 0))
+        if exemplar is None or uses >= self._uses:
+            told, uses = [], 0
+            exemplar = read(told.append)
+        self._known[key] = exemplar, told, uses + 1
+        while len(self._known) > self._most or (self._known and self._sum() > self._pixels):
+            self._known.popitem(last=False)
+        for line in told:
+            warn(line)
+        return exemplar
+
+    def _sum(self) -> int:
+        return sum(e.height * e.width for e, _, _ in self._known.values())
+
+
+_held: Held | None = None
+
+
+def hold(held: Held | None) -> None:
+    """Have the commands of this process share exemplars from now on; None: each reads its own."""
+    global _held
+    _held = held
+
+
+def _signs(found: Set) -> tuple[Any, ...] | None:
+    """What tells whether the files of an exemplar are still the same; None where that cannot be told."""
+    signs = []
+    for path in found.values():
+        if path.startswith("sample:"):
+            continue
+        try:
+            stat = os.stat(path)
+        except OSError:  # the standard input, a layer of a file
+            return None
+        signs.append((stat.st_dev, stat.st_ino, stat.st_size, stat.st_mtime_ns))
+    return tuple(signs)
+
+
 class Shelf:
     """Reads exemplars when they are asked for and keeps the last, so that a long batch does not fill memory."""
 
@@ -127,18 +181,27 @@ class Shelf:
             return grown_hole(self.hole(number, base, name), self._begin.grow or 0, self._wrap)
 
         healed = self._begin.holes and not n
-        exemplar = files.read_set(
-            found, alpha=self.inputs.alpha, unused=unused if healed else None, channels=self.inputs.packed,
-            weights=dict(self.inputs.weights),
-        )  # fmt: skip
-        for name, path in found.items():
-            plane = exemplar.planes.get(name)
-            if plane is not None and plane.kind is Kind.NORMAL and (off := off_unit(plane)) > NO_NORMALS:
-                self.warn(
-                    f"{path} is no normal map, as it seems: its vectors are {off:.2f} off length 1 on average."
-                )
-        before = list(self._report.warnings)
-        return adapted(exemplar, self.inputs, lambda line: None if line in before else self._report.warn(line))
+
+        def read(warn: Warn) -> Exemplar:
+            exemplar = files.read_set(
+                found, alpha=self.inputs.alpha, unused=unused if healed else None, channels=self.inputs.packed,
+                weights=dict(self.inputs.weights),
+            )  # fmt: skip
+            for name, path in found.items():
+                plane = exemplar.planes.get(name)
+                if plane is not None and plane.kind is Kind.NORMAL and (off := off_unit(plane)) > NO_NORMALS:
+                    warn(f"{path} is no normal map, as it seems: its vectors are {off:.2f} off length 1 on average.")
+            return adapted(exemplar, self.inputs, warn)
+
+        signs, before = None if _held is None or healed else _signs(found), list(self._report.warnings)
+
+        def tell(line: str) -> None:
+            if line not in before:
+                self._report.warn(line)
+
+        if _held is None or signs is None:
+            return read(tell)
+        return _held.get((repr(self.inputs), repr(found), signs), read, tell)
 
 
 def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray[np.bool_]:

@@ -68,6 +68,12 @@ def courses_of(
     lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
     """Find the courses of an exemplar, and what they lie in: features and which are usable, axes swapped if upright."""
+    return exemplar.latest("courses", (lattice, weights), lambda: _courses_of(lattice, weights, exemplar))
+
+
+def _courses_of(
+    lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
+) -> tuple[Brickwork, Array, Array, bool]:
     picture = features([exemplar], weights).pictures[0]
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
     vector = cell_of(lattice, picture.shape[:2])[0]

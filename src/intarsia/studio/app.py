@@ -99,13 +99,17 @@ class Studio:
             await form.close()
             if not parts:
                 raise ParameterError("no file came; send them as the field files.")
-            return JSONResponse(await self.uploads.exemplar(parts), 201)
+            return self._opened(await self.uploads.exemplar(parts))
         given = await said(request)
         if set(given) == {"sample"}:
-            return JSONResponse(await self.uploads.sample(given["sample"]), 201)
+            return self._opened(await self.uploads.sample(given["sample"]))
         if set(given) == {"result"}:
-            return JSONResponse(await self.uploads.result(given["result"]), 201)
+            return self._opened(await self.uploads.result(given["result"]))
         raise ParameterError("send files, or the name of a sample, or the id of a result.")
+
+    def _opened(self, row: dict[str, Any]) -> Response:
+        self.jobs.prepare(row["id"])
+        return JSONResponse(row, 201)
 
     async def exemplars(self, request: Request) -> Response:
         return JSONResponse([uploads.told(row) for row in self.store.all("exemplars")])
@@ -123,10 +127,12 @@ class Studio:
 
     async def edit(self, request: Request) -> Response:
         row = self.row(request, "exemplars")
-        return JSONResponse(await self.showing.edited(row, await said(request)), 201)
+        return self._opened(await self.showing.edited(row, await said(request)))
 
     async def found(self, request: Request) -> Response:
-        return JSONResponse(await self.showing.found(self.row(request, "exemplars")))
+        row = self.row(request, "exemplars")
+        self.jobs.prepare(row["id"])
+        return JSONResponse(await self.showing.found(row))
 
     async def overlay(self, request: Request) -> Response:
         kind = request.path_params["kind"]

@@ -6,18 +6,20 @@ import asyncio
 import os
 import shutil
 import time
+from collections import deque
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ..errors import ParameterError
+from ..errors import IntarsiaError, ParameterError
 from .events import Events
 from .processes import FailedError, Process
 from .results import result_of
 from .schema import LIMITS
 from .store import OPEN, Row, Store, digest
-from .words import Words, words_of
+from .words import Words, exemplar_words, words_of
 
+PREPARED = 1 << 20  # px: larger exemplars are looked at when they are grown
 PATIENCE = 3.0  # s: a worker that does not stop within them is ended
 
 JOB = (
@@ -45,6 +47,9 @@ class Jobs:
         self._running: str | None = None
         self._live: Row = {}  # how far the job is that runs: told, not written
         self._cancelled: set[str] = set()
+        self._to_prepare: str | None = None
+        self._preparing = False
+        self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker knows, as many as it keeps
         self._wake = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
         self._to_score: asyncio.Queue[str] = asyncio.Queue()
@@ -87,6 +92,13 @@ class Jobs:
             "label": label or " ".join([verb, *names]),
         }  # fmt: skip
         return self._tell(job, wake=True)
+
+    def prepare(self, name: str) -> None:
+        """Have the worker look at an exemplar, once it has nothing else to do, for it will be grown soon."""
+        row = self.store.get("exemplars", name)
+        if row is not None and row["width"] * row["height"] <= PREPARED and name not in self._prepared:
+            self._to_prepare = name
+            self._wake.set()
 
     def get(self, name: str) -> Row:
         """Return a job."""
@@ -141,6 +153,8 @@ class Jobs:
         self.events.tell("job", told(job))
         if wake:
             self._wake.set()
+            if self._preparing:
+                self.worker.cancel()
         return told(job)
 
     def _end_worker(self, name: str) -> None:
@@ -169,12 +183,27 @@ class Jobs:
             if self.worker.pid is None or self.worker.pid != warmed:
                 await self.warm()
                 warmed = self.worker.pid
+                self._prepared.clear()
             self._wake.clear()
             waiting = [job for job in self.store.all("jobs") if job["state"] == "queued"]
-            if not waiting:
+            if not waiting and self._to_prepare is not None:
+                await self._prepare(self._to_prepare)
+            elif not waiting:
                 await self._wake.wait()
             for job in waiting[:1]:
                 await self._carry_out(job)
+
+    async def _prepare(self, name: str) -> None:
+        folder = self.store.under_way("exemplars")
+        self._to_prepare, self._preparing = None, True
+        try:
+            with suppress(IntarsiaError):  # then growing it fails, and tells why
+                words = exemplar_words(name, Words([]), self.store)
+                await self.worker.ask("prepare", words=words, folder=str(folder))
+                self._prepared.append(name)
+        finally:
+            self._preparing = False
+            shutil.rmtree(folder, ignore_errors=True)
 
     async def _carry_out(self, job: Row) -> None:
         """Do a job: its state tells how it ended."""

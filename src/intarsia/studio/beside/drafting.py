@@ -34,18 +34,21 @@ class Drafting:
         ended = time.monotonic()
         if picture is not None:
             self._tell(picture, preview=True)
-        self._next = ended + max(APART, (ended - now) / SHARE)
+        self._next = ended + (max(APART, (ended - now) / SHARE) if picture is not None else ended - now)
 
 
 def drawn(smap: SourceMap, exemplars: Sequence[Exemplar], side: int = SIDE) -> bytes | None:
     """Return a PNG of a map, at most `side` px a side: copied pixels, clear where nothing is yet; None of nothing."""
     import numpy as np
 
+    from ...sourcemap import HOLE
     from .pictures import coloured, png
 
     step = max(-(-max(smap.height, smap.width) // side), 1)
     yx = smap.yx[step // 2 :: step, step // 2 :: step]
     which = np.zeros(yx.shape[:2], np.uint8) if smap.which is None else smap.which[step // 2 :: step, step // 2 :: step]
+    if (which == HOLE).all():
+        return None
     out = np.zeros((*which.shape, 4), np.uint8)
     for number, exemplar in enumerate(exemplars):
         here = which == number

@@ -8,6 +8,7 @@ import os
 import shutil
 import tempfile
 from contextlib import redirect_stderr, redirect_stdout
+from functools import cache
 from typing import Any
 
 from .drafting import Drafting
@@ -24,11 +25,25 @@ def command(said: dict[str, Any], tell: Tell) -> Answer:
         os.chdir(os.path.dirname(os.path.abspath(__file__)))
 
 
+def prepare(said: dict[str, Any], tell: Tell) -> Answer:
+    """Grow an exemplar once, so that what growing needs to know of it is known to this process; nothing is kept."""
+    return command(said | {"words": ["grow", *said["words"], "--size=512", "--output=out.png", "--json"]}, tell)
+
+
+@cache
+def _hold() -> None:
+    """Keep exemplars between the commands of this process."""
+    from ...cli.exemplars import Held, hold
+
+    hold(Held())
+
+
 def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any]:
     """Run a command as a shell would, but here: what it tells as JSON, or its error."""
     from ...cli.app import cli
     from ...cli.report import listen
 
+    _hold()
     told, aside = io.StringIO(), io.StringIO()
     listen(drafting)
     try:

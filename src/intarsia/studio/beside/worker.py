@@ -21,6 +21,7 @@ Tell = Callable[..., None]
 
 WORK = {
     "command": ("intarsia.studio.beside.running", "command"),
+    "prepare": ("intarsia.studio.beside.running", "prepare"),
     "warm": ("intarsia.studio.beside.running", "warm"),
     "look": ("intarsia.studio.beside.looking", "look"),
     "see": ("intarsia.studio.beside.looking", "see"),

@@ -1,0 +1,109 @@
+"""What is done before a job comes: exemplars are looked at, and kept, so that growing begins at once."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from studio.served import QUICK, pixels, png
+
+from intarsia.cli.exemplars import Held, Shelf, hold
+from intarsia.cli.report import Report
+from intarsia.cli.request import Inputs
+from intarsia.studio.events import Events
+from intarsia.studio.jobs import PREPARED, Jobs
+from intarsia.studio.processes import FailedError
+from intarsia.studio.store import Store
+
+
+class Worker:
+    """A process that does nothing, but remembers what it was asked; a trial takes until it is cancelled."""
+
+    def __init__(self) -> None:
+        self.asked, self.pid, self.stopped = list[tuple[str, Any]](), 1, asyncio.Event()
+
+    async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
+        """Remember it."""
+        self.asked.append((do, given.get("words")))
+        if do == "prepare" and "slow.png" in given["words"][0]:
+            await self.stopped.wait()
+        if do == "command":
+            raise FailedError("nothing is done here.", 1)
+        return {}, b""
+
+    def cancel(self) -> None:
+        """End the trial."""
+        self.stopped.set()
+
+    async def end(self) -> None:
+        """There is nothing to end."""
+
+
+async def settled(ready: Any) -> None:
+    for _ in range(400):
+        if ready():
+            return
+        await asyncio.sleep(0.005)
+    raise AssertionError("it does not come")
+
+
+def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> None:
+    async def work() -> None:
+        store, worker = Store(tmp_path), Worker()
+        large = PREPARED // 100 + 1
+        for number, (name, height) in enumerate((("fine", 10), ("large", large), ("slow", 10))):
+            row = {"id": f"{number:016}", "name": name, "width": 100, "height": height, "files": [f"{name}.png"]}
+            store.put("exemplars", row)
+        jobs = Jobs(store, Events(), worker, Worker())  # type: ignore[arg-type]
+        jobs.begin()
+        trials = lambda: [words[0].rpartition("/")[2] for do, words in worker.asked if do == "prepare"]  # noqa: E731
+        await settled(lambda: ("warm", None) in worker.asked)
+        for name in ("0" * 16, "0" * 15 + "1", "f" * 16):
+            jobs.prepare(name)
+            await asyncio.sleep(0.05)
+        await settled(lambda: trials() == ["fine.png"])
+        jobs.prepare("0" * 16)  # once is enough
+        await asyncio.sleep(0.05)
+        jobs.prepare("0" * 15 + "2")
+        await settled(lambda: trials() == ["fine.png", "slow.png"])
+        job = jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": dict(QUICK)})
+        await settled(lambda: jobs.get(job["id"])["state"] == "failed")
+        assert worker.stopped.is_set()
+        assert not list((tmp_path / "exemplars").glob(".under-way-*"))
+        await jobs.end()
+        store.close()
+
+    asyncio.run(work())
+
+
+def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Path) -> None:
+    path, told = tmp_path / "a.png", list[str]()
+    path.write_bytes(png(pixels()))
+    held, inputs = Held(most=2, uses=3), Inputs((str(path),))
+    hold(held)
+    try:
+        def read(inputs: Inputs = inputs) -> Any:
+            report = Report(quiet=True)
+            (found,) = Shelf([[{"albedo": str(path)}]], inputs, report).get(0)
+            told.extend(report.warnings)
+            return found
+
+        first = read()
+        assert read() is first
+        assert read(Inputs((str(path),), crop=(0, 0, 20, 20))) is not first
+        assert read() is first
+        assert read() is not first  # often enough: what is known of one does not grow for ever
+        path.write_bytes(png(pixels(seed=2)))
+        assert np.array_equal(read().base.pixels, pixels(seed=2))
+        avoiding = Inputs((str(path),), avoid=(1, 2, 3))
+        assert read(avoiding) is read(avoiding)
+        assert len(told) == 2  # warned of each time
+        assert "no pixel of the colour" in told[1]
+        for n in range(3):
+            read(Inputs((str(path),), crop=(0, 0, 20 + n, 20)))
+        assert len(held._known) == 2
+    finally:
+        hold(None)
+    assert read() is not read()
