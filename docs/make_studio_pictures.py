@@ -20,6 +20,10 @@ from playwright.sync_api import Locator, Page, sync_playwright
 
 FOLDER = Path(__file__).resolve().parent / "images"
 SIZE = {"width": 1280, "height": 720}
+STILL = """() => {
+  const room = document.querySelector("endless-room");
+  return room && !room.busy && room.tiles.weave && room.tiles.missing === 0;
+}"""
 WAIT = 120_000  # ms that a picture may take to grow
 
 
@@ -72,7 +76,7 @@ def stroke(page: Page, stage: Locator, *places: tuple[float, float]) -> None:
 
 def keep(page: Page, name: str) -> None:
     """Write what is seen now."""
-    path = FOLDER / f"studio-{name}.jpg"
+    path = FOLDER / f"{name}.jpg"
     Image.open(BytesIO(page.screenshot())).convert("RGB").save(path, quality=82, optimize=True, progressive=True)
     print(f"{path.name}: {path.stat().st_size // 1000} kB")
 
@@ -88,19 +92,19 @@ def main() -> None:
         while not page.evaluate("[...document.querySelectorAll('img')].every(i => i.naturalWidth)"):
             page.wait_for_timeout(200)
         page.get_by_text("Warming up").wait_for(state="hidden", timeout=WAIT)
-        keep(page, "start")
+        keep(page, "studio-start")
         opened(page, "tiles")
         press(page, "Both", "Grow")
         grown(page)
         opened(page, "stones")
         press(page, "Grow")
         grown(page)
-        keep(page, "grow")
+        keep(page, "studio-grow")
         press(page, "4", "Grow")
         captions = page.locator(".sheet .caption").filter(has_text=re.compile(r"seed \d+ · \d\d"))
         captions.nth(3).wait_for(timeout=WAIT)
         page.wait_for_timeout(1000)
-        keep(page, "sheet")
+        keep(page, "studio-sheet")
         page.locator(".sheet .thumb").first.click()
         grown(page)
         press(page, "Pieces")
@@ -109,18 +113,18 @@ def main() -> None:
         page.wait_for_timeout(800)
         page.mouse.move(562, 302)
         page.wait_for_timeout(500)
-        keep(page, "pieces")
+        keep(page, "studio-pieces")
         press(page, "Found")
         page.get_by_role("heading", name="Auto takes").wait_for(timeout=WAIT)
         for name in ("Courses", "Striking things"):
             page.get_by_role("switch", name=name).click()
         page.wait_for_timeout(2500)
-        keep(page, "found")
+        keep(page, "studio-found")
         press(page, "Mend")
         stage = page.locator("studio-stage:visible").first
         page.wait_for_timeout(500)
         stroke(page, stage, (0.4, 0.4), (0.6, 0.45), (0.52, 0.6))
-        keep(page, "heal")
+        keep(page, "studio-heal")
         opened(page, "planks")
         press(page, "Paint")
         page.wait_for_timeout(500)
@@ -128,11 +132,23 @@ def main() -> None:
         page.get_by_role("slider", name="Size of the brush").fill("72")
         stroke(page, left, (0.06, 0.25), (0.2, 0.25), (0.2, 0.75), (0.06, 0.75))
         stroke(page, right, (0.2, 0.35), (0.5, 0.6), (0.8, 0.4))
-        keep(page, "paint")
+        keep(page, "studio-paint")
+        opened(page, "pebbles")
+        press(page, "Endless")
+        page.wait_for_function(STILL, timeout=WAIT)
+        press(page, "Brush (B)")
+        sight = page.locator("endless-sight")
+        stroke(page, sight, (0.25, 0.3), (0.45, 0.42), (0.62, 0.4))
+        page.wait_for_timeout(500)
+        page.wait_for_function(STILL, timeout=WAIT)
+        page.get_by_role("switch", name="Strokes").click()
+        page.mouse.move(560, 480)
+        page.wait_for_timeout(300)
+        keep(page, "studio-endless")
         page.emulate_media(color_scheme="light")
         press(page, "Gallery")
         page.wait_for_timeout(1500)
-        keep(page, "gallery")
+        keep(page, "studio-gallery")
         browser.close()
 
 
