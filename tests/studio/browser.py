@@ -172,5 +172,5 @@ def desk(browser: Browser, served: Served, **how: Any) -> Iterator[Desk]:
     found = Desk(context, served)
     yield found
     context.close()
-    assert found.hosts == {f"127.0.0.1:{served.port}"}
-    assert found.wrong == []
+    assert found.hosts == {f"127.0.0.1:{served.port}"}, found.hosts
+    assert found.wrong == [], found.wrong

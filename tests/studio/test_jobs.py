@@ -68,7 +68,7 @@ class TestStates:
     def test_a_preview_shows_what_has_grown(self, served: Served, small: str) -> None:
         job = served.job("grow", [small], **LONG)
         until = time.monotonic() + 60
-        while (answer := served.client.get(f"/api/jobs/{job['id']}/preview.png")).status_code == 404:
+        while (answer := served.client.get(f"/api/jobs/{job['id']}/preview.png")).status_code == 204:
             assert time.monotonic() < until
             time.sleep(0.02)
         drawn = opened(answer.content)
@@ -79,7 +79,8 @@ class TestStates:
         assert {tuple(c) for c in grown[:, :3].tolist()} <= colours
         served.post(f"/api/jobs/{job['id']}/cancel")
         assert served.ended(job)["state"] == "cancelled"
-        assert served.client.get(f"/api/jobs/{job['id']}/preview.png").status_code == 404
+        assert served.client.get(f"/api/jobs/{job['id']}/preview.png").status_code == 204
+        assert served.client.get(f"/api/jobs/{'0' * 16}/preview.png").status_code == 404
 
     def test_a_job_that_fails_says_why_in_one_line_and_the_next_one_works(self, served: Served, small: str) -> None:
         failed = served.ended(served.job("grow", [small], method="image-quilting", patch="300", size="320x320"))

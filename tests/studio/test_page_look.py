@@ -84,3 +84,12 @@ def test_the_score_tells_its_parts(look: Desk) -> None:
     expect(look.page.get_by_role("button", name=f"Score {score['total']:.0f}")).to_be_visible()
     look.page.keyboard.press("Escape")
     expect(parts).to_be_hidden()
+
+
+def test_a_preview_that_is_gone_when_it_is_asked_for_is_no_error(page: Desk) -> None:
+    page.page.route("**/preview.png?*", lambda route: route.fulfill(status=204))
+    page.sample("pebbles")
+    page.button("3 times the exemplar").click()
+    page.button("Grow").click()
+    page.grown()
+    expect(page.page.locator(".toast")).to_have_count(0)

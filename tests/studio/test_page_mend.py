@@ -42,7 +42,7 @@ def test_the_frame_is_dragged_outwards(mend: Desk) -> None:
     mend.radio("Extend").click()
     mend.stroke((256, 128), (300, 128))
     mend.stroke((0, 0), (-20, -30))
-    right, left, top = (int(mend.page.get_by_label(name).input_value()) for name in ("Right", "Left", "Top"))
+    right, left, top = (int(mend.page.get_by_label(name, exact=True).input_value()) for name in ("Right", "Left", "Top"))
     assert (right, left, top) == (pytest.approx(44, abs=1), pytest.approx(20, abs=1), pytest.approx(30, abs=1))
     mend.page.get_by_label("Bottom").fill("12")
     mend.page.get_by_label("Top").fill("0")
@@ -51,7 +51,7 @@ def test_the_frame_is_dragged_outwards(mend: Desk) -> None:
     assert result["size"] == [256 + left + right, 256 + 12]
     assert mend.jobs[0]["options"] == {"left": left, "right": right, "bottom": 12}
     mend.button("Mend on").click()
-    expect(mend.page.get_by_label("Right")).to_be_visible()
+    expect(mend.page.get_by_label("Right", exact=True)).to_be_visible()
 
 
 def test_a_picture_is_made_to_tile(mend: Desk) -> None:

@@ -172,10 +172,9 @@ class Studio:
         return Response(status_code=204)
 
     async def preview(self, request: Request) -> Response:
-        number, data = self.jobs.previews.get(request.path_params["id"], (0, b""))
-        if not number:
-            raise Refused(404, "there is no preview of this job now.")
-        return Response(data, media_type="image/png")
+        job = self.jobs.get(request.path_params["id"])
+        number, data = self.jobs.previews.get(job["id"], (0, b""))
+        return Response(data, media_type="image/png") if number else Response(status_code=204)  # it may just have ended
 
     async def listen(self, request: Request) -> Response:
         return StreamingResponse(self.events.heard(self.jobs.now), media_type="text/event-stream")

@@ -74,6 +74,7 @@ export async function remove(path) {
  */
 export async function picture(path) {
   const answer = await ask(path);
+  if (answer.status === 204) throw new Refused("There is no picture of this now.", 204);
   return createImageBitmap(await answer.blob(), { colorSpaceConversion: "none", premultiplyAlpha: "default" });
 }
 

@@ -1,6 +1,6 @@
 /** What is looked at: the exemplar, a picture as it grows, or a result; on the stage, with what can be done with it. */
 
-import { lookOf, LONGEST, viewOf } from "../core/api.js";
+import { lookOf, LONGEST, Refused, viewOf } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { exemplarOf, planesOf, store } from "../core/store.js";
@@ -62,7 +62,8 @@ export class ResultView extends HTMLElement {
     try {
       await this.#picture(() => turn === this.#turn);
     } catch (error) {
-      if (turn === this.#turn) complain(error);
+      const over = error instanceof Refused && error.status === 204; // it ended meanwhile: its result comes
+      if (turn === this.#turn && !over) complain(error);
     }
   }
 
