@@ -33,10 +33,11 @@ from .sourcemap import HOLE, Blend, SourceMap
 from .version import VERSION
 
 if TYPE_CHECKING:
+    from .judging import notebook
     from .judging.score import Score
     from .seams import cost
 else:
-    cost = lazy("intarsia.seams.cost")
+    cost, notebook = lazy("intarsia.seams.cost"), lazy("intarsia.judging.notebook")
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -88,6 +89,9 @@ class Synthesis:
 
     def _repr_png_(self) -> bytes:
         return self.render()._repr_png_()
+
+    def _repr_html_(self) -> str:
+        return notebook.html_of(self.render(), self.exemplars, self.map, self.method.slug)
 
 
 def synthesize(
