@@ -87,7 +87,7 @@ mutants: lint
 
 lint: $(VENV)/.installed-dev
 	$(call check,-dev)
-	@$(BIN)/python -c 'import dask, distributed, httpx, hypothesis, mypy, playwright, pytest, pytest_timeout, python_multipart, ruff, starlette, tifffile, uvicorn, xdist, zarr' 2>/dev/null \
+	@$(BIN)/python -c 'import axe_playwright_python, dask, distributed, httpx, hypothesis, mypy, playwright, pytest, pytest_timeout, python_multipart, ruff, starlette, tifffile, uvicorn, xdist, zarr' 2>/dev/null \
 		|| { rm -f $(VENV)/.installed-dev; $(MAKE) --no-print-directory $(VENV)/.installed-dev; }
 	@$(BIN)/python -m ruff check --quiet src tests examples benchmarks tools docs
 	@$(BIN)/python -m mypy --no-error-summary
