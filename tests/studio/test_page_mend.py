@@ -42,7 +42,8 @@ def test_the_frame_is_dragged_outwards(mend: Desk) -> None:
     mend.radio("Extend").click()
     mend.stroke((256, 128), (300, 128))
     mend.stroke((0, 0), (-20, -30))
-    right, left, top = (int(mend.page.get_by_label(name, exact=True).input_value()) for name in ("Right", "Left", "Top"))
+    sides = [mend.page.get_by_label(name, exact=True) for name in ("Right", "Left", "Top")]
+    right, left, top = (int(side.input_value()) for side in sides)
     assert (right, left, top) == (pytest.approx(44, abs=1), pytest.approx(20, abs=1), pytest.approx(30, abs=1))
     mend.page.get_by_label("Bottom").fill("12")
     mend.page.get_by_label("Top").fill("0")
