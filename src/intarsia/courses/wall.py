@@ -43,7 +43,7 @@ from .unequal import masonry_of
 Strip = tuple[Array, Array, Array]
 Cut = tuple[NDArray[np.int64]]
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], list[Any]]
-HELD = 32 << 20  # bytes of courses that are kept for the windows beside
+HELD, CUTS_HELD = 24 << 20, 1 << 20  # bytes of courses that are kept for the windows beside, and of their cuts
 CHUNK = 256  # columns of a bed that are cut at once, so that any window is made of a few; 128 and 512: the same bytes
 RUN_UP = 48  # columns on both sides that decide where the cut crosses to the next chunk; 24 and 96: the same bytes
 
@@ -106,7 +106,7 @@ class Wall:
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
     strips: Lately[Strip] = field(default_factory=partial(Lately, HELD), repr=False)
-    cuts: Lately[Cut] = field(default_factory=partial(Lately, HELD), repr=False)
+    cuts: Lately[Cut] = field(default_factory=partial(Lately, CUTS_HELD), repr=False)
 
     @classmethod
     def of(
