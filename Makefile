@@ -110,7 +110,7 @@ pictures: $(VENV)/.installed-dev
 	@$(BIN)/python docs/make_finish_pictures.py && $(BIN)/python docs/make_striking_pictures.py && $(BIN)/python docs/make_near_pictures.py
 	@$(BIN)/python docs/make_graphcut_pictures.py && $(BIN)/python docs/make_repair_pictures.py
 	@$(BIN)/python docs/make_report_pictures.py && $(BIN)/python docs/make_parallel_pictures.py
-	@$(BIN)/python docs/make_moving_pictures.py
+	@$(BIN)/python docs/make_moving_pictures.py && $(BIN)/python docs/make_studio_pictures.py
 
 kernels: $(VENV)/.installed-dev
 	$(call check,-dev)
