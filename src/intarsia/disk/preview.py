@@ -32,10 +32,17 @@ def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
 
 def preview_png(pixels: Array, kind: str, linear: bool) -> bytes:
     """Return the same as the bytes of a PNG."""
+    return encoded(looked_at(pixels, kind, linear))
+
+
+def encoded(pixels: Array, quality: int | None = None) -> bytes:
+    """Return 8 bits (H, W) or (H, W, C) as the bytes of a PNG, or, where a quality of 1 to 95 is named, of a JPEG."""
     from PIL import Image
 
     buffer = io.BytesIO()
-    Image.fromarray(looked_at(pixels, kind, linear)).save(buffer, "png")
+    whole = pixels[:, :, 0] if pixels.ndim == 3 and pixels.shape[2] == 1 else pixels
+    lossy = {} if quality is None else {"quality": quality}
+    Image.fromarray(np.ascontiguousarray(whole)).save(buffer, "png" if quality is None else "jpeg", **lossy)
     return buffer.getvalue()
 
 

@@ -7,28 +7,21 @@ The page part holds everything it needs, its pictures and its map as data, and a
 from __future__ import annotations
 
 import base64
-import io
 import os
 import zlib
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..disk.preview import looked_at
+from ..disk.preview import encoded, looked_at
 from ..errors import IntarsiaError, legible
 from ..exemplar import Exemplar
 from ..image import Plane, Transfer
-from ..lazy import lazy
 from ..sourcemap import HOLE, SourceMap
 from .score import Score, score_map
-
-if TYPE_CHECKING:
-    from PIL import Image
-else:
-    Image = lazy("PIL.Image")
 
 Pixels = NDArray[np.uint8]
 
@@ -141,9 +134,9 @@ def _shown(pixels: Pixels, side: int, most: int, alt: str) -> tuple[str, int]:
     step = max(-(-max(pixels.shape[:2]) // side), 1)
     while True:
         small = _averaged(pixels, step)
-        data, kind = _encoded(small, "png"), "png"
+        data, kind = encoded(small), "png"
         if len(data) > most and small.shape[2] in (1, 3):
-            data, kind = _encoded(small, "jpeg"), "jpeg"
+            data, kind = encoded(small, QUALITY), "jpeg"
         if len(data) <= most or max(small.shape[:2]) < 16:
             break
         step += max(step // 2, 1)
@@ -163,12 +156,6 @@ def _averaged(pixels: Pixels, step: int) -> Pixels:
         counts = counts.reshape([-1 if a == axis else 1 for a in range(3)])
         out = np.add.reduceat(out, first, axis) / counts
     return np.asarray(out + 0.5, np.uint8)
-
-
-def _encoded(pixels: Pixels, kind: str) -> bytes:
-    out, whole = io.BytesIO(), pixels[:, :, 0] if pixels.shape[2] == 1 else pixels
-    Image.fromarray(np.ascontiguousarray(whole)).save(out, kind, **({"quality": QUALITY} if kind == "jpeg" else {}))
-    return out.getvalue()
 
 
 def _packed(smap: SourceMap) -> tuple[int, int, str]:
