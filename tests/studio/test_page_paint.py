@@ -10,6 +10,10 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_fill_holes
 from studio.browser import Desk
+from studio.served import opened
+
+from intarsia import read
+from intarsia.segments.segments import segments
 
 if TYPE_CHECKING:
     from playwright.sync_api import expect
@@ -171,3 +175,26 @@ def test_strokes_do_not_wait_for_the_server(paint: Desk) -> None:
     seen = labels(paint, 1)
     assert np.array_equal(seen != seen[2047, 2047], drawn((2048, 2048), places, size_of(paint)) > 0)
     paint.page.unroute_all()
+
+
+def test_labels_are_proposed_from_the_segments_and_taken_back(paint: Desk) -> None:
+    paint.button("Propose").click()
+    expect(paint.button("Undo")).to_be_enabled(timeout=60_000)
+    exemplar = paint.served.get("/api/exemplars")
+    tiles = next(e["id"] for e in exemplar if e["name"] == "tiles")
+    found = segments(read("sample:tiles"))
+    proposed = opened(paint.served.bytes(f"/api/exemplars/{tiles}/found/labels.png"))
+    areas = np.bincount(found.group_map.ravel())
+    for number, group in enumerate(np.argsort(-areas, kind="stable")[:6]):
+        assert (proposed[found.group_map == group] == number).all()
+    assert proposed.max() == min(len(areas), 6) - 1
+    paint.stroke((5, 5), (150, 110), number=1)
+    paint.radio("Both").click()
+    paint.button("Grow").click()
+    assert np.array_equal(paint.sent("labels"), proposed)
+    assert paint.jobs[0]["options"]["wrap"] == "both"
+    paint.grown()
+    paint.button("Paint on").click()
+    paint.button("Undo").click()
+    paint.button("Undo").click()
+    assert len(np.unique(labels(paint, 0))) == 1

@@ -27,7 +27,7 @@ from .openapi import openapi
 from .processes import Process
 from .safety import Safety, TooLargeError
 from .schema import LIMITS, schema
-from .showing import FOUND, Showing
+from .showing import FOUND, LABELS, Showing
 from .sketches import Sketches
 from .store import Store
 from .weaves import Weaves
@@ -136,7 +136,7 @@ class Studio:
 
     async def overlay(self, request: Request) -> Response:
         kind = request.path_params["kind"]
-        if kind not in FOUND:
+        if kind not in (*FOUND, LABELS):
             raise Refused(404, f"there is no such overlay; give {', '.join(FOUND)}.")
         return picture(await self.showing.overlay(self.row(request, "exemplars"), kind))
 

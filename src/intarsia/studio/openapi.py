@@ -25,7 +25,7 @@ SAYS = {
     "GET /api/exemplars/{id}/{plane}.png": "What can be seen of a plane of an exemplar, in 8 bits.",
     "POST /api/exemplars/{id}/edit": "Cut, straighten or flatten an exemplar: a new one.",
     "GET /api/exemplars/{id}/found": "What was found in an exemplar, and how to grow it.",
-    "GET /api/exemplars/{id}/found/{kind}.png": f"What was found, to lay over the exemplar: {', '.join(FOUND)}.",
+    "GET /api/exemplars/{id}/found/{kind}.png": f"What was found, to lay over: {', '.join(FOUND)}; labels: numbers.",
     "GET /api/exemplars/{id}/methods/{method}.png": "What a method makes of an exemplar, 192 px; 204 where it cannot.",
     "POST /api/images": "Keep a picture of numbers, a mask or labels: PNG, one channel, 8 bits.",
     "POST /api/jobs": "Queue a job: a command with its options.",

@@ -16,6 +16,9 @@ from .uploads import Uploads
 from .words import MAP
 
 FOUND = ("lattice", "courses", "elements", "striking", "segments")
+LABELS = "labels"
+"""What is proposed to paint with: numbers, and nothing to lay over a picture."""
+
 VIEWS = ("pieces", "seams", "usage", "provenance", "damaged")
 WITHIN = 120.0  # s for one picture
 

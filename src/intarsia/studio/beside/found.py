@@ -31,6 +31,7 @@ from .worker import Answer, Tell
 
 KINDS = ("lattice", "courses", "elements", "striking", "segments")
 LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
+LABELS = 6  # that the page paints with
 FILL = 70  # of 255: how much of a tint is seen
 
 _held: dict[tuple[str, ...], Findings] = {}
@@ -58,10 +59,11 @@ def find(said: dict[str, Any], tell: Tell) -> Answer:
 
 
 def overlay(said: dict[str, Any], tell: Tell) -> Answer:
-    """Draw what was found, on a transparent ground: PNG of the exemplar's size."""
+    """Draw what was found, on a clear ground: PNG of the exemplar's size; `labels` are numbers, of one channel."""
     found = _findings(said["paths"])
     drawn = {
         "lattice": _lattice, "courses": _courses, "elements": _elements, "striking": _striking, "segments": _segments,
+        "labels": _labels,
     }[said["kind"]](found)  # fmt: skip
     if drawn is None:
         raise InputError(f"nothing of this kind was found: {said['kind']}.")
@@ -190,3 +192,14 @@ def _segments(found: Findings) -> Pixels | None:
         out[group == number] = (*tint, FILL + 60 * (number == segments.chosen))
     out[borders(segments.labels)] = (20, 20, 20, 255)
     return out
+
+
+def _labels(found: Findings) -> Pixels | None:
+    """Labels to paint with, proposed from the groups of segments: 0 the largest, then those up to LABELS; (H, W, 1)."""
+    if not len(found.segments.groups):
+        return None
+    group = found.segments.group_map
+    areas = np.bincount(group[group >= 0])
+    number = np.zeros(len(areas) + 1, np.uint8)  # the last: what does not count
+    number[np.argsort(-areas, kind="stable")[:LABELS]] = np.arange(min(LABELS, len(areas)))
+    return number[group][:, :, None]

@@ -92,6 +92,20 @@ export async function fresh(path, tag, signal) {
 }
 
 /**
+ * The numbers of a picture of one channel and 8 bits.
+ * @param {string} path
+ * @returns {Promise<Uint8Array>} row by row
+ */
+export async function numbers(path) {
+  const drawn = await picture(path);
+  const pen = new OffscreenCanvas(drawn.width, drawn.height).getContext("2d");
+  if (!pen) throw new Error("This browser draws nothing.");
+  pen.drawImage(drawn, 0, 0);
+  const pixels = pen.getImageData(0, 0, drawn.width, drawn.height).data;
+  return Uint8Array.from({ length: pixels.length / 4 }, (_, n) => pixels[4 * n] ?? 0);
+}
+
+/**
  * @param {string} path
  * @returns {Promise<ArrayBuffer>}
  */

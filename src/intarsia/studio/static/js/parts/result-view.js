@@ -169,7 +169,7 @@ export class ResultView extends HTMLElement {
     fill(
       this.head,
       el("div", { class: "names" }, el("h2", { class: "one-line" }, name), el("p", { class: "quiet small number one-line" }, told)),
-      store.sheet.length > 0 && button("Sheet", () => store.spreadOut(store.sheet), { title: "Back to the contact sheet" }),
+      store.sheet.some((id) => store.jobs.get(id)?.exemplars[0] === store.exemplar?.id) && button("Sheet", () => store.spreadOut(store.sheet), { title: "Back to the contact sheet" }),
       el("span", { class: "actions" }, this.looks.planes, actions),
     );
   }

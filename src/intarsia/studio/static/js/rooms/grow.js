@@ -12,6 +12,7 @@ import { variants } from "../parts/variants.js";
 import { ExemplarCard } from "../parts/exemplar-card.js";
 import { ResultView } from "../parts/result-view.js";
 import { seedField } from "../parts/seed.js";
+import { wrapChoice } from "../parts/wrap.js";
 import { sizeField } from "../parts/size.js";
 
 export class GrowRoom extends HTMLElement {
@@ -37,14 +38,7 @@ export class GrowRoom extends HTMLElement {
 
   #panel() {
     if (!this.panel) return;
-    const wrap = segments(
-      "Tiles",
-      [["none", "No"], ["x", "Across"], ["y", "Down"], ["both", "Both"]],
-      () => growing.options.wrap ?? "none",
-      (value) => growing.set("wrap", value === "none" ? null : value),
-      { wide: true },
-    );
-    follow(growing, wrap.element, wrap.show);
+    const wrap = wrapChoice(growing);
     const undo = button("Undo", () => growing.undo(), { icon: icon("undo"), bare: true });
     const redo = button("Redo", () => growing.redo(), { icon: icon("redo"), bare: true });
     const able = () => [(undo.disabled = !growing.canUndo), (redo.disabled = !growing.canRedo)];

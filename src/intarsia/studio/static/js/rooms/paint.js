@@ -1,5 +1,6 @@
 /** Paint: labels over the exemplar on the left, labels of what is wanted on the right; then each region is grown. */
 
+import { numbers } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -13,6 +14,7 @@ import { field } from "../parts/field.js";
 import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
 import { seedField } from "../parts/seed.js";
+import { wrapChoice } from "../parts/wrap.js";
 import { sizeField } from "../parts/size.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Stage } from "../stage/stage.js";
@@ -104,6 +106,7 @@ export class PaintRoom extends HTMLElement {
     };
     kit.addEventListener("change", show, { signal: this.#gone.signal });
     show();
+    const wrap = wrapChoice(painting);
     const weight = store.schema?.verbs.paint?.options.find((o) => o.name === "weight");
     fill(
       this.panel,
@@ -112,14 +115,37 @@ export class PaintRoom extends HTMLElement {
         "div",
         { class: "fields" },
         el("p", { class: "quiet" }, "Mark what is what in the exemplar, then paint with the same labels where each shall be."),
-        el("div", { class: "group" }, el("h3", {}, "Label"), el("div", { class: "palette" }, colours)),
+        el("div", { class: "group" }, el("div", { class: "headed" }, el("h3", {}, "Label"), this.#proposing()), el("div", { class: "palette" }, colours)),
         toolbar(kit),
         sizeField(painting),
+        el("div", { class: "row" }, el("span", {}, "Tiles"), wrap.element),
         seedField(painting),
         methodPicker(painting, choicesOf("paint", "method")),
         weight && el("div", { class: "options" }, field(weight, painting)),
       ),
     );
+  }
+
+  /** A button that marks the exemplar as its segments are grouped. */
+  #proposing() {
+    const propose = button("Propose", () => {
+      propose.disabled = true;
+      void tried(() => this.#propose()).finally(() => (propose.disabled = false));
+    }, { class: "framed", title: "Mark the exemplar as its segments are grouped" });
+    return propose;
+  }
+
+  async #propose() {
+    const exemplar = store.exemplar;
+    const labels = this.#labels()?.source;
+    if (!exemplar || !labels) return;
+    const proposed = await numbers(`/api/exemplars/${exemplar.id}/found/labels.png`);
+    if (proposed.length !== labels.data.length) return;
+    const before = labels.data.slice();
+    labels.data.set(proposed);
+    labels.paint({ x: 0, y: 0, width: labels.width, height: labels.height });
+    kit.history.note(labels, before);
+    this.left.draw();
   }
 
   /** Send both label pictures, and ask for what is painted. */
