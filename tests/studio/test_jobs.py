@@ -206,6 +206,7 @@ def test_kills_lose_no_finished_result(tmp_path: Path, thorough: bool) -> None:
     assert known == {path.name for path in (folder / "results").iterdir()}
     assert set(done) <= known
     store.close()
+    print(f"{len(moments)} kills, {len(done)} results that were told of, none lost")
 
 
 def test_many_jobs_leave_no_process_no_file_and_no_memory(tmp_path: Path, thorough: bool) -> None:
@@ -226,6 +227,7 @@ def test_many_jobs_leave_no_process_no_file_and_no_memory(tmp_path: Path, thorou
         assert sizes[1] < sizes[0] * 1.25 + (60 << 20)  # what scores need is loaded meanwhile
         assert counts[1][0] <= counts[0][0] + 1
         assert counts[1][1] <= counts[0][1] + 6
+        print(f"{count} jobs; after half of them and at the end: {sizes} bytes, {counts} processes and open files")
         said = served.close()
     assert ended_processes(pids)
     assert "Traceback" not in said

@@ -83,6 +83,16 @@ class TestWhoComesIn:
         refused(asked(served, "DELETE", "/api/jobs/0", **own), 403)
         refused(asked(served, "POST", **own, **{"X-Intarsia": "1", "Sec-Fetch-Site": "cross-site"}), 403)
 
+    @pytest.mark.parametrize("site", ["cross-site", "same-site"])
+    def test_what_other_pages_embed_is_refused(self, served: Served, site: str) -> None:
+        """A page of another port of this machine is of the same site: cookies come with what it asks for."""
+        own = {"Cookie": f"intarsia-{served.port}={served.token}", "Sec-Fetch-Site": site}
+        for path in ("/", "/api/jobs", "/static/index.html", "/api/events", f"/?token={served.token}"):
+            refused(asked(served, path=path, **own, **{"Sec-Fetch-Mode": "no-cors"}), 403)
+        assert asked(served, path="/", **own, **{"Sec-Fetch-Mode": "navigate"}).status_code == 200
+        refused(asked(served, path="/api/jobs", **own, **{"Sec-Fetch-Mode": "navigate"}), 403)
+        assert asked(served, **own | {"Sec-Fetch-Site": "none"}).status_code == 200
+
     def test_no_other_page_is_allowed_to_read(self, served: Served) -> None:
         answer = served.client.get("/api/jobs")
         assert not [name for name in answer.headers if name.startswith("access-control")]
@@ -243,10 +253,22 @@ def test_uploads_of_the_corpus_are_read_or_refused(
     assert served.get("/api/schema")
 
 
-def test_images_of_numbers_are_png_of_one_channel(served: Served) -> None:
+def _peak(pid: int) -> int:
+    """The most memory that a process ever had, bytes."""
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    return next(int(line.split()[1]) << 10 for line in lines if line.startswith("VmHWM"))
+
+
+def test_images_of_numbers_are_png_of_one_channel(served: Served, tmp_path: Path) -> None:
     assert served.post("/api/jobs", {}, 400)
-    for data in (b"", b"x", png(pixels()), (b"GIF89a" + bytes(20)), png(pixels())[:80]):
+    bomb = tmp_path / "bomb.png"
+    bomb.write_bytes(CASES["bomb.png"].make(tmp_path).read_bytes())
+    for data in (b"", b"x", png(pixels()), (b"GIF89a" + bytes(20)), png(pixels())[:80], bomb.read_bytes()):
         refused(served.client.post("/api/images", content=data), 400)
+    before = sum(map(_peak, children(served.process.pid)))
+    refused(served.client.post("/api/images", content=bomb.read_bytes()), 400)
+    assert sum(map(_peak, children(served.process.pid))) < before + (200 << 20)
+    assert not list((served.folder / "images").glob(".under-way-*"))
 
 
 def test_the_server_imports_nothing_that_decodes() -> None:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
+from starlette.exceptions import HTTPException
 from studio.served import QUICK, Served, lives, pixels, png
 
 from intarsia.cli.commands import studio as command
+from intarsia.studio import safety
 
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:
@@ -97,3 +102,25 @@ main()
     assert len(done.stderr.strip().splitlines()) == 1
     assert not list(tmp_path.iterdir())
     assert set(command.NEEDED) == {"starlette", "uvicorn", "python_multipart"}
+
+
+@pytest.mark.parametrize("parts", [[True], [False, True]], ids=["slow", "whole"])
+def test_a_body_that_does_not_come_is_not_waited_for(parts: list[bool], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(safety, "SLOWEST", 0.05)
+    slow = parts == [True]
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        while (await receive()).get("more_body"):
+            pass
+
+    async def receive() -> Any:
+        if not parts:
+            await asyncio.sleep(60)
+        return {"type": "http.request", "body": b"x", "more_body": parts.pop()}
+
+    host = [(b"host", b"127.0.0.1:1"), (b"authorization", b"Bearer t"), (b"x-intarsia", b"1")]
+    scope = {"type": "http", "method": "POST", "path": "/api/jobs", "headers": host, "query_string": b""}
+    layer = safety.Safety(app, "t")
+    layer.port = 1
+    with pytest.raises(HTTPException, match="408") if slow else nullcontext():
+        asyncio.run(layer(scope, receive, None))  # type: ignore[arg-type]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import os
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
 from starlette.datastructures import Headers, MutableHeaders, QueryParams
+from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse
 
@@ -28,6 +30,7 @@ HEADERS = {
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
 }
 READS = ("GET", "HEAD")
+SLOWEST = 20.0  # s between two parts of what comes in
 LARGE = {"/api/exemplars": LIMITS["upload"], "/api/images": LIMITS["image"]}
 
 
@@ -79,7 +82,8 @@ class Safety:
         origin, site = headers.get("origin"), headers.get("sec-fetch-site")
         if origin is not None and origin not in {f"http://{host}" for host in own}:
             return _error(403, "requests from other pages are not served.")
-        if scope["method"] not in READS and site not in (None, "same-origin"):
+        entering = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"  # by a link, on whatever page
+        if site not in (None, "same-origin") and (scope["method"] not in READS or not (site == "none" or entering)):
             return _error(403, "requests from other pages are not served.")
         if scope["path"] == "/" and scope["method"] == "GET" and (given := _query_token(scope)) is not None:
             return self._entrance(given)
@@ -107,13 +111,19 @@ class Safety:
         """Count what comes in, and stop where it is too much."""
         most, got = LARGE.get(scope["path"], LIMITS["json"]), 0
         length = Headers(scope=scope).get("content-length", "")
-        announced = int(length) if length.isdigit() else 0
+        announced, whole = int(length) if length.isdigit() else 0, False
 
         async def limited() -> Message:
-            nonlocal got
+            nonlocal got, whole
             if announced > most:
                 raise TooLargeError
-            message = await receive()
+            if whole:  # what comes after a body tells only that the client went away
+                return await receive()
+            try:
+                message = await asyncio.wait_for(receive(), SLOWEST)
+            except TimeoutError:
+                raise HTTPException(408, "the rest of this did not come.") from None
+            whole = not message.get("more_body", False)
             got += len(message.get("body", b""))
             if got > most:
                 raise TooLargeError

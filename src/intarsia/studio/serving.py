@@ -15,6 +15,7 @@ from ..errors import InputError, ResourceError, printable
 from .app import Studio, app_of
 
 HOST = "127.0.0.1"
+CONNECTIONS = 256  # at once, those of pages that listen included
 
 
 class Server(uvicorn.Server):
@@ -59,7 +60,7 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
 
     config = uvicorn.Config(
         app, host=HOST, port=port, log_config=None, log_level="critical", access_log=False, server_header=False,
-        timeout_graceful_shutdown=1, ws="none",
+        timeout_graceful_shutdown=1, ws="none", limit_concurrency=CONNECTIONS,
     )  # fmt: skip
     try:
         with suppress(KeyboardInterrupt):
