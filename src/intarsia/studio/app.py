@@ -68,9 +68,9 @@ class Studio:
             await self.sketches.end()
             self.store.close()
 
-    def row(self, request: Request, kind: str) -> dict[str, Any]:
+    def row(self, request: Request, kind: str, word: str = "id") -> dict[str, Any]:
         """The row that a request names."""
-        row = self.store.get(kind, request.path_params["id"])
+        row = self.store.get(kind, request.path_params[word])
         if row is None:
             raise Refused(404, f"there is no such {kind[:-1]}.")
         return row
@@ -139,6 +139,11 @@ class Studio:
         if kind not in (*FOUND, LABELS):
             raise Refused(404, f"there is no such overlay; give {', '.join(FOUND)}.")
         return picture(await self.showing.overlay(self.row(request, "exemplars"), kind))
+
+    async def rim(self, request: Request) -> Response:
+        row, image = self.row(request, "exemplars"), self.row(request, "images", "image")
+        grow, data = await self.showing.rim(row, image)
+        return picture(data, KEPT | {"X-Grow": str(grow)})
 
     async def sketch(self, request: Request) -> Response:
         row, method = self.row(request, "exemplars"), request.path_params["method"]
@@ -238,6 +243,7 @@ class Studio:
             ("POST", "/api/exemplars/{id}/edit", self.edit),
             ("GET", "/api/exemplars/{id}/found", self.found),
             ("GET", "/api/exemplars/{id}/found/{kind}.png", self.overlay),
+            ("GET", "/api/exemplars/{id}/rim/{image}.png", self.rim),
             ("GET", "/api/exemplars/{id}/methods/{method}.png", self.sketch),
             ("POST", "/api/images", self.put_image),
             ("POST", "/api/jobs", self.put_job),

@@ -26,6 +26,7 @@ SAYS = {
     "POST /api/exemplars/{id}/edit": "Cut, straighten or flatten an exemplar: a new one.",
     "GET /api/exemplars/{id}/found": "What was found in an exemplar, and how to grow it.",
     "GET /api/exemplars/{id}/found/{kind}.png": f"What was found, to lay over: {', '.join(FOUND)}; labels: numbers.",
+    "GET /api/exemplars/{id}/rim/{image}.png": "What `heal --grow auto` adds to a hole; X-Grow: how many px.",
     "GET /api/exemplars/{id}/methods/{method}.png": "What a method makes of an exemplar, 192 px; 204 where it cannot.",
     "POST /api/images": "Keep a picture of numbers, a mask or labels: PNG, one channel, 8 bits.",
     "POST /api/jobs": "Queue a job: a command with its options.",
@@ -82,7 +83,7 @@ def _operation(method: str, path: str) -> dict[str, Any]:
     route = f"{method} {path}"
     names = re.findall(r"{(\w+)}", path)
     parameters = [{"name": n, "in": "path", "required": True, "schema": {"type": "string"}} for n in names]
-    if path.endswith(".png") and not any(word in path for word in ("weaves", "preview", "found", "methods")):
+    if path.endswith(".png") and not any(word in path for word in ("weaves", "preview", "found", "methods", "rim")):
         side = {"type": "integer", "minimum": 1, "maximum": 4096, "default": 1024}
         parameters.append({"name": "side", "in": "query", "required": False, "schema": side})
     if "weaves" in path and method == "GET":

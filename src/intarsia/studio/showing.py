@@ -68,6 +68,12 @@ class Showing:
         given = {"paths": self.paths_of(row), "kind": kind}
         return await self._drawn(("overlay", row["id"], kind), self.beside, "overlay", **given)
 
+    async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
+        """By how many px a hole would grow to cover a rim of the defect, and what that is, to lay over the exemplar."""
+        given = {"paths": self.paths_of(row), "mask": str(self.store.image(image["id"]))}
+        told, data = await self.beside.ask("rim", within=WITHIN, **given)
+        return told["grow"], data
+
     async def edited(self, row: Row, given: dict[str, Any]) -> Row:
         """Cut, straighten or flatten an exemplar: a new one."""
         crop, flags = given.get("crop"), {name: given.get(name, False) for name in ("straighten", "flatten")}

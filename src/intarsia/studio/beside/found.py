@@ -18,9 +18,11 @@ from ...courses.rectify import straight_of
 from ...covering.exchange import striking
 from ...errors import InputError
 from ...exemplar import Exemplar
+from ...geometry import Wrap
 from ...image import Kind, Plane
 from ...segments.things import things
 from ...segments.wholes import wholes
+from ...tasks.completion import healed_scene
 from ...tasks.inspection import Findings, analyze
 from ...tasks.overlays import on_paper
 from ...tasks.segment_drawing import CHOSEN, TINTS
@@ -68,6 +70,17 @@ def overlay(said: dict[str, Any], tell: Tell) -> Answer:
     if drawn is None:
         raise InputError(f"nothing of this kind was found: {said['kind']}.")
     return {}, png(drawn)
+
+
+def rim(said: dict[str, Any], tell: Tell) -> Answer:
+    """See by how many px `heal --grow auto` would enlarge a hole, and draw what of the picture that is: PNG."""
+    exemplar = exemplar_of(said["paths"])
+    hole = files.read_mask(said["mask"], exemplar.base, exemplar.name)
+    scene = healed_scene(exemplar, hole, (), Wrap.NONE, None)
+    assert scene.canvas.start is not None
+    drawn = _clear(exemplar)
+    drawn[scene.canvas.start.holes & ~hole] = LINE
+    return {"grow": scene.recipe["heal"]["grow"]}, png(drawn)
 
 
 def edit(said: dict[str, Any], tell: Tell) -> Answer:

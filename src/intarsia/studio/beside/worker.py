@@ -30,6 +30,7 @@ WORK = {
     "find": ("intarsia.studio.beside.found", "find"),
     "sketch": ("intarsia.studio.beside.sketching", "sketch"),
     "overlay": ("intarsia.studio.beside.found", "overlay"),
+    "rim": ("intarsia.studio.beside.found", "rim"),
     "edit": ("intarsia.studio.beside.found", "edit"),
     "weave": ("intarsia.studio.beside.weaving", "begin"),
     "tile": ("intarsia.studio.beside.weaving", "tile"),

@@ -138,6 +138,17 @@ export function lookOf(result, kind, side = LONGEST) {
 }
 
 /**
+ * What healing would add to a hole so that a rim of the defect goes, too.
+ * @param {Exemplar} exemplar
+ * @param {string} image of the hole
+ * @returns {Promise<{grow: number, drawn: ImageBitmap}>}
+ */
+export async function rimOf(exemplar, image) {
+  const answer = await ask(`/api/exemplars/${exemplar.id}/rim/${image}.png`);
+  return { grow: Number(answer.headers.get("X-Grow")), drawn: await createImageBitmap(await answer.blob()) };
+}
+
+/**
  * What a method makes of an exemplar, small; null where it cannot serve it.
  * @param {Exemplar} exemplar
  * @param {string} method

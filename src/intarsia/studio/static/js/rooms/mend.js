@@ -1,6 +1,6 @@
 /** Mend: brush over what must go, drag the border outwards, or make the picture tile. */
 
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, there } from "../core/dom.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
@@ -12,6 +12,7 @@ import { beside } from "../parts/beside.js";
 import { segments } from "../parts/choice.js";
 import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
+import { Rim } from "../parts/rim.js";
 import { seedField } from "../parts/seed.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Margins } from "../stage/margins.js";
@@ -39,6 +40,9 @@ export class MendRoom extends HTMLElement {
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Mending" });
   margins = new Margins(this.stage, () => this.#told());
+  /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
+  #ring = null;
+  rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
   #gone = new AbortController();
   /** @type {Map<Side, HTMLInputElement>} */
   #fields = new Map();
@@ -55,6 +59,7 @@ export class MendRoom extends HTMLElement {
     kit.set({ value: 1 });
     toolKeys(kit, signal, 0);
     store.on(["exemplar"], () => [close(), void this.#show()], signal);
+    for (const each of [kit.history, settings.heal]) each.addEventListener("change", () => void this.rim.look(), { signal });
     this.#mode();
   }
 
@@ -85,8 +90,9 @@ export class MendRoom extends HTMLElement {
   /** Take the tools of the chosen task. */
   #mode() {
     const { mode } = kept;
-    const hole = this.#hole();
-    this.stage.layers = mode === "heal" && hole ? [{ picture: hole.canvas, alpha: 0.75 }] : [];
+    this.#ring = null;
+    this.#lay();
+    void this.rim.look();
     this.stage.room = mode === "extend" ? 0.22 : 0;
     if (this.brush) {
       this.stage.tool = mode === "heal" ? this.brush : mode === "extend" ? this.margins : null;
@@ -96,6 +102,13 @@ export class MendRoom extends HTMLElement {
     this.stage.classList.toggle("drawing", mode === "heal");
     this.stage.fit();
     this.#panel();
+  }
+
+  /** Lay the hole over the picture while it is healed, and its rim. */
+  #lay() {
+    const hole = kept.mode === "heal" ? this.#hole() : null;
+    this.stage.layers = hole ? [{ picture: hole.canvas, alpha: 0.75 }, this.#ring].filter(there) : [];
+    this.stage.draw();
   }
 
   #panel() {
@@ -113,6 +126,7 @@ export class MendRoom extends HTMLElement {
         choice.element,
         el("p", { class: "quiet" }, SAYS[mode]),
         mode === "heal" && toolbar(kit),
+        mode === "heal" && this.rim.element,
         mode === "extend" && this.#sides(),
         mode === "tile" && this.#axes(),
         seedField(settings[mode]),
