@@ -70,7 +70,7 @@ class Showing:
 
     async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
         """By how many px a hole would grow to cover a rim of the defect, and what that is, to lay over the exemplar."""
-        given = {"paths": self.paths_of(row), "mask": str(self.store.image(image["id"]))}
+        given: dict[str, Any] = {"paths": self.paths_of(row), "mask": str(self.store.image(image["id"]))}
         told, data = await self.beside.ask("rim", within=WITHIN, **given)
         return told["grow"], data
 
