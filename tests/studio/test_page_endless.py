@@ -456,3 +456,76 @@ def test_two_fingers_zoom_and_one_moves(browser: Browser, served: Served) -> Non
         touch("touchEnd")
         walk.still()
         assert walk.told()["scale"] == pytest.approx(2, rel=0.05)
+
+
+POINTER = """(s, [kind, id, x, y, buttons]) => {
+  const box = s.getBoundingClientRect();
+  s.setPointerCapture = () => {};
+  s.dispatchEvent(new PointerEvent(kind, {pointerId: id, clientX: box.left + x, clientY: box.top + y,
+    button: buttons === 32 ? 5 : 0, buttons, bubbles: true}));
+}"""
+
+
+def strokes(walk: Walk) -> list[Any]:
+    return list(walk.sight.evaluate("s => s.tool.strokes.painted.strokes"))
+
+
+def test_a_pen_that_is_turned_round_erases(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    walk.page.keyboard.press("b")
+    for kind in ("pointerdown", "pointerup"):
+        walk.sight.evaluate(POINTER, [kind, 7, 200, 200, 1])
+    walk.sight.evaluate("s => s.tool.down(300, 300, new PointerEvent('pointerdown', {buttons: 32}))")
+    walk.sight.evaluate("s => s.tool.up(300, 300)")
+    assert [stroke["strength"] for stroke in strokes(walk)] == [0, None]
+
+
+def test_a_second_finger_takes_back_what_the_first_began(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    walk.page.keyboard.press("b")
+    walk.sight.evaluate(POINTER, ["pointerdown", 7, 200, 200, 1])
+    walk.sight.evaluate(POINTER, ["pointermove", 7, 260, 200, 1])
+    assert walk.sight.evaluate("s => s.tool.strokes.drawing.points.length") == 2
+    before = walk.told()
+    walk.sight.evaluate(POINTER, ["pointerdown", 8, 300, 200, 1])
+    walk.sight.evaluate(POINTER, ["pointermove", 8, 340, 240, 1])
+    for n in (7, 8):
+        walk.sight.evaluate(POINTER, ["pointerup", n, 340, 240, 0])
+    assert strokes(walk) == []
+    assert walk.told()["x"] != before["x"]
+
+
+def test_more_strokes_than_are_kept_are_said_so(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    walk.sight.evaluate(
+        """s => {
+          const all = Array.from({length: 500}, () => ({radius: 4, strength: 0, points: [[9000, 9000]]}));
+          s.tool.strokes.history.take({ground: 1, strokes: all});
+        }"""
+    )
+    walk.still()
+    walk.page.keyboard.press("b")
+    walk.stroke((300, 200))
+    expect(walk.page.get_by_text("So many strokes")).to_be_visible()
+    assert len(strokes(walk)) == 500
+
+
+def test_strokes_belong_to_their_exemplar(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    walk.page.keyboard.press("b")
+    walk.stroke((300, 200))
+    walk.still()
+    painted = walk.seen()
+    walk.desk.drop(other=png(pixels(40, 44, 3)))
+    walk.page.wait_for_timeout(600)
+    walk.still()
+    assert "jitter" not in walk.weaves[-1]
+    walk.page.evaluate(
+        """async () => {
+          const {store} = await import("/static/js/core/store.js");
+          store.choose(store.exemplars.find(each => each.name === "small"));
+        }"""
+    )
+    walk.still()
+    assert len(walk.weaves[-1]["jitter"]["strokes"]) == 1
+    assert np.array_equal(walk.seen(), painted)
