@@ -33,6 +33,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     config.stash[_COUNT] = len(needing)
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Say in one line if the tests of the studio's page were left out."""
+    from studio.browser import left_out
+
+    if left_out() and any("studio" in arg or Path(arg).name == "tests" for arg in config.args):
+        terminalreporter.write_line(left_out())
+
+
 @pytest.fixture(scope="session")
 def textures(pytestconfig: pytest.Config) -> dict[str, Path]:
     """The development textures by name, the only way to them; where there are none, who asks for them is skipped."""

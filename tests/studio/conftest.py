@@ -6,11 +6,19 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
-from studio.browser import Desk, chromium, desk
+from studio.browser import Desk, chromium, desk, left_out
 from studio.served import Served, pixels, png, studio
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave the tests of the page out where there is no browser; that is told at the end, once."""
+    left = [item for item in items if "browser" in getattr(item, "fixturenames", ())] if left_out() else []
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if item not in left]
 
 
 @pytest.fixture(scope="session")
