@@ -82,7 +82,7 @@ def test_the_rim_that_healing_takes_is_seen(page: Desk) -> None:
     page.page.get_by_role("heading", name="stain").wait_for()
     page.room("Mend")
     said = page.page.get_by_role("status").filter(has_text="rim")
-    page.radio("With its rim").click()
+    page.radio("With rim").click()
     expect(said).to_have_count(0)
     page.page.get_by_role("slider", name="Size of the brush").fill("60")
     page.stroke((80, 80), (80, 80.5))

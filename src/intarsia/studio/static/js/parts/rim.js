@@ -27,7 +27,7 @@ export class Rim {
     this.show = show;
     const choice = segments(
       "Rim",
-      [["", "As painted"], ["auto", "With its rim"]],
+      [["", "As painted"], ["auto", "With rim"]],
       () => (this.auto ? "auto" : ""),
       (grow) => settings.set("grow", grow || null),
       { wide: true },
