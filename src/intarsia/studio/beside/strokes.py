@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 SIDE = 256  # px of a block of numbers that is kept
 KEPT = 96  # blocks, of 512 kB each
+ROUNDED = 256  # of a painting, of 64 kB each
 STEPS = 255
 
 Numbers = NDArray[np.float64]
@@ -33,6 +34,13 @@ class Stroke:
     radius: float
     strength: float | None
     points: tuple[tuple[float, float], ...]  # x, y
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.radius, self.strength, self.points))
 
     @cached_property
     def blocks(self) -> frozenset[tuple[int, int]]:
@@ -84,7 +92,7 @@ class Painting:
     def __call__(self, y: Any, x: Any) -> Numbers:
         """Return the numbers at rows (n, 1) and columns (1, m), px."""
         rows, cols = (np.asarray(a, np.float64).ravel().astype(np.int64) for a in (y, x))
-        out = np.full((len(rows), len(cols)), np.rint(self.ground * STEPS) / STEPS)
+        out = np.full((len(rows), len(cols)), np.rint(self.ground * STEPS), np.uint8)
         across: dict[int, Any] = {}
         for block_row, touched in self._touched.items():
             down = np.flatnonzero(rows // SIDE == block_row)
@@ -95,7 +103,7 @@ class Painting:
                 if len(along):
                     numbers = self._block(block_row, block_column)
                     out[np.ix_(down, along)] = numbers[np.ix_(rows[down] % SIDE, cols[along] % SIDE)]
-        return out
+        return out / float(STEPS)
 
     def reaches(self) -> tuple[int, int, int, int]:
         """The first row and column, and those behind the last, that strokes may touch, px; of none: no pixel."""
@@ -115,17 +123,31 @@ class Painting:
                 there[column] = (*there.get(column, ()), stroke)
         return found
 
-    def _block(self, row: int, column: int) -> Numbers:
-        return np.asarray(np.rint(self._blended(row, column, self._touched[row][column]) * STEPS) / STEPS)
+    @cached_property
+    def _rounded(self) -> dict[tuple[int, int], NDArray[np.uint8]]:
+        return {}
+
+    def _block(self, row: int, column: int) -> NDArray[np.uint8]:
+        """What a block says, in 1 / 255."""
+        known = self._rounded
+        if (row, column) not in known:
+            numbers = self._blended(row, column, self._touched[row][column])
+            known[row, column] = np.rint(numbers * STEPS).astype(np.uint8)
+        found = known[row, column]
+        while len(known) > ROUNDED:
+            known.pop(next(iter(known)))
+        return found
 
     def _blended(self, row: int, column: int, strokes: tuple[Stroke, ...]) -> Numbers:
         """The numbers of a block before they are rounded; a further stroke begins with what is kept."""
-        done, numbers = len(strokes), np.full((SIDE, SIDE), self.ground)
+        done = len(strokes)
         while done and (self.ground, row, column, strokes[:done]) not in _blocks:
             done -= 1
         if done:
             numbers = _blocks[self.ground, row, column, strokes[:done]]
             _blocks.move_to_end((self.ground, row, column, strokes[:done]))
+        else:
+            numbers = np.full((SIDE, SIDE), self.ground)
         if done == len(strokes):
             return numbers
         for stroke in strokes[done:]:
