@@ -206,3 +206,39 @@ def test_a_browser_without_webgl_says_so_in_one_line(browser: Browser, served: S
         expect(page.page.get_by_text("This browser has no WebGL 2, which light needs.")).to_be_visible()
         expect(lamp(page)).to_be_hidden()
         assert np.array_equal(page.seen(), plain)
+
+
+def test_a_finger_drags_the_lamp(browser: Browser, served: Served) -> None:
+    with desk(browser, served, has_touch=True, viewport={"width": 1024, "height": 768}) as page:
+        dropped(page, "touched", **surface())
+        held = lamp(page).bounding_box()
+        assert held is not None
+        x, y, view = held["x"] + 22, held["y"] + 22, page.told()
+        fingers = page.page.context.new_cdp_session(page.page)
+        for kind, far in (("touchStart", 0), ("touchMove", 60), ("touchMove", 160), ("touchEnd", 0)):
+            points = [] if kind == "touchEnd" else [{"x": x + far, "y": y + far / 2}]
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        assert page.told() == view
+        now = lamp(page).bounding_box()
+        assert now is not None
+        assert (now["x"] - held["x"], now["y"] - held["y"]) == (pytest.approx(160, abs=2), pytest.approx(80, abs=2))
+
+
+def test_a_graphics_card_that_is_taken_away_is_asked_for_again(browser: Browser, served: Served) -> None:
+    with desk(browser, served) as page:
+        page.page.add_init_script(
+            """const get = HTMLCanvasElement.prototype.getContext;
+            window.cards = [];
+            HTMLCanvasElement.prototype.getContext = function (kind, how) {
+              const card = get.call(this, kind, how);
+              if (kind === "webgl2") cards.push(card);
+              return card;
+            };"""
+        )
+        page.page.reload()
+        dropped(page, "card", **surface())
+        lit = page.seen()
+        page.page.evaluate("cards[0].getExtension('WEBGL_lose_context').loseContext()")
+        page.page.wait_for_timeout(800)
+        assert page.page.evaluate("cards.length") == 2
+        assert np.array_equal(page.seen(), lit)

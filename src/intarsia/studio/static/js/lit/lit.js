@@ -41,6 +41,8 @@ export class Lit {
   );
   /** @type {Renderer | null} */
   #renderer = null;
+  /** @type {Subject | null} that is lit */
+  #subject = null;
   /** @type {string} what the renderer holds */
   #held = "";
 
@@ -68,10 +70,10 @@ export class Lit {
    * @returns {Promise<boolean>}
    */
   async show(subject, still) {
-    if (this.#renderer?.lost) this.#renderer = null;
-    this.#renderer ??= Renderer.begin();
-    const renderer = this.#renderer;
+    const renderer = this.#renderer ?? Renderer.begin();
     if (!renderer) return false;
+    if (!this.#renderer) renderer.canvas.addEventListener("webglcontextlost", () => void this.#again(subject), { once: true });
+    this.#renderer = renderer;
     const wanted = MAPS.map((map) => map.name).filter((name) => subject.planes.includes(name));
     const base = subject.planes[0];
     if (base && !wanted.includes("albedo") && base !== "normal" && base !== "height") wanted.unshift("albedo");
@@ -83,12 +85,26 @@ export class Lit {
       }),
     );
     if (!still()) return true;
+    this.#subject = subject;
     if (this.#held !== subject.id) renderer.take(maps, subject.down);
     this.#held = subject.id;
     this.stage.painter = (canvas, view, size, tiles) => renderer.draw(canvas, view, size, tiles, lamp);
     this.handle.hidden = this.panel.hidden = false;
     this.#place();
     return true;
+  }
+
+  /**
+   * The graphics card was taken away: begin anew, or else show the picture as it is.
+   * @param {Subject} subject
+   */
+  async #again(subject) {
+    this.#renderer = null;
+    this.#held = "";
+    const shown = this.stage.painter;
+    if (!shown) return;
+    const there = await this.show(this.#subject ?? subject, () => this.stage.painter === shown);
+    if (!there) this.hide();
   }
 
   /** Show the picture as it is. */

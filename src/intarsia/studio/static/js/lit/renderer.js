@@ -52,11 +52,6 @@ export class Renderer {
     return gl && program ? new Renderer(gl, program, canvas) : null;
   }
 
-  /** Whether the graphics card has been taken away meanwhile. */
-  get lost() {
-    return this.gl.isContextLost();
-  }
-
   /**
    * Take another material.
    * @param {Maps} maps
