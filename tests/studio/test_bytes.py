@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from studio.browser import Desk
 from studio.served import QUICK, Served, opened, pixels, png
 
 import intarsia as ia
@@ -105,6 +106,20 @@ def test_page_command_and_library_make_the_same_bytes(
 def _written(data: bytes) -> str:
     Path("served.npz").write_bytes(data)
     return "served.npz"
+
+
+def test_what_a_person_makes_on_the_page_is_what_the_library_makes(page: Desk) -> None:
+    page.drop(rock=png(pixels(40, 44)))
+    page.page.get_by_role("heading", name="rock").wait_for()
+    page.quick()
+    page.button("Grow").click()
+    result = page.served.get(f"/api/results/{page.grown()}")
+    Path("rock.png").write_bytes(png(pixels(40, 44)))
+    made = ia.synthesize("rock.png", (80, 96), ia.ImageQuilting(), seed=page.jobs[-1]["options"].get("seed", 0))
+    files.write("library.png", made.render(), recipe=made.recipe_text)
+    assert Path("library.png").read_bytes() == page.served.files(result)["rock_grown.png"]
+    by_command(result["command"].partition(" ")[2])
+    assert Path("rock_grown.png").read_bytes() == Path("library.png").read_bytes()
 
 
 def test_the_command_to_copy_makes_the_same_bytes(served: Served) -> None:

@@ -171,7 +171,9 @@ class TestHistory:
             assert second.get(f"/api/jobs/{cut['id']}")["state"] == "interrupted"
             assert second.ended(waits)["state"] == "done"
             assert [e["id"] for e in second.get("/api/exemplars")] == [exemplar]
-            assert second.post(f"/api/jobs/{cut['id']}/again")["state"] == "queued"
+            more = second.post(f"/api/jobs/{cut['id']}/again")
+            assert (more["state"], more["options"]) == ("queued", cut["options"])
+            running(second, more)
             assert not list((folder / "results").glob(".under-way-*/map.npz"))
 
     def test_one_studio_for_one_folder(self, served: Served) -> None:
