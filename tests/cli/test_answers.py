@@ -253,3 +253,12 @@ class TestNames:
     def test_an_empty_name_is_still_refused(self) -> None:
         for line in LINES.values():
             assert "-o: an empty name was given" in run(f'{line} -o ""', code=2).stderr
+
+
+def test_the_line_names_the_method_that_led_to_the_end() -> None:
+    """Courses that fit no canvas of 512 px are left for the next method: the line tells what the recipe tells."""
+    done = run("grow sample:setts --size 512 --wrap both -o left.png")
+    assert "near-regular was left" in done.stderr
+    made = told("grow sample:setts --size 512 --wrap both -o left.png --force")["method"]
+    assert made != "near-regular"
+    assert f" px, {made}, seed 0" in done.stderr + done.stdout

@@ -214,7 +214,7 @@ class Batch:
     def _tell(self, order: Order, about: dict[str, Any]) -> None:
         """Say that an output is there."""
         self.shelf.warn(*order.warnings)
-        self.report.note(f"{order.line}, {about['timings']['total']:.1f} s")
+        self.report.note(f"{order.made_by(about['method'])}, {about['timings']['total']:.1f} s")
         explain(self.report, about, order.warnings)
 
     def _command(self, order: Order, grown: Synthesis) -> str:

@@ -90,8 +90,12 @@ class Order:
     @property
     def line(self) -> str:
         """What a person wants to know of it."""
+        return self.made_by(self.method.slug)
+
+    def made_by(self, slug: str) -> str:
+        """The same, once it is known which method led to the end."""
         width, height = self.size
-        return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px, {self.method.slug}, seed {self.seed}"
+        return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px, {slug}, seed {self.seed}"
 
 
 def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
