@@ -124,15 +124,19 @@ def test_threads_change_nothing_and_masked_pixels_are_never_shown(wrap: str) -> 
 
 
 def test_what_flows_in_is_no_stripe() -> None:
-    """When all of the first frame is gone, neighbours still continue one another, and the exemplar is seen as much."""
-    e = Exemplar.of(np.asarray(ia.read("sample:pebbles").base)[:128, :128, :3])
-    made = first = grown((96, 96), "none", e)
-    for frame in range(1, 34):
-        made = ia.advect(made, lambda y, x: (0 * y + 0.7, 0 * x + 3.0), frame=frame)
-    kinds, along = [], []
-    for yx in (first.map.yx, made.map.yx):
-        kinds.append(len(np.unique(yx.reshape(-1, 2), axis=0)))
-        along.append((yx[:, 1:] - yx[:, :-1] == (0, 1)).all(axis=2).mean())
+    """When all of the first frame is gone, neighbours still continue one another, and the exemplar is seen as much.
+
+    How much varies: crops of one photograph give 0.67 to 1.06 of what was seen before, so three are counted together.
+    """
+    kinds, along = np.zeros(2), np.zeros(2)
+    for name in ("pebbles", "gravel", "grass"):
+        pixels = np.asarray(ia.read(f"sample:{name}").base)
+        made = first = grown((96, 96), "none", Exemplar.of(np.ascontiguousarray(pixels[:128, :128])))
+        for frame in range(1, 34):
+            made = ia.advect(made, lambda y, x: (0 * y + 0.7, 0 * x + 3.0), frame=frame)
+        for k, yx in enumerate((first.map.yx, made.map.yx)):
+            kinds[k] += len(np.unique(yx.reshape(-1, 2), axis=0))
+            along[k] += (yx[:, 1:] - yx[:, :-1] == (0, 1)).all(axis=2).mean()
     assert along[1] > 0.9 * along[0]
     assert kinds[1] > 0.7 * kinds[0]
 

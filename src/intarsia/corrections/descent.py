@@ -116,16 +116,17 @@ class Descent:
             return shown_by(coords, places_of(level, spans), (rows, cols), self._room.size)
 
         for level in range(top, least - 1, -1):
-            run.tick(top - level, top + 1, partial(drafted, coords, min(level + 1, top)))
+            part = run.part(top - level, top + 1)
+            part.tick(0, 1, partial(drafted, coords, min(level + 1, top)))
             if level < top:
                 frame = self._frame(level, spans)
                 coords = self._handed_down(coords, level, spans, frame)
             if level < self._mended:
-                part = run.part(top - level, top + 1).drafting(partial(drafted, level=level))
-                coords = self._corrected(coords, level, spans[level], part, frame)
+                drafting = part.drafting(partial(drafted, level=level))
+                coords = self._corrected(coords, level, spans[level], drafting, frame)
             elif edge := self._margin(level):
                 coords = coords[edge:-edge, edge:-edge]
-        run.tick(top + 1, top + 1, partial(drafted, coords, least))
+        run.part(top, top + 1).tick(1, 1, partial(drafted, coords, least))
         return coords
 
     def asked(self, rows: Span, cols: Span) -> list[list[Array]]:

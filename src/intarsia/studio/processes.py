@@ -22,7 +22,7 @@ LONGEST = 1 << 28  # bytes of a line
 class FailedError(IntarsiaError):
     """What was asked of a process was refused, or went wrong: one line, and the exit code that a shell would see."""
 
-    def __init__(self, line: str, code: int) -> None:
+    def __init__(self, line: str, code: int = 1) -> None:
         super().__init__(line)
         self.exit_code = code
 
