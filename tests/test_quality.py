@@ -70,7 +70,7 @@ LOOKS = {
     "gravel": Look(
         lambda: cut("gravel"), "mixed",
         # joins 15.8 14.9 15.0, steps 19.7 19.3 19.3, strange 1.6 2.2 3.3, lost 4.0 5.0 5.5, blurred 0.6 0.7 0.0,
-        # seams 17.4 15.6 14.3, unshown 14.9 15.5 20.7, near 0.02 0.06 0.01. Over seeds 1 to 8 strange is 1.0 to 3.3, 2.0 on
+        # seams 17.4 15.6 14.3, unshown 14.9 15.5 20.7, near 0.02 0.06 0.01. Over 8 seeds strange is 1.0 to 3.3, 2.0 on
         # average; it was 1.3 to 2.8 and 1.8 before a quarter of the pixels asked for similar places: chance, by this.
         {"joins": 17.1, "steps": 22.1, "strange": 3.9, "lost": 6.5, "blurred": 4, "seams": 26.6, "unshown": 28,
          "near": 0.07},
