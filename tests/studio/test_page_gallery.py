@@ -68,6 +68,17 @@ def test_all_of_it_is_taken(gallery: Desk) -> None:
     assert got.value.path().read_bytes()[:2] == b"PK"
 
 
+def test_what_was_softened_has_no_other_seed(gallery: Desk) -> None:
+    gallery.room("Grow")
+    gallery.page.get_by_role("slider", name="Softness").fill("7")
+    gallery.page.get_by_role("heading", name="Seams 7 px soft").wait_for()
+    gallery.room("Gallery")
+    first, second = gallery.page.locator(".made").nth(0), gallery.page.locator(".made").nth(1)
+    expect(first).to_contain_text("Seams 7 px soft")
+    expect(second.get_by_role("button", name="Again with another seed")).to_have_count(1)
+    expect(first.get_by_role("button", name="Again with another seed")).to_have_count(0)
+
+
 def test_a_result_becomes_an_exemplar(gallery: Desk) -> None:
     gallery.page.locator(".made").first.get_by_role("button", name="Use as an exemplar").click()
     expect(gallery.page.get_by_text("96 × 80", exact=False).first).to_be_visible()

@@ -6,10 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from PIL import Image
 from studio.browser import Desk
 
+import intarsia as ia
+from intarsia.rendering.render import render
+
 if TYPE_CHECKING:
-    from playwright.sync_api import expect
+    from playwright.sync_api import Locator, expect
 else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
@@ -84,6 +88,106 @@ def test_the_score_tells_its_parts(look: Desk) -> None:
     expect(look.page.get_by_role("button", name=f"Score {score['total']:.0f}")).to_be_visible()
     look.page.keyboard.press("Escape")
     expect(parts).to_be_hidden()
+
+
+@pytest.fixture
+def pieced(page: Desk) -> Desk:
+    """A result of several pieces on the stage."""
+    page.sample("stones")
+    page.quick()
+    page.page.get_by_role("spinbutton", name="Width in px").fill("192")
+    page.page.get_by_role("spinbutton", name="Height in px").fill("160")
+    page.button("Grow").click()
+    page.result = page.grown()
+    return page
+
+
+def softness(pieced: Desk) -> Locator:
+    """The slider of softness."""
+    return pieced.page.get_by_role("slider", name="Softness")
+
+
+def softened(pieced: Desk, px: int) -> str:
+    """Wait until what is on the stage is so soft; its id."""
+    expect(pieced.page.get_by_role("heading", name=f"Seams {px} px soft" if px else "Exact copies")).to_be_visible()
+    return pieced.grown()
+
+
+def test_softness_only_draws_again(pieced: Desk) -> None:
+    grown = pieced.served.get(f"/api/results/{pieced.result}")
+    expect(softness(pieced)).to_have_value(str(grown["told"]["blend"]["feather"]))
+    pieced.button("100 %").click()
+    before, how = pieced.seen(), pieced.told()
+    softness(pieced).fill("12")
+    soft = softened(pieced, 12)
+    expect(softness(pieced)).to_have_attribute("aria-valuetext", "12 px")
+    first, job = pieced.jobs
+    assert job == {"verb": "render", "exemplars": first["exemplars"], "options": {"map": pieced.result, "feather": 12}}
+    assert pieced.told() == how
+    assert not np.array_equal(pieced.seen(), before)
+    made = pieced.served.get(f"/api/results/{soft}")
+    assert {file["holds"] for file in made["files"]} == {"albedo"}
+    seen = np.asarray(Image.open(pieced.served.folder / "results" / soft / made["files"][0]["name"]).convert("RGB"))
+    smap = ia.SourceMap.load(pieced.served.folder / "results" / pieced.result / "map.npz")
+    drawn = render([ia.read("sample:stones")], smap, blend=smap.blend.but(feather=12)).pixels
+    assert np.array_equal(seen, drawn)
+    pieced.button("Command").click()
+    line = pieced.page.evaluate("navigator.clipboard.readText()")
+    assert line == "intarsia render map.npz --exemplar=sample:stones --feather=12 -o stones_rendered.png"
+    with pieced.page.expect_download() as got:
+        pieced.page.get_by_role("link", name="Download", exact=True).click()
+    assert got.value.path().read_bytes() == pieced.served.bytes(made["files"][0]["url"])
+
+
+def test_softness_goes_by_keys_to_exact_copies_and_back(pieced: Desk) -> None:
+    softness(pieced).fill("1")
+    softened(pieced, 1)
+    softness(pieced).press("ArrowLeft")
+    hard = softened(pieced, 0)
+    came = np.frombuffer(pieced.served.bytes(f"/api/results/{pieced.result}/map.bin"), "<u2").reshape(160, 192, 3)
+    exemplar = ia.read("sample:stones").base.pixels
+    name = pieced.served.get(f"/api/results/{hard}")["files"][0]["name"]
+    seen = np.asarray(Image.open(pieced.served.folder / "results" / hard / name).convert("RGB"))
+    assert np.array_equal(seen, exemplar[came[..., 1], came[..., 2]])
+    softness(pieced).press("ArrowRight")
+    softened(pieced, 1)
+    assert [job["verb"] for job in pieced.jobs] == ["grow", "render", "render"]  # what was drawn before is shown again
+
+
+def test_what_was_softened_tells_whose_pieces_it_has(pieced: Desk) -> None:
+    softness(pieced).fill("5")
+    softened(pieced, 5)
+    expect(pieced.page.get_by_role("radiogroup", name="Look at").get_by_role("radio")).to_have_text(
+        ["Picture", "Pieces", "Usage", "Source"]
+    )
+    plain = pieced.seen()
+    pieced.radio("Pieces").click()
+    expect(pieced.page.locator(".corner.low.left")).to_have_text("Each colour is one piece, copied whole")
+    assert not np.array_equal(pieced.seen(), plain)
+    pieced.page.mouse.move(*pieced.at(10.5, 10.5))
+    pieced.page.wait_for_timeout(300)
+    pieced.page.mouse.move(*pieced.at(50.5, 33.5))
+    expect(pieced.page.locator(".corner.low.right")).to_contain_text("50, 33  from  ")
+
+
+def test_an_exemplar_has_no_softness(page: Desk) -> None:
+    page.sample("tiles")
+    page.stage().wait_for()
+    expect(softness(page)).to_be_hidden()
+
+
+def test_the_report_is_taken(look: Desk) -> None:
+    look.button("More to take").click()  # it stays open when the score comes
+    look.page.get_by_role("button", name="Score").wait_for(timeout=60_000)
+    with look.page.expect_download(timeout=60_000) as got:
+        look.button("Report").click()
+    assert got.value.suggested_filename == "tiles_grown_report.html"
+    text = got.value.path().read_text("utf-8")
+    assert text.encode() == look.served.bytes(f"/api/results/{look.result}/report.html")
+    assert text.startswith("<!DOCTYPE html>")
+    assert "exemplars/" not in text
+    assert "sample:tiles" in text
+    expect(look.button("Report")).to_be_visible()
 
 
 def test_a_preview_that_is_gone_when_it_is_asked_for_is_no_error(page: Desk) -> None:

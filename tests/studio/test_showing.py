@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import time
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,15 @@ def smap(served: Served, result: Any, tmp_path_factory: pytest.TempPathFactory) 
 
 def seen(served: Served, result: Any, kind: str, side: int = 64) -> np.ndarray:
     return opened(served.bytes(f"/api/results/{result['id']}/view/{kind}.png?side={side}"))
+
+
+def nothing_is_left(served: Served) -> bool:
+    """Whether no folder in the making stays; one goes a moment after its answer."""
+    for _ in range(100):
+        if not list((served.folder / "results").glob(".under-way-*")):
+            return True
+        time.sleep(0.05)
+    return False
 
 
 class TestResults:
@@ -85,7 +95,23 @@ class TestResults:
         found = {name: archive.read(name) for name in archive.namelist()}
         assert found.pop("command.txt").decode() == result["command"] + "\n"
         assert found == served.files(result)
-        assert not list((served.folder / "results").glob(".under-way-*"))
+        assert nothing_is_left(served)
+
+    def test_a_report_is_that_of_the_command_and_names_no_folder(self, served: Served, result: Any) -> None:
+        answer = served.client.get(f"/api/results/{result['id']}/report.html")
+        assert answer.headers["content-disposition"] == 'attachment; filename="small_grown_report.html"'
+        page = answer.text
+        total = served.get(f"/api/results/{result['id']}")["score"]["total"]
+        assert f"{total:.0f}" in page
+        assert "small.png" in page
+        assert "exemplars/" not in page
+        assert str(served.folder) not in page
+        assert nothing_is_left(served)
+
+    def test_what_is_not_judged_has_no_report(self, served: Served, small: str, result: Any) -> None:
+        made = served.done("render", [small], map=result["id"], feather=2)
+        answer = served.client.get(f"/api/results/{made['id']}/report.html")
+        assert (answer.status_code, answer.json()["error"]) == (400, "this result cannot be judged.")
 
     def test_a_result_becomes_an_exemplar(self, served: Served, result: Any) -> None:
         row = served.post("/api/exemplars", {"result": result["id"]})

@@ -48,7 +48,7 @@ def test_what_a_method_cannot_serve_has_no_sketch(served: Served, small: str) ->
 
 def test_jobs_go_first(served: Served) -> None:
     """A sketch that is asked for while a job runs comes after it; one that is under way is given up, and begun anew."""
-    fresh = [served.exemplar(fresh=png(pixels(seed=n + 40, height=200, width=210)))["id"] for n in range(2)]
+    fresh = [served.exemplar(fresh=png(pixels(seed=n + 40, height=100, width=110)))["id"] for n in range(2)]
     served.client.get(address(fresh[0], "repeat"))
     done: dict[str, float] = {}
 
@@ -59,7 +59,7 @@ def test_jobs_go_first(served: Served) -> None:
     under_way = threading.Thread(target=ask, args=("wei-levoy",))
     under_way.start()
     time.sleep(0.5)
-    job = served.job("grow", [fresh[1]], method="wei-levoy", size="300x300")
+    job = served.job("grow", [fresh[1]], method="wei-levoy", size="240x240")
     later = threading.Thread(target=ask, args=("image-quilting",))
     later.start()
     ended = served.ended(job)
@@ -71,7 +71,7 @@ def test_jobs_go_first(served: Served) -> None:
 
 def test_nobody_waits_for_a_sketch_that_is_not_wanted(served: Served) -> None:
     own = served.exemplar(own=png(pixels(seed=77, height=200, width=210)))["id"]
-    job = served.job("grow", [own], method="wei-levoy", size="300x300")
+    job = served.job("grow", [own], method="wei-levoy", size="140x140")
     with pytest.raises(Exception, match="timed out"):
         served.client.get(address(own, "efros-leung"), timeout=0.3)
     assert served.ended(job)["state"] == "done"

@@ -12,20 +12,20 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
-from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from ..arguments import SAMPLES
-from ..errors import InputError, IntarsiaError, ParameterError
+from ..errors import ParameterError
 from . import results, uploads
 from .events import Events
 from .jobs import Jobs, Refused
 from .openapi import openapi
 from .processes import Process
-from .safety import Safety, TooLargeError
+from .refusals import HANDLERS
+from .safety import Safety
 from .schema import LIMITS, schema
 from .showing import FOUND, LABELS, Showing
 from .sketches import Sketches
@@ -208,6 +208,12 @@ class Studio:
         name = f"{Path(row['pictures'][0]).stem if row['pictures'] else 'result'}.zip"
         return FileResponse(path, filename=name, background=BackgroundTask(shutil.rmtree, path.parent, True))
 
+    async def report(self, request: Request) -> Response:
+        row = self.row(request, "results")
+        page, name = await self.showing.report(row), f"{Path(row['pictures'][0]).stem}_report.html"
+        headers = KEPT | {"Content-Disposition": f'attachment; filename="{name}"'}
+        return Response(page, media_type="text/html", headers=headers)
+
     async def put_weave(self, request: Request) -> Response:
         return JSONResponse(await self.weaves.begin(await said(request)), 201)
 
@@ -257,6 +263,7 @@ class Studio:
             ("GET", "/api/results/{id}", self.result),
             ("GET", "/api/results/{id}/files/{name}", self.result_file),
             ("GET", "/api/results/{id}/all.zip", self.archive),
+            ("GET", "/api/results/{id}/report.html", self.report),
             ("GET", "/api/results/{id}/view/{kind}.png", self.view),
             ("GET", "/api/results/{id}/map.bin", self.origins),
             ("POST", "/api/weaves", self.put_weave),
@@ -289,30 +296,8 @@ def side_of(request: Request) -> int:
     return int(text)
 
 
-async def _refused(request: Request, e: Exception) -> Response:
-    """One line for every error; what is not meant for a client is not told."""
-    if isinstance(e, Refused):
-        return JSONResponse({"error": str(e)}, e.status)
-    if isinstance(e, HTTPException):
-        return JSONResponse({"error": str(e.detail)}, e.status_code)
-    status = 400 if isinstance(e, ParameterError | InputError) or getattr(e, "exit_code", 1) in (2, 3, 4) else 500
-    return JSONResponse({"error": str(e)}, status)
-
-
-async def _wrong(request: Request, e: Exception) -> Response:
-    return JSONResponse({"error": f"internal error, {type(e).__name__}; please report it."}, 500)
-
-
-async def _too_large(request: Request, e: Exception) -> Response:
-    return JSONResponse({"error": "this is too large."}, 413)
-
-
 def app_of(studio: Studio, token: str | None = None) -> Safety:
     """Return the application, with the safety layer around it."""
     routes: list[Any] = [Route(path, handler, methods=[method]) for method, path, handler in studio.table]
     routes.append(Mount("/static", StaticFiles(directory=STATIC)))
-    handlers: dict[Any, Any] = {
-        TooLargeError: _too_large, IntarsiaError: _refused, Refused: _refused, HTTPException: _refused,
-        Exception: _wrong,
-    }  # fmt: skip
-    return Safety(Starlette(routes=routes, exception_handlers=handlers, lifespan=studio.living), token)
+    return Safety(Starlette(routes=routes, exception_handlers=HANDLERS, lifespan=studio.living), token)

@@ -40,6 +40,7 @@ SAYS = {
     "GET /api/results/{id}": "A result: its files, what the command told, how it is made again.",
     "GET /api/results/{id}/files/{name}": "A file of a result.",
     "GET /api/results/{id}/all.zip": "All files of a result.",
+    "GET /api/results/{id}/report.html": "A page on how good a result is, as the command `score` writes it.",
     "GET /api/results/{id}/view/{kind}.png": f"What can be seen of a result: a plane, {', '.join(VIEWS)}.",
     "GET /api/results/{id}/map.bin": "Where every pixel comes from: uint16, little-endian: exemplar, row, column.",
     "POST /api/weaves": "Begin an endless canvas.",
@@ -110,6 +111,7 @@ def _answers(route: str, path: str) -> dict[str, Any]:
     kind = "image/png" if path.endswith(".png") else "application/json"
     kind = {
         "GET /api/events": "text/event-stream", "GET /api/results/{id}/all.zip": "application/zip",
+        "GET /api/results/{id}/report.html": "text/html",
         "GET /api/results/{id}/map.bin": "application/octet-stream",
         "GET /api/results/{id}/files/{name}": "application/octet-stream",
     }.get(route, kind)  # fmt: skip

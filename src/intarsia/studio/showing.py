@@ -13,7 +13,7 @@ from .pictures import Pictures
 from .processes import Process
 from .store import Row, Store
 from .uploads import Uploads
-from .words import MAP
+from .words import MAP, words_of
 
 FOUND = ("lattice", "courses", "elements", "striking", "segments")
 LABELS = "labels"
@@ -21,6 +21,7 @@ LABELS = "labels"
 
 VIEWS = ("pieces", "seams", "usage", "provenance", "damaged")
 WITHIN = 120.0  # s for one picture
+REPORT = "report.html"
 
 
 class Showing:
@@ -123,6 +124,24 @@ class Showing:
         _, data = await self.beside.ask("origins", within=WITHIN, map=str(path))
         whole: bytes = data
         return whole
+
+    async def report(self, row: Row) -> bytes:
+        """The page that the command `score` writes with --report on a result."""
+        if row["score_words"] is None:
+            raise InputError("this result cannot be judged.")
+        key = ("report", row["id"])
+        found = self.pictures.get(key)
+        if found is not None:
+            return found
+        called, place = words_of(row, self.store), self.store.folder / "results" / row["id"]
+        folder = self.store.under_way("results")
+        try:
+            words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
+            await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
+            text = (folder / REPORT).read_text(encoding="utf-8")
+            return self.pictures.keep(key, called.cleaned(text).encode())
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
 
     async def archive(self, row: Row) -> Path:
         """Write all files of a result into one archive; whoever asked takes it away."""

@@ -56,7 +56,8 @@ class Words:
 
     def command(self, out: str) -> str:
         """The line for a shell that makes the file `out`."""
-        kept = [self.cleaned(w) for w in self.said if w not in ("--json", f"--save-map={MAP}")]
+        own = ("--json", f"--save-map={MAP}", "--output=")
+        kept = [self.cleaned(w) for w in self.said if not w.startswith(own)]
         return shlex.join(["intarsia", *kept, "-o", out])
 
 

@@ -225,6 +225,16 @@ export function planesOf(result) {
   return result.files.map((file) => file.holds).filter((holds) => !NO_PLANES.includes(holds));
 }
 
+/**
+ * The result whose map says where each pixel of this one came from: its own, or that which was drawn again; null: none does.
+ * @param {Result} result
+ * @returns {string | null}
+ */
+export function mapOf(result) {
+  if (result.files.some((file) => file.holds === "map")) return result.id;
+  return result.verb === "render" ? result.options.map : null;
+}
+
 export const store = new Store();
 
 /**

@@ -16,8 +16,8 @@
  *   courses?: {count?: number} | unknown[] | null, suggested?: {method: string, why?: string[]} | null,
  *   light?: {strong: boolean} | null}} Found
  * @typedef {{name: string, holds: string, url: string, bytes: number}} Made
- * @typedef {{id: string, job: string, size: [number, number], files: Made[], told: {method?: string} | null, command: string,
- *   python: string, score: Score | null}} Result
+ * @typedef {{id: string, job: string, verb: string, size: [number, number], files: Made[], options: Options, command: string,
+ *   told: {method?: string, blend?: {feather: number}} | null, python: string, score: Score | null}} Result
  * @typedef {{name: string, flag?: string, kind: string, help: string, default: unknown, low: number | null,
  *   high: number | null, unit: string, choices: string[], multiple?: boolean, required?: boolean, parameter?: boolean,
  *   methods?: string[]}} Option

@@ -44,11 +44,12 @@ export function facts(...told) {
 }
 
 /**
- * A job in a few words: its method and seed.
+ * A job in a few words: its method and seed, or how soft it was drawn.
  * @param {Job} job
  */
 export function title(job) {
-  const { method, seed } = job.options;
+  const { method, seed, feather } = job.options;
+  if (job.verb === "render") return feather ? `Seams ${feather} px soft` : feather === 0 ? "Exact copies" : "Drawn again";
   const verbs = /** @type {Record<string, string>} */ ({ grow: "Grown", paint: "Painted", extend: "Extended", heal: "Healed" });
   const first = method && method !== "auto" ? method : (verbs[job.verb] ?? readable(job.verb));
   return `${first}, seed ${seed ?? 0}`;

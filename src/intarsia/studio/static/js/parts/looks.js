@@ -8,7 +8,10 @@ import { readable } from "../core/words.js";
 import { canBeLit, Lit } from "../lit/lit.js";
 import { segments } from "./choice.js";
 
-/** @typedef {import("../lit/lit.js").Subject} Subject */
+/**
+ * What is looked at; `result`: whose map says where its pixels come from; `judged`: whether it is that result itself.
+ * @typedef {import("../lit/lit.js").Subject & {result: string | null, judged?: boolean}} Subject
+ */
 /** @typedef {"" | "lit" | "pieces" | "seams" | "usage" | "provenance" | "damaged"} Look */
 
 /** @type {{look: Look, says: string, alpha: number, told: string}[]} */
@@ -22,6 +25,20 @@ const LOOKS = [
   { look: "damaged", says: "Damage", alpha: 1, told: "Outlines: elements that are like none of the exemplar" },
 ];
 
+/** Looks at what judging found. */
+const JUDGED = ["seams", "damaged"];
+
+/**
+ * Whether something can be looked at like this.
+ * @param {Subject | null} subject
+ * @param {Look} look
+ */
+function has(subject, look) {
+  if (!look) return true;
+  if (look === "lit") return canBeLit(subject?.planes ?? []);
+  return Boolean(subject?.result && (subject.judged || !JUDGED.includes(look)));
+}
+
 const DARK = "This browser has no WebGL 2, which light needs.";
 
 export class Looks {
@@ -33,7 +50,7 @@ export class Looks {
   wanted = "";
   /** @type {string | null} the plane that is looked at */
   plane = null;
-  /** @type {(Subject & {result: string | null}) | null} */
+  /** @type {Subject | null} */
   #subject = null;
   #offered = "";
   #turn = 0;
@@ -61,11 +78,11 @@ export class Looks {
     return planes.find((each) => each === this.plane) ?? planes[0] ?? "albedo";
   }
 
-  /** @param {(Subject & {result: string | null}) | null} subject that is on the stage; its map is that of `result` */
+  /** @param {Subject | null} subject that is on the stage */
   show(subject) {
     this.#subject = subject;
     const planes = subject?.planes ?? [];
-    const looks = LOOKS.filter(({ look }) => !look || (look === "lit" ? canBeLit(planes) : subject?.result));
+    const looks = LOOKS.filter(({ look }) => has(subject, look));
     this.element.hidden = looks.length < 2;
     if (subject) this.plane = this.chosen(planes);
     const offered = `${looks.map(({ look }) => look)} ${planes} ${this.plane}`;
@@ -103,7 +120,7 @@ export class Looks {
     const turn = ++this.#turn;
     const still = () => turn === this.#turn;
     const subject = this.#subject;
-    const chosen = LOOKS.find(({ look }) => look === this.wanted && (look === "lit" ? canBeLit(subject?.planes ?? []) : subject?.result));
+    const chosen = LOOKS.find(({ look }) => look === this.wanted && has(subject, look));
     this.stage.layers = [];
     this.planes.hidden = (subject?.planes.length ?? 0) < 2 || chosen?.look === "lit";
     if (!subject || chosen?.look !== "lit") this.lit.hide();

@@ -1,7 +1,7 @@
 /** Where each pixel of a result came from, for hovering: the map of the result, read when the pointer first comes. */
 
 import { bytes } from "../core/api.js";
-import { store } from "../core/store.js";
+import { mapOf, store } from "../core/store.js";
 
 /** @typedef {import("../core/types.js").Result} Result */
 
@@ -64,11 +64,13 @@ export class Origins {
   /** @param {Result} result */
   async #fetch(result) {
     this.#asked = true;
+    const from = mapOf(result);
+    if (!from) return;
     try {
-      const map = new Uint16Array(await bytes(`/api/results/${result.id}/map.bin`));
+      const map = new Uint16Array(await bytes(`/api/results/${from}/map.bin`));
       if (result.id === this.#result?.id && map.length === result.size[0] * result.size[1] * 3) this.#map = map;
     } catch {
-      // a result without a map: then only the place itself is told
+      // its map is gone: then only the place itself is told
     }
   }
 }

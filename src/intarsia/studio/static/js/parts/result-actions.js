@@ -1,9 +1,10 @@
 /** What can be taken from a result: files, the command, the lines of Python. */
 
+import { bytes } from "../core/api.js";
 import { button, el } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { planesOf } from "../core/store.js";
-import { copied } from "../core/toast.js";
+import { copied, tried } from "../core/toast.js";
 import { weight } from "../core/words.js";
 
 /**
@@ -18,6 +19,7 @@ export function resultActions(result, plane) {
   const files = [...result.files].sort((a, b) => rank(a, planes) - rank(b, planes));
   for (const file of files) more.append(link(file.url, file.name, file.name, weight(file.bytes)));
   more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
+  if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
   more.append(button("Copy as Python", () => void copied(result.python, "Python"), {}));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
   const open = (/** @type {boolean} */ yes) => {
@@ -35,6 +37,29 @@ export function resultActions(result, plane) {
     const download = el("a", { class: "button framed", href: main.url, download: main.name }, icon("down"), el("span", { class: "label" }, "Download"));
     made.unshift(download);
   }
+  return made;
+}
+
+/**
+ * A page on how good a result is, made when it is asked for.
+ * @param {import("../core/types.js").Result} result
+ * @param {string} name of its picture
+ */
+function reportButton(result, name) {
+  const take = async () => {
+    if (made.ariaBusy === "true") return;
+    made.ariaBusy = "true";
+    made.textContent = "Report …";
+    await tried(async () => {
+      const page = new Blob([await bytes(`/api/results/${result.id}/report.html`)], { type: "text/html" });
+      const href = URL.createObjectURL(page);
+      link(href, name.replace(/\.\w+$/, "_report.html"), "").click();
+      setTimeout(() => URL.revokeObjectURL(href), 60_000);
+    });
+    made.textContent = "Report";
+    made.ariaBusy = "false";
+  };
+  const made = button("Report", () => void take(), { title: "A page on how good it is, part by part" });
   return made;
 }
 

@@ -3,7 +3,7 @@
 import { lookOf, LONGEST, Refused, viewOf } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { icon } from "../core/icons.js";
-import { exemplarOf, planesOf, store } from "../core/store.js";
+import { exemplarOf, mapOf, planesOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 import { facts, size, title, took } from "../core/words.js";
 import { Stage } from "../stage/stage.js";
@@ -14,6 +14,7 @@ import { busy, showProgress } from "./progress.js";
 import { resultActions } from "./result-actions.js";
 import { scoreButton } from "./score.js";
 import { Sheet } from "./sheet.js";
+import { Softness } from "./softness.js";
 import { Strip } from "./strip.js";
 import { viewButtons } from "./view-buttons.js";
 
@@ -28,7 +29,9 @@ export class ResultView extends HTMLElement {
   strip = new Strip();
   compare = new Compare(this.stage);
   looks = new Looks(this.stage, () => [(this.#shown = ""), void this.#update()]);
+  softness = new Softness();
   origins = new Origins();
+  scored = el("span");
   place = el("span", { class: "corner low right number" });
   /** @type {Job | null} */
   job = null;
@@ -41,7 +44,7 @@ export class ResultView extends HTMLElement {
   connectedCallback() {
     this.className = "result-view";
     this.stage.append(this.looks.legend, this.place);
-    fill(this.bar, viewButtons(this.stage), this.looks.element, this.progress);
+    fill(this.bar, viewButtons(this.stage), this.looks.element, this.softness.element, this.progress);
     this.stage.addEventListener("hover", (e) => {
       this.place.textContent = e instanceof CustomEvent ? this.origins.tell(e.detail) : "";
     });
@@ -78,6 +81,11 @@ export class ResultView extends HTMLElement {
       const seen = `${job.result} ${job.score}`;
       if (this.#shown === seen) return;
       const result = await store.result(job.result, job.score);
+      if (this.result?.id === result.id && this.#shown.startsWith(`${result.id} `)) {
+        if (!still()) return;
+        this.#shown = seen; // only its score is new: what is open or focused stays
+        return fill(this.scored, scoreButton(result.score));
+      }
       const planes = planesOf(result);
       const plane = this.looks.chosen(planes);
       const picture = await store.picture(lookOf(result.id, plane));
@@ -86,13 +94,17 @@ export class ResultView extends HTMLElement {
       this.origins.of(result);
       this.#show(seen, picture, title(job));
       const down = exemplarOf(job)?.planes.some((each) => each.normals === "dx") ?? false;
-      this.looks.show({ id: result.id, result: result.id, planes, at: (each) => lookOf(result.id, each), down });
+      const map = mapOf(result);
+      this.looks.show({ id: result.id, result: map, judged: map === result.id, planes, at: (each) => lookOf(result.id, each), down });
+      this.softness.show(job, result);
+      fill(this.scored, scoreButton(result.score));
       const method = job.options.method ? "" : result.told?.method;
-      this.#headline(title(job), facts(method, size(...result.size), took(job)), [scoreButton(result.score), this.#comparing(), ...resultActions(result, plane)]);
+      this.#headline(title(job), facts(method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane)]);
       return;
     }
     this.result = null;
     this.origins.of(null);
+    this.softness.show(null);
     const number = job && busy(job) ? store.previews.get(job.id) : undefined;
     if (job) this.looks.show(null);
     if (job && number !== undefined) {

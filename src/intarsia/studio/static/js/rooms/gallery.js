@@ -105,7 +105,7 @@ function tools(job) {
   const other = () =>
     void tried(() => store.start(job.verb, job.exemplars, { ...job.options, seed: anySeed() }));
   if (job.state === "done") {
-    made.push(button("Again with another seed", other, { icon: icon("dice"), bare: true }));
+    if (job.verb !== "render") made.push(button("Again with another seed", other, { icon: icon("dice"), bare: true }));
     if (job.verb === "grow") made.push(button("Use these settings", () => reuse(job), { icon: icon("undo"), bare: true }));
     const zip = `/api/results/${job.result}/all.zip`;
     made.push(el("a", { class: "button icon", href: zip, download: `${job.result}.zip`, title: "Download all", "aria-label": "Download all" }, icon("down")));
