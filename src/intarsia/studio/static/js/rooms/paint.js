@@ -4,7 +4,7 @@ import { numbers } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
-import { tried } from "../core/toast.js";
+import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
 import { COLOURS, Labels } from "../paint/labels.js";
 import { send } from "../paint/send.js";
@@ -153,6 +153,12 @@ export class PaintRoom extends HTMLElement {
     const exemplar = store.exemplar;
     const labels = this.#labels();
     if (!exemplar || !labels) return;
+    const marked = new Set(labels.source.data);
+    const wanted = [...new Set(labels.target.data)].find((label) => !marked.has(label));
+    if (wanted !== undefined) {
+      const name = `Label ${wanted + 1}`;
+      return complain(`${name} is wanted, but marked nowhere in the exemplar: paint over what it is on the left, or press Propose.`);
+    }
     await tried(async () => {
       const [source, target] = [await send(labels.source), await send(labels.target)];
       const { size, ...options } = painting.options;
