@@ -216,6 +216,7 @@ def test_what_is_out_of_sight_is_given_up(walk: Walk, texture: ia.Weave) -> None
 
 
 def test_far_out_it_is_drawn_reduced(walk: Walk, texture: ia.Weave) -> None:
+    walk.page.set_viewport_size({"width": 840, "height": 480})  # 64 tiles are drawn for each that is reduced
     walk.method("repeat")
     for _ in range(12):
         half = "s => { s.view.zoom(s.view.scale / 2, s.canvas.width / 2, s.canvas.height / 2); s.moved(); }"
