@@ -278,7 +278,7 @@ def case_command() -> list[Result]:
         seconds = child_cpu([sys.executable, "-m", *command, "--size", "512", *quilting], REPEATS)
         r = statistics.median(unit_r() for _ in range(REPEATS))  # a target in seconds supposes 40 ms
         peak = child("peak", *command, "--size", "1024", *quilting)["peak"]
-        ia.write(source, pixels("pebbles"))
+        ia.write(source, pixels("pebbles"), force=True)
         chosen = child_cpu([sys.executable, "-m", *command, "--size", "512"], REPEATS)
         sides = (512, 1024, 2048, 4096)
         taken = [child("peak", *command, "--size", str(side)) for side in sides]

@@ -23,7 +23,7 @@ from intarsia.arguments import SAMPLES
 REPEATS = 3
 PYTHON = (sys.executable, "-m", "intarsia")
 TWICE = ("--size", "512", "--force", "--quiet", "--threads", "1")
-MODULES = "numpy, PIL.Image, scipy.fft, numba, intarsia.cli.batch, intarsia.synthesis"  # of a command that grows
+MODULES = "numpy, PIL.Image, numba, intarsia.cli.batch, intarsia.synthesis"  # of a command that grows
 
 
 def run(words: tuple[str, ...], cache: Path) -> tuple[float, float]:
@@ -41,7 +41,7 @@ def run(words: tuple[str, ...], cache: Path) -> tuple[float, float]:
 def first_grow(name: str, cache: Path, folder: Path) -> list[Result]:
     """Grow what `intarsia grow` chooses for a sample: with an empty cache, then with the one that this has left."""
     source = folder / f"{name}.png"
-    ia.write(str(source), pixels(name))
+    ia.write(str(source), pixels(name), force=True)
     words = (*PYTHON, "grow", str(source), "-o", str(folder / "out.png"), "--size", "512", "--force", "--quiet")
     r = unit_r()
     wall, cpu = run(words, cache)
@@ -54,7 +54,7 @@ def every_grow(cache: Path, folder: Path) -> list[Result]:
     rows, alone, files = [], 0.0, []
     for name in SAMPLES:
         source = folder / f"{name}.png"
-        ia.write(str(source), pixels(name))
+        ia.write(str(source), pixels(name), force=True)
         r = unit_r()
         words = (*PYTHON, "grow", str(source), "-o", str(folder / "out.png"), *TWICE)
         cpu = statistics.median(run(words, cache)[1] for _ in range(REPEATS))
