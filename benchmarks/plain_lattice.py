@@ -4,11 +4,12 @@ For comparison. It is good at printed patterns, but answers on every texture, al
 prefers large cells of which few points are seen.
 
 Source: Lopez Recas 2011, section 3.3 and 3.3.1, eq. 3.22. Departures: a negative sum has goodness 0 instead of
-an undefined power; flat pairs are left out; the tile is counted in closed form, not px by px; of all peaks the
-100 highest are paired.
+an undefined power; flat pairs are left out; the tile is counted in closed form, not px by px.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numba import njit
@@ -19,9 +20,9 @@ from intarsia.analysis.reduction import factor_for, reduced
 from intarsia.lattice.correlation_map import MILLION
 
 Int64 = NDArray[np.int64]
+Vector = tuple[int, int]  # (dy, dx), px
 
 ALPHA = 1.12  # above 1: of equal means the one of more points, the smaller tile, wins
-PAIRED = 100
 
 
 @njit
@@ -68,32 +69,77 @@ def tile_pixels(a: int, b: int, c: int, height: int, width: int) -> int:
 
 
 @njit
-def significant_sums(
-    values: NDArray[np.int32],
-    lattices: NDArray[np.int64],
-    height: int,
-    width: int,
-    total: NDArray[np.int64],
-    count: NDArray[np.int64],
-) -> None:
-    """Add up the map at the significant points of the right half plane of every lattice, in whole px.
+def significant_sum(values: NDArray[np.int32], v: Vector, w: Vector, height: int, width: int) -> tuple[int, int]:
+    """Add up and count the map at the significant points of the right half plane of a reduced pair, in whole px.
 
     Significant: the overlap of the picture (height x width) with itself shows 85 % of the tile or more.
     """
+    a, b, c = hermite(v[0], v[1], w[0], w[1])
     high, wide = values.shape[0] >> 1, values.shape[1] >> 1
-    for k in range(len(lattices)):
-        a, b, c = hermite(lattices[k, 0, 0], lattices[k, 0, 1], lattices[k, 1, 0], lattices[k, 1, 1])
-        total[k], count[k] = 0, 0
-        for m in range(-(high // c), high // c + 1):
-            y = m * c
-            least = 0 if y > 0 else 1
-            x = (m * b - least) % a + least
-            while x <= wide:
-                h, w = height - abs(y), width - x
-                if 100 * h * w >= 85 * a * c and 100 * tile_pixels(a, b, c, h, w) >= 85 * a * c:
-                    total[k] += values[y + high, x + wide]
-                    count[k] += 1
-                x += a
+    square, along, reach = v[0] * v[0] + v[1] * v[1], v[0] * w[0] + v[1] * w[1], float(high * high + wide * wide)
+    rows, beside = int(math.sqrt(reach * square) / (a * c)) + 1, int(math.sqrt(reach / square)) + 2
+    total, count = 0, 0
+    for n in range(-rows, rows + 1):
+        middle = -n * along // square
+        for m in range(middle - beside, middle + beside + 1):
+            y, x = m * v[0] + n * w[0], m * v[1] + n * w[1]
+            if abs(y) > high or x > wide or x < 0 or (x == 0 and y <= 0):
+                continue
+            shown = height - abs(y), width - x
+            if 100 * shown[0] * shown[1] >= 85 * a * c and 100 * tile_pixels(a, b, c, *shown) >= 85 * a * c:
+                total += values[y + high, x + wide]
+                count += 1
+    return total, count
+
+
+@njit
+def highest(values: NDArray[np.int32], height: int, width: int) -> Int64:
+    """Return the highest value of the map, but its middle, where the overlap has so many px or more."""
+    high, wide = values.shape[0] >> 1, values.shape[1] >> 1
+    most = np.zeros(height * width + 1, np.int64)
+    for y in range(-high, high + 1):
+        for x in range(0 if y > 0 else 1, wide + 1):
+            shown = (height - abs(y)) * (width - x)
+            most[shown] = max(most[shown], values[y + high, x + wide])
+    for n in range(len(most) - 2, -1, -1):
+        most[n] = max(most[n], most[n + 1])
+    return most
+
+
+@njit
+def best_pair(values: NDArray[np.int32], peaks: Int64, height: int, width: int) -> tuple[Int64, int]:
+    """Pair every peak with every longer one, reduced by it, each pair once; return the best pair and its goodness."""
+    best, found = 0, np.zeros((2, 2), np.int64)
+    most = highest(values, height, width)
+    reach = math.hypot(values.shape[0] >> 1, values.shape[1] >> 1)
+    far = int(reach) + 1
+    seen = np.full((2 * far + 1, far + 1), -1, np.int64)  # the peak that an offset was last paired with
+    for i in range(len(peaks)):
+        vy, vx = peaks[i]
+        square = vy * vy + vx * vx
+        for j in range(i + 1, len(peaks)):
+            wy, wx = peaks[j]
+            times = (2 * (vy * wy + vx * wx) + square) // (2 * square)  # halves are rounded up
+            wy, wx = wy - times * vy, wx - times * vx
+            if wx < 0 or (wx == 0 and wy < 0):
+                wy, wx = -wy, -wx
+            flat, short = vy * wx == vx * wy, wy * wy + wx * wx < square
+            if flat or short or seen[wy + far, wx] == i:
+                continue
+            seen[wy + far, wx] = i
+            tile = abs(vy * wx - vx * wy)
+            least = (85 * tile + 99) // 100
+            if least >= len(most) or most[least] <= 0:
+                continue
+            points = (2 * reach / math.sqrt(square) + 1) * (2 * reach * math.sqrt(square) / tile + 1) / 2
+            if MILLION * (most[least] / MILLION) ** ALPHA * points ** (ALPHA - 1) < best:
+                continue  # eq. 3.23: not even if all points were as high as the highest
+            total, count = significant_sum(values, (vy, vx), (wy, wx), height, width)
+            good = int(np.rint(MILLION * (max(total, 0) / MILLION) ** ALPHA / max(count, 1)))
+            if good > best:
+                best = good
+                found[0], found[1] = (vy, vx), (wy, wx)
+    return found, best
 
 
 def tile_coverage(v1: tuple[int, int], v2: tuple[int, int], height: int, width: int) -> tuple[int, int]:
@@ -111,19 +157,12 @@ def plain_lattice(features: NDArray[np.int16]) -> NDArray[np.float64] | None:
     picture, _ = reduced(features, None, factor)
     correlation, _ = autocorrelation(picture)
     values = np.rint(MILLION * correlation).astype(np.int32)
-    lattices = _pairs(_peaks(values))
-    if not len(lattices):
-        return None
-    total, points = np.empty(len(lattices), np.int64), np.empty(len(lattices), np.int64)
-    significant_sums(values, lattices, *picture.shape[:2], total, points)
-    sums = np.maximum(total, 0) / MILLION
-    goodness = np.rint(MILLION * sums**ALPHA / np.maximum(points, 1)).astype(np.int64)
-    best = int(np.argmax(goodness))
-    return lattices[best].astype(np.float64) * factor if goodness[best] > 0 else None
+    found, goodness = best_pair(values, _peaks(values), *picture.shape[:2])
+    return found.astype(np.float64) * factor if goodness > 0 else None
 
 
 def _peaks(values: NDArray[np.int32]) -> Int64:
-    """The highest local maxima of the right half plane (n, 2), shortest first."""
+    """All local maxima of the right half plane (n, 2), shortest first."""
     height, width = values.shape
     middle = height // 2, width // 2
     padded = np.pad(values, 1, constant_values=-MILLION)
@@ -134,22 +173,5 @@ def _peaks(values: NDArray[np.int32]) -> Int64:
     at = np.argwhere(top) - middle
     at = at[(at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0))]
     square = (at * at).sum(axis=1)
-    height_of = values[at[:, 0] + middle[0], at[:, 1] + middle[1]]
-    chosen = np.lexsort((at[:, 1], at[:, 0], square, -height_of.astype(np.int64)))[:PAIRED]
-    at, square = at[chosen], square[chosen]
     result: Int64 = at[np.lexsort((at[:, 1], at[:, 0], square))].astype(np.int64)
     return result
-
-
-def _pairs(peaks: Int64) -> Int64:
-    """Pair every peak with every longer one, reduced by it; each pair once, flat ones left out."""
-    i, j = np.triu_indices(len(peaks), 1)
-    v, w = peaks[i], peaks[j]
-    square = (v * v).sum(axis=1)
-    w = w - ((2 * (v * w).sum(axis=1) + square) // (2 * square))[:, None] * v  # halves are rounded up
-    w[(w[:, 1] < 0) | ((w[:, 1] == 0) & (w[:, 0] < 0))] *= -1
-    flat = v[:, 0] * w[:, 1] == v[:, 1] * w[:, 0]
-    keep = ~flat & ((w * w).sum(axis=1) >= square)
-    pairs = np.stack([v[keep], w[keep]], axis=1)
-    _, first = np.unique(pairs.reshape(-1, 4), axis=0, return_index=True)
-    return pairs[np.sort(first)]

@@ -96,18 +96,18 @@ TASKS = (
     Task(200, 300, True, "183", SEAM5 | {"candidates": 1}),
     Task(200, 300, True, "182", SEAM5 | {"candidates": 1, "repetition": "counter"}),
     Task(150, 300, False, "34", SEAM5 | {"candidates": 1, "repetition": "counter"}),
-    Task(200, 200, False, "1.0", SEAM5 | {"search": "pyramid", "pyramid_kept": 1}),
+    Task(200, 200, False, "1.0", SEAM5 | {"search": "pyramid", "pyramid_draws": "every"}),
     Task(200, 200, False, "-", SEAM5 | {"search": "pyramid"}),
-    Task(200, 200, True, "2.8 to 2.9", SEAM5 | {"search": "pyramid", "pyramid_kept": 1}),
+    Task(200, 200, True, "2.8 to 2.9", SEAM5 | {"search": "pyramid", "pyramid_draws": "every"}),
     Task(200, 200, True, "-", SEAM5 | {"search": "pyramid"}),
-    Task(500, 200, True, "-", SEAM5 | {"search": "pyramid", "pyramid_kept": 1}),
+    Task(500, 200, True, "-", SEAM5 | {"search": "pyramid", "pyramid_draws": "every"}),
     Task(500, 200, True, "-", SEAM5 | {"search": "fast"}),
     *(
         Task(256, 1024, True, "-", SEAM5 | {"repetition": "prices"} | search)
         for search in (
             {"search": "fast"},
             {"search": "exact"},
-            {"search": "pyramid", "pyramid_kept": 1},
+            {"search": "pyramid", "pyramid_draws": "every"},
             {"search": "pyramid"},
         )
     ),
@@ -119,14 +119,23 @@ TASKS = (
     Task(
         300,
         300,
-        False,
+        True,
         "35",
-        SEAM5 | ALIKE | {"isometries": "both", "weight": 2, "search": "pyramid", "pyramid_kept": 1},
+        SEAM5 | ALIKE | {"isometries": "both", "weight": 1, "search": "pyramid", "pyramid_draws": "every"},
         "paint",
     ),
-    Task(300, 300, False, "598", {"patch": 10, "overlap": 5, "weight": 2} | ALIKE, "paint"),
-    Task(256, 256, False, "559", SEAM4 | ALIKE | {"weight": 1.5}, "paint"),
-    Task(256, 256, False, "560", SEAM4 | ALIKE | {"weight": 0}, "paint"),
+    Task(
+        300,
+        300,
+        False,
+        "598",
+        {"patch": 10, "overlap": 5, "isometries": "both", "boundary_candidates": 2, "weight": 2} | ALIKE,
+        "paint",
+    ),
+    *(
+        Task(256, 256, False, t, SEAM4 | ALIKE | {"isometries": "both", "weight": w}, "paint")
+        for w, t in ((1.5, "559"), (0, "560"))
+    ),
     Task(256, 256, False, "-", SEAM4 | {"weight": 1.5}, "paint"),
 )
 
@@ -148,7 +157,9 @@ def exemplar(task: Task) -> ia.Exemplar:
         usable = np.ones(pixels.shape[:2], bool)
         usable[:40, :40] = False
     if task.what == "paint":
-        pixels = np.where(halves(task.side), picture("gravel")[: task.side, : task.side, 0], pixels)
+        other = picture("gravel")[: task.side, : task.side]
+        marks = halves(task.side)
+        pixels = np.where(marks[:, :, None], other, pixels) if task.colour else np.where(marks, other[:, :, 0], pixels)
     return ia.Exemplar.of(np.ascontiguousarray(pixels), usable=usable)
 
 

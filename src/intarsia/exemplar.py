@@ -129,6 +129,9 @@ class Exemplar:
         name = "exemplar" if name is None else name
         return cls(planes, mask, toroidal is not None and toroidal, name, {} if weights is None else weights)
 
+    def __repr__(self) -> str:
+        return f"<exemplar {self.name}: {self.width}x{self.height} px, {', '.join(self.planes)}>"
+
     @property
     def base(self) -> Plane:
         """The plane that sets the size."""

@@ -108,13 +108,23 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
     return [i * (length - patch) // max(count - 1, 1) for i in range(count)], patch
 
 
-def hang(length: int, patch: int, overlap: int) -> tuple[list[int], int]:
-    """Place patches at a fixed pitch, the first and last hanging over the border (Multrus 2003, 3.2.1).
+def laid(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[list[int], int]:
+    """Place patches along one axis: spread, or where they hang over the border at their pitch, whatever is cropped.
 
-    The first patch begins `overlap` px before the border, so that its seam is dropped there. Returns the first
-    pixels of the patches and the patch length.
+    The first one begins `hangs` overlaps before the border: 1 drops its seam there (Multrus 2003, 3.2.1), 0 none
+    (Robinson 2004). Around a torus they are spread. Returns the first pixels of the patches and the patch length.
     """
-    return list(range(-overlap, length - overlap, patch - overlap)), patch
+    if hangs is None or wrap:
+        return spread(length, patch, overlap, wrap)
+    return list(range(-hangs * overlap, max(length - overlap, 1 - hangs * overlap), patch - overlap)), patch
+
+
+def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[int, int]:
+    """Return the least and the most px that neighbours share where patches are :func:`laid`."""
+    starts, side = laid(length, patch, overlap, wrap, hangs)
+    after = [*starts[1:], starts[0] + length] if wrap else starts[1:]
+    found = [side - (b - a) for a, b in zip(starts, after, strict=False)] or [overlap]
+    return min(found), max(found)
 
 
 def widened(

@@ -102,6 +102,9 @@ class Plane:
         object.__setattr__(self, "transfer", chosen(Transfer, "transfer", self.transfer))
         expect(self.meta, dict, "meta", "a dict")
 
+    def __repr__(self) -> str:
+        return f"<plane: {self.width}x{self.height} px, {self.kind.value}, {self.pixels.dtype} x {self.channels}>"
+
     @property
     def height(self) -> int:
         """Rows."""

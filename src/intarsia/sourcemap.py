@@ -123,6 +123,9 @@ class SourceMap:
         object.__setattr__(self, "sources", tuple(self.sources))
         object.__setattr__(self, "wrap", chosen(Wrap, "wrap", self.wrap))
 
+    def __repr__(self) -> str:
+        return f"<map: {self.width}x{self.height} px, of {', '.join(s.name for s in self.sources) or 'no exemplar'}>"
+
     @property
     def height(self) -> int:
         """Rows of the output."""

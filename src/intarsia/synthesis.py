@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -19,7 +20,7 @@ from .choosing.auto import AUTO_METHOD, Auto, Choice
 from .draws import check_seed
 from .errors import InputError, MethodError, ParameterError
 from .exemplar import Exemplar
-from .geometry import Box, Wrap, spread
+from .geometry import Box, Wrap, laid, shared
 from .guide import Guide
 from .image import Plane
 from .lazy import lazy
@@ -60,6 +61,10 @@ class Synthesis:
     trials: tuple[Score, ...] = ()
     canvas: Canvas | None = None
     energies: tuple[int, ...] = ()
+
+    def __repr__(self) -> str:
+        words = f"{self.map.width}x{self.map.height} px, {self.method.slug}, seed {self.recipe.get('seed')}"
+        return f"<texture: {words}>"
 
     def render(
         self,
@@ -182,13 +187,23 @@ class Plan:
     @property
     def patches(self) -> int | None:
         """How many patches will be laid; None for methods that lay none, and around a start."""
+        return math.prod(len(laid(*axis)[0]) for axis in self._axes) if self._axes else None
+
+    @property
+    def overlaps(self) -> dict[str, list[int]]:
+        """The least and the most px that neighbours really share along rows and columns; empty where none do."""
+        its = traits(self.method)
+        return {} if its.pitch == its.footprint else {k: [*shared(*a)] for k, a in zip("yx", self._axes, strict=False)}
+
+    @property
+    def _axes(self) -> list[tuple[int, int, int, bool, int | None]]:
+        """How patches are laid along rows and columns; none for methods that lay none, and around a start."""
         canvas, its = self.scene.canvas, traits(self.method)
         if its.pitch is None or its.footprint is None or canvas.start is not None:
-            return None
+            return []
         size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
         along = zip(size, its.footprint, its.pitch, wraps, strict=True)
-        rows, columns = (len(spread(side, px, px - step, closed)[0]) for side, px, step, closed in along)
-        return rows * columns
+        return [(side, px, px - step, closed, its.hangs) for side, px, step, closed in along]
 
     def memory(self, depth: str | None = None) -> int:
         """Bytes that this process will take at its peak, within 25 %; `depth`: what is written, if it is another."""
@@ -233,7 +248,7 @@ def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
     recipe = _recipe(plan.method, exemplars, canvas, seed, plan.joined)
     if choice is not None:
         recipe["auto"] = choice.recipe | ({"trials": len(energies), "seed": asked} if energies else {})
-    recipe |= plan.scene.recipe
+    recipe |= plan.scene.recipe | ({"overlaps": plan.overlaps} if plan.overlaps else {})
     return Synthesis(exemplars, smap, plan.joined, plan.method, recipe, choice, scores, canvas, energies)
 
 
@@ -288,7 +303,7 @@ def check_between(method: Method, blend: Blend) -> None:
 
 
 def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, seed: int, blend: Blend) -> dict[str, Any]:
-    """All that the map depends on, and nothing else: no path, date, timing or number of threads."""
+    """All that the map depends on: no path, date, timing or number of threads."""
     recipe: dict[str, Any] = {
         "intarsia": VERSION,
         "method": method.slug,

@@ -43,7 +43,7 @@ class NaiveLevel:
     open: Any  # (H, W)
     jumps: Any  # (rows, columns, k - 1, 2)
     step: int
-    colours: Any = None  # 25 weights in 1 / 256, where colours are compared
+    colours: Any = None  # 25 weights of squared differences, where colours are compared
     guide: NaiveGuide | None = None
 
     def at(self, y: int, x: int) -> list[int]:
@@ -61,13 +61,13 @@ class NaiveLevel:
         if self.colours is None:
             return [3 * v for dy, dx in DIAGONAL for v in self.at(u[0] + self.h * dy, u[1] + self.h * dx)]
         taps = [self.at(u[0] + self.h * dy, u[1] + self.h * dx) for dy in range(-2, 3) for dx in range(-2, 3)]
-        return [(v * int(w)) >> 8 for tap, w in zip(taps, self.colours, strict=True) for v in tap]
+        return self.weighed(taps)
 
     def seen(self, p: Pixel, s: Callable[[int, int], Pixel], j: Matrix) -> list[int]:
         """N_S(p): what the map shows around p; a neighbour o away foretells S[p + o] - J h o."""
         if self.colours is not None:
             taps = [self.at(*s(p[0] + dy, p[1] + dx)) for dy in range(-2, 3) for dx in range(-2, 3)]
-            return [(v * int(w)) >> 8 for tap, w in zip(taps, self.colours, strict=True) for v in tap]
+            return self.weighed(taps)
         out = []
         for dy, dx in DIAGONAL:
             total = [0] * self.picture.shape[2]
@@ -78,6 +78,10 @@ class NaiveLevel:
                 total = [a + b for a, b in zip(total, self.at(*there), strict=True)]
             out += total
         return out
+
+    def weighed(self, taps: list[list[int]]) -> list[int]:
+        """Colours times the roots of their weights, in whole numbers: differences are squared later."""
+        return [v * round(256 * math.sqrt(w)) // 256 for tap, w in zip(taps, self.colours, strict=True) for v in tap]
 
     def inside(self, y: int, x: int) -> Pixel | None:
         """The pixel itself, across the border of a torus; None outside."""
@@ -239,11 +243,21 @@ class NaiveSynthesis:
 
     def _next(self, level: int, after: int, y: int, x: int) -> Pixel:
         turn = divmod((after - 1) % self.side**2, self.side)
-        if (y % self.side, x % self.side) != turn:
+        if (y % self.side, x % self.side) != turn or self._still(level, y, x):
             return self.pixel(level, after - 1, y, x)
         return self.levels[level].corrected(
             (y, x), lambda a, b: self.pixel(level, after - 1, a, b), self.rule, self.factor, self.lie(level, y, x)
         )
+
+    def _still(self, level: int, y: int, x: int) -> bool:
+        """What none of the jitter holds for is corrected on the three finest levels alone, as without jitter."""
+        if self.share is None or level < 3:
+            return False
+        return self.share(self._middle(level, y, x), self.pixel(level, 0, y, x)) == 0
+
+    def _middle(self, level: int, y: int, x: int) -> Pixel:
+        h = 1 << level
+        return h * y + h // 2, h * x + h // 2
 
     def _begun(self, level: int, after: int, y: int, x: int) -> Pixel:
         if not self.guides:
@@ -287,7 +301,7 @@ class NaiveSynthesis:
         bits, r = draw(self.seed, self.stage, level + number * self.count, y, x), self.jitter(level)
         if self.share is not None:
             here = u[0] % self.size[0], u[1] % self.size[1]
-            r = math.floor(r * self.share((h * y + h // 2, h * x + h // 2), here) + 0.5)
+            r = math.floor(r * self.share(self._middle(level, y, x), here) + 0.5)
         for axis, word in enumerate((bits >> 32, bits & 0xFFFFFFFF)):  # floor(h r H + 1/2), H in [-1, 1)
             u[axis] += (2 * r * (word - (1 << 31)) + (4096 << 31)) // (2 * 4096 << 31)
             u[axis] %= self.size[axis]

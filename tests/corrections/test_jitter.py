@@ -71,6 +71,20 @@ def _of(given: Any, at: tuple[int, int]) -> float:
     return float(given.value(*at))
 
 
+def halves(y: Any, x: Any) -> Any:
+    return (x + 0 * y) // 16 % 2
+
+
+@pytest.mark.parametrize("name", ["jitter_output", "jitter_exemplar"])
+def test_coarse_levels_are_corrected_where_some_of_the_jitter_holds(name: str) -> None:
+    """An exemplar of four such levels: the coarsest is left alone where the share is black."""
+    e, method = toy(36, 40), replace(FREE, **{name: halves})
+    twin = naive(method, e, 11)
+    twin.share = lambda p, u: float(halves(*(p if name == "jitter_output" else u)))
+    got = method.window([e], Box(3, 7, 5, 11), 11, ONE).yx
+    assert got.tolist() == [[list(twin.final(y, x)) for x in range(7, 11)] for y in range(3, 5)]
+
+
 def test_shares_are_multiplied_and_rounded_to_the_nearest() -> None:
     """Half of 3 / 4096 px is 2; as far as the map is wide, with parents and steps of any size."""
     axes = [Axis(np.array([0, 0, 1]), np.array([-1, 1, 9]), np.array([4, 5, 6])), Axis(*np.zeros((3, 2), np.int64))]
@@ -133,6 +147,31 @@ def test_it_jitters_where_the_picture_over_the_output_is_light(wrap: str) -> Non
     own = (yx == np.stack(np.mgrid[:128, :256], axis=2) % 64).all(axis=2)
     assert own[:, 24:104].all()
     assert own[:, 152:232].mean() < 0.2
+
+
+@pytest.mark.parametrize("jitter", [None, 0.6])
+def test_a_share_of_none_is_no_jitter(jitter: float | None) -> None:
+    """Byte for byte, also on an exemplar that is no torus; no seam of its copies is mended on coarse levels."""
+    e, still = Exemplar.of(texture(70, 90, 3, 8)), ia.ParallelControllable(jitter=0)
+    wanted = ia.synthesize(e, (120, 200), still, seed=3, run=ONE).map.digest
+    for name, black in (("jitter_output", np.zeros((120, 200))), ("jitter_exemplar", np.zeros((70, 90)))):
+        for none in (0, black):
+            method = ia.ParallelControllable(jitter=jitter, **{name: none})
+            assert ia.synthesize(e, (120, 200), method, seed=3, run=ONE).map.digest == wanted
+
+
+@pytest.mark.parametrize("edge", [256, 320])
+def test_the_black_side_stays_as_it_is_without_jitter(edge: int) -> None:
+    """Up to 40 px from the white side, and half a piece of the coarsest level where the edge runs through it."""
+    e, light = Exemplar.of(texture(128, 128, 3, 8)), np.zeros((256, 512))
+    light[:, edge:] = 1
+    kept = edge - 40 - edge % 128
+    calm, half = (
+        ia.synthesize(e, (256, 512), ia.ParallelControllable(jitter=j, jitter_output=s), seed=3, run=ONE).map.yx
+        for j, s in ((0, None), (0.6, light))
+    )
+    assert (half[:, :kept] == calm[:, :kept]).all()
+    assert (half[:, edge:] != calm[:, edge:]).any(axis=2).mean() > 0.9
 
 
 def test_dark_parts_of_the_exemplar_stay_as_they_are() -> None:
@@ -277,7 +316,7 @@ def test_replay_wants_the_pictures_again(here: Path) -> None:
     assert run(*GROW, "a.png", "--jitter-output", "map.png")[0] == 0
     replay = "replay", "a.png", "-e", "e.png", "-o", "b.png"
     for words, code, told in (
-        ((), 2, "a.png was made with a picture as jitter_output; name it with --picture jitter_output=FILE."),
+        ((), 2, "a.png was made with --picture jitter_output=FILE: its recipe holds"),
         (("jitter_output=other.png",), 3, "other.png is another picture than the recipe has as jitter_output"),
         (("jitter_output=small.png",), 3, "small.png is another picture than the recipe has as jitter_output"),
         (("jitter_output=missing.png",), 3, "missing.png does not exist"),

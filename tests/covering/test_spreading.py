@@ -234,18 +234,18 @@ def test_steps_of_a_lattice_are_those_of_the_exemplar(pose: int) -> None:
 
 
 def test_what_is_left_alone() -> None:
-    """Canvases below one and a half exemplars, exemplars too small for a window, and clouds: the same map."""
+    """Canvases below one and a half exemplars, exemplars too small for a window, clouds: the same map, in silence."""
     method = ia.Graphcut(patch=12, overlap=4, refinements=0)
-    for side, size, why in ((80, (90, 100), "one and a half"), (40, (99, 99), "too small")):
+    for side, size in ((80, (90, 100)), (40, (99, 99))):
         made, run = ia.synthesize(texture(side, side, 3), size, method, run=ONE), ia.Run(1)
         assert spread_out(8.0, Laying(), made.exemplars, Canvas(*size), made.map, run) is made.map
-        assert why in run.notes[0]
+        assert run.notes == []
     assert wave_sides([Exemplar.of(texture(40, 40, 3))], made.map) == []
     y, x = np.mgrid[0:96, 0:96] / 96
     cloud = np.uint8(120 + 60 * np.sin(5 * x) * np.cos(4 * y))
     made, run = ia.synthesize(cloud, (190, 190), GRAPHCUT, run=ONE), ia.Run(1)
     assert spread_out(8.0, Laying(), made.exemplars, Canvas(190, 190), made.map, run) is made.map
-    assert "clouds" in run.notes[0]
+    assert run.notes == []
 
 
 def test_progress_and_cancelling() -> None:

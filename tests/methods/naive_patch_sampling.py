@@ -22,26 +22,22 @@ class NaivePatchSampling:
 
     def __init__(
         self, exemplars: Sequence[Exemplar], size: tuple[int, int], wb: int, we: int, n: int, seed: int,
-        isometries: Sequence[int] = (0,), counter: bool = False,
+        isometries: Sequence[int] = (0,),
     ) -> None:  # fmt: skip
-        self.size, self.wb, self.we, self.n, self.seed, self.counter = size, wb, we, n, seed, counter
+        self.size, self.wb, self.we, self.n, self.seed = size, wb, we, n, seed
         self.block = wb + 2 * we
         self.variants = posed(exemplars, isometries)
         self.places = [(v, y, x) for v, p in enumerate(self.variants) for y, x, _ in p.windows((self.block,) * 2)]
-        self.marks = dict.fromkeys(self.places, 0)
         self.known = np.zeros(size, bool)
         self.feats = np.zeros((*size, self.variants[0].picture.shape[2]), np.int64)
         self.shown = np.full((*size, 4), -1)  # exemplar, isometry, row, column
 
-    def run(self, waves: Sequence[Sequence[tuple[int, int]]] | None = None) -> NDArray[np.int_]:
-        """Return exemplar, isometry, row and column of every output pixel.
-
-        Raster order by default; `waves` lists windows (row, column) in any other order.
-        """
+    def run(self) -> NDArray[np.int_]:
+        """Return exemplar, isometry, row and column of every output pixel."""
         step = self.wb + self.we
         rows, columns = (-(-n // step) for n in self.size)
-        for wave in waves or [[(r, c)] for r in range(rows) for c in range(columns)]:
-            for r, c in wave:
+        for r in range(rows):
+            for c in range(columns):
                 pick = self.choose(r * step - self.we, c * step - self.we, draw(self.seed, STAGE, 0, r, c))
                 self.lay(r * step - self.we, c * step - self.we, pick)
         return self.shown
@@ -57,8 +53,6 @@ class NaivePatchSampling:
         if not known.any():
             return self.places[below(len(self.places), bits)]
         found = all_distances(window.astype(np.int16), known, self.variants)
-        if self.counter:  # d (1 + c): squared, as the package compares squares
-            found = [(d * (1 + self.marks[v, a, b]) ** 2, d, v, a, b) for d, v, a, b in found]
         best = [f[-3:] for f in sorted(found)[: self.n]]
         return best[below(len(best), bits)]
 
@@ -73,6 +67,3 @@ class NaivePatchSampling:
                     self.known[y + i, x + j] = True
                     self.feats[y + i, x + j] = variant.picture[u + i, s + j]
                     self.shown[y + i, x + j] = variant.number, variant.isometry, *variant.pixel(u + i, s + j)
-        for w, a, b in self.places:  # section 4.2.1, of the upright exemplar alone
-            if w == v and abs(a - u) <= self.block - 1 and abs(b - s) <= self.block - 1:
-                self.marks[w, a, b] += 1

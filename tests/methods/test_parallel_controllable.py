@@ -85,13 +85,19 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
         table = level.arrays.table.reshape(len(level.arrays.inner), -1)
         size = (e.height, e.width, e.toroidal)
         cells = similar_places(table, size, level.border, level.h, closed, method.k - 1)
-        colours = level.arrays.mask if method.neighbourhood == "colour" else None
+        colours = _weights(method) if method.neighbourhood == "colour" else None
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(method.subpasses**0.5)
     return NaiveSynthesis(
         (e.height, e.width), levels, stack.count, rules.spread, rules.factor, method.passes, side, method.rule,
         seed, STAGE, DRAWN,
     )  # fmt: skip
+
+
+def _weights(method: ia.ParallelControllable) -> list[float]:
+    """Of squared differences, as the memo has them: those that are given, or a Gaussian, a quarter in 2 px."""
+    taps = [(dy, dx) for dy in (-2, -1, 0, 1, 2) for dx in (-2, -1, 0, 1, 2)]
+    return list(method.neighbourhood_mask or (4.0 ** (-(dy * dy + dx * dx) / 4) for dy, dx in taps))
 
 
 BASE = ia.ParallelControllable(jitter=(0.3, 0.2, 0.5), passes=1)
@@ -121,13 +127,13 @@ def test_the_kernels_do_what_the_plain_twin_does(method: ia.ParallelControllable
 
 
 def test_a_mask_weighs_pixels() -> None:
-    """0 to 1 inside the root; a Gaussian unless others are given; 3 x 3 lie in the middle of 5 x 5."""
+    """Colours are multiplied by the roots of the weights; a Gaussian unless others are given; 3 x 3 lie in 5 x 5."""
     e, colour = toy(), replace(BASE, neighbourhood="colour")
-    mask = exemplar_stack(e, Look.of(colour)).levels[0].arrays.mask.reshape(5, 5)
+    mask = exemplar_stack(e, Look.of(colour)).levels[0].arrays.roots.reshape(5, 5)
     assert mask[2].tolist() == [128, 215, 256, 215, 128]
     nine = replace(colour, neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1))
-    mask = exemplar_stack(e, Look.of(nine)).levels[0].arrays.mask.reshape(5, 5)
-    assert mask[1:4, 1:4].tolist() == [[128, 256, 0], [256, 77, 256], [64, 32, 256]]
+    mask = exemplar_stack(e, Look.of(nine)).levels[0].arrays.roots.reshape(5, 5)
+    assert mask[1:4, 1:4].tolist() == [[181, 256, 0], [256, 140, 256], [128, 91, 256]]
     assert not mask[[0, 4]].any()
     assert not mask[:, [0, 4]].any()
     maps = {ia.synthesize(e, 90, m, run=ONE).map.digest for m in (colour, nine)}
@@ -397,7 +403,7 @@ def test_subpasses_settle_what_swings() -> None:
         maps = []
         for passes in (6, 7):
             rules = Corrections((0,), 1024, passes, subpasses, "near")
-            done = Descent(stack, rules, 0, STAGE)._corrected(start, 0, (Span(0, n, 0), Span(0, n, 0)), ONE)
+            done = Descent(stack, rules, 0, STAGE)._corrected(start, 0, [(Span(0, n, 0), Span(0, n, 0))], ONE)
             edge = 60 - rules.margin
             maps.append(done[edge : len(done) - edge, edge : len(done) - edge])
         moving.append((maps[0] != maps[1]).any(axis=2).mean())

@@ -132,12 +132,15 @@ def test_candidates_are_measured_exactly_and_sorted():
     assert 1 <= len(found.rows) <= 4 * 2
 
 
-@pytest.mark.parametrize(("limit", "wanted"), [(0.0, {1}), (1.0, {1, 2}), (0.5, {1}), (9.0, {1, 2, 3})])
+@pytest.mark.parametrize(("limit", "wanted"), [(0, {1}), (100, {1, 2}), (50, {1}), (900, {1, 2, 3})])
 def test_one_below_the_threshold_is_drawn_or_else_the_best(limit, wanted):
     """Lines 12 to 20 of the algorithm SegmentBased in the fragments."""
     rows = np.array([[20, 0, 1, 1], [50, 0, 2, 2], [500, 0, 3, 3]])
     found = Candidates(rows, 0, np.zeros((10, 10, 1), np.int16), np.ones((10, 10), np.uint8))
-    assert {choose(found, limit, bits << 58)[1] for bits in range(64)} == wanted
+    assert {choose(found, rows[:, 0], limit, bits << 58)[1] for bits in range(64)} == wanted
+    dear = np.array([800, 700, 500])  # of repeats: the last one is the best now
+    assert {choose(found, dear, 0, bits << 58)[1] for bits in range(64)} == {3}
+    assert {choose(found, dear, 750, bits << 58)[1] for bits in range(64)} == {2, 3}
 
 
 def tiled(height=120, width=132):
@@ -152,9 +155,29 @@ def test_patch_and_zone_follow_from_the_segments():
     found = segments(exemplar)
     resolved = ia.synthesize(exemplar, 40, "segment-based").method
     assert 18 <= found.patch <= 25
-    assert resolved.patch == 2 * found.patch  # two small elements
-    assert resolved.overlap == max(found.zone, resolved.patch // 4)
+    assert (resolved.patch, resolved.overlap) == (found.patch, found.zone)
     assert ia.synthesize(exemplar, 40, ia.SegmentBased(patch=30)).method.overlap == 7
+
+
+def test_the_threshold_lets_some_windows_draw_and_repeats_cost(monkeypatch):
+    """Automatic: below what a fiftieth of the patches lie; a fair share of the windows has several, dear ones fewer."""
+    seen = []
+
+    def spy(found, prices, limit, bits):
+        assert limit == found.usual == found.rows[len(found.rows) // 50, 0]
+        seen.append(int((prices < limit).sum()))
+        return choose(found, prices, limit, bits)
+
+    monkeypatch.setattr("intarsia.methods.segment_based.choose", spy)
+    shares, most = [], []
+    for usage in (0.0, 0.2):
+        seen.clear()
+        made = ia.synthesize(tiled(), 240, ia.SegmentBased(usage=usage), seed=1)
+        shares.append(np.mean(np.array(seen) > 1))
+        most.append(made.map.usage()[0].max())
+    assert shares[0] > 0.9
+    assert 0.1 < shares[1] < shares[0]
+    assert most[1] < most[0]
 
 
 def test_joints_stay_joints():

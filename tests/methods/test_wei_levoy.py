@@ -71,6 +71,23 @@ def test_it_takes_what_the_plain_version_takes(name: str, thorough: bool) -> Non
         assert shown(out) == plain.run()
 
 
+def test_on_a_canvas_that_ends_every_pixel_is_the_best_by_the_l_alone() -> None:
+    """Multrus 2003, 2.2.1, from its text: the L of 7x3 px above and to the left, all neighbourhoods of the exemplar."""
+    sample = smooth(6, 34, 37).astype(np.int64)
+    sample = (sample - sample.min()) * 1023 // np.ptp(sample)  # features are whole numbers up to 1023
+    out = ia.synthesize(sample.astype(np.uint16), (26, 30), ia.WeiLevoy(window=(3, 7), matching="exact"), seed=1).map.yx
+    image = sample[out[..., 0], out[..., 1]]
+    legs = [(y, x) for y in (-2, -1) for x in range(-3, 4)] + [(0, x) for x in (-3, -2, -1)]
+    y, x = np.mgrid[2:34, 3:34]  # neighbourhoods wholly inside the exemplar
+    others = np.stack([sample[y + a, x + b] for a, b in legs])
+    for i in range(2, 26):
+        for j in range(3, 27):
+            own = np.array([image[i + a, j + b] for a, b in legs])
+            far = ((others - own[:, None, None]) ** 2).sum(axis=0)
+            u, s = out[i, j]
+            assert far[u - 2, s - 3] == far.min()
+
+
 @pytest.mark.parametrize("levels", [1, 2])
 def test_a_start_is_continued_as_the_plain_version_does(levels: int) -> None:
     e = Exemplar.of(smooth(4, 20, 19))

@@ -220,6 +220,9 @@ class NaiveScan:
                 at = (y + t[0]) % size[0], (x + t[1]) % size[1]
                 if at == (y, x) or (kind == 1 and not (places_whole and at in done)):
                     continue
+                below_it, beside = y + t[0] >= size[0], not 0 <= x + t[1] < size[1]
+                if kind == 1 and ((below_it and not self.wrap.y) or (beside and not self.wrap.x)):
+                    continue
                 full = full or kind == 1
                 taps.append((t, at))
             templates = [(t, False, grounds[now[at][0]].at(*now[at][1:])) for t, at in taps]

@@ -502,6 +502,24 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in() -> None:
     assert fewer._drawn(box, 2, filling=True) == picks[:2]
 
 
+def test_cheap_placements_are_the_likely_ones() -> None:
+    """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
+    e = Exemplar.of(texture(40, 40, 3, 9))
+    growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=1, randomness=0.0))
+    first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
+    assert first is not None
+    sewing.paste(first)
+    box = (0, 10, 16, 16)
+    found = sewing._found(box)
+    prices = dict(zip(map(tuple, found.rows[:, 1:].tolist()), sewing.priced(box, found).tolist(), strict=True))
+    cheap = min(prices.values())
+    assert max(prices.values()) > 1.5 * cheap > 0
+    for bits in range(1, 20):
+        (pick,) = sewing._drawn(box, bits, filling=True)
+        assert prices[pick] <= cheap + 20
+
+
 def test_what_is_not_seen_makes_no_seam() -> None:
     """Channels of structure find what fits; seams are priced by what is shown, as without them."""
     e = Exemplar.of(texture(40, 48, 3, 9))

@@ -81,7 +81,7 @@ class TestClasses:
     def test_windows_know_the_labels_of_the_canvas(self, wrap: str) -> None:
         marks, target = regions(40, 50, 3), regions(33, 41, 3)
         canvas = Canvas(33, 41, ia.Wrap(wrap), guide=Guide(labels(marks), labels(target)))
-        growth = Growth(PatchSettings((12, 12), (4, 4), hangs=True), [painted(marks)], canvas)
+        growth = Growth(PatchSettings((12, 12), (4, 4), hangs=1), [painted(marks)], canvas)
         assert growth.guided is not None
         for r, y in enumerate(growth.layout.rows):
             for c, x in enumerate(growth.layout.columns):

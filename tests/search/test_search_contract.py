@@ -53,7 +53,7 @@ class TestSegmentSearch(SearchContract):
     """Drawn among all patches; a segment is no reason to leave one out here."""
 
     scenes = ("gray", "masked", "toroidal")
-    priced, usual = False, (0, 0)
+    priced, usual = False, (0.5, 1)  # of a fiftieth of what is drawn
 
     def make(self, scene: SearchScene) -> SegmentSearch:
         e = scene.exemplars[0]

@@ -23,7 +23,7 @@ SAMPLE = 8192  # neighbourhoods that axes are measured on; halved and doubled: s
 BITS = 4  # of the stack, after the point
 WEIGHTS = np.array([[round(256 * 2.0 ** -(dy * dy + dx * dx)) for dx in (-1.0, -0.5, 0.0, 0.5, 1.0)]
                     for dy in (-1.0, -0.5, 0.0, 0.5, 1.0)], np.int64).ravel()  # fmt: skip
-"""Of the 5 x 5 taps, 256 = 1: a Gaussian that halves 2 px from the middle."""
+"""What the 5 x 5 taps are multiplied by, 256 = 1: a Gaussian that halves 2 px from the middle; squares, a quarter."""
 
 Array = NDArray[Any]
 

@@ -73,15 +73,15 @@ def diagonal_table(padded: Any, h: int, border: int, table: Any) -> None:
 
 
 @kernel
-def colour_table(padded: Any, h: int, border: int, mask: Any, table: Any) -> None:
-    """Write the weighted 5 x 5 colours at spacing `h` of each pixel inside the border, 2 h at least: (positions, n)."""
+def colour_table(padded: Any, h: int, border: int, roots: Any, table: Any) -> None:
+    """Write the 5 x 5 colours at spacing `h` of each pixel inside the border, 2 h at least: (positions, n)."""
     height, width, channels = padded.shape
     for y in range(border, height - border):
         for x in range(border, width - border):
             row = table[y * width + x]
             for k in range(25):
                 for c in range(channels):
-                    row[k * channels + c] = (padded[y + (k // 5 - 2) * h, x + (k % 5 - 2) * h, c] * mask[k]) >> 8
+                    row[k * channels + c] = (padded[y + (k // 5 - 2) * h, x + (k % 5 - 2) * h, c] * roots[k]) >> 8
 
 
 @kernel

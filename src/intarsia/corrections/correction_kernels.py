@@ -38,7 +38,7 @@ class LevelArrays(NamedTuple):
     steps: NDArray[np.int64]  # (3,): how far positions lie apart of pixels h px below, h px to the right; h
     packed: NDArray[np.uint64]  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
     values: NDArray[np.int16]  # (positions, C): colours
-    mask: NDArray[np.int64]  # (25,): weights of the 5 x 5 colours, 256 = 1
+    roots: NDArray[np.int64]  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
     table: NDArray[np.int16]  # (positions * n,): the neighbourhood of each exemplar pixel
     inner: NDArray[np.int32]  # (positions,): the exemplar pixel that the border shows there, or -1 outside
     open: NDArray[np.uint8]  # (positions,): 1 where a candidate may lie
@@ -126,12 +126,12 @@ def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: b
 
 @kernel
 def colours_here(work: Any, at: Any, stride: Any, arrays: Any, here: Any) -> None:
-    """Write the 5 x 5 colours around the pixel `at`, weighted by the mask."""
+    """Write the 5 x 5 colours around the pixel `at`, times the roots of their weights: they are squared later."""
     channels = arrays.values.shape[1]
     for k in range(25):
         u = work[at + (k // 5 - 2) * stride + k % 5 - 2]
         for c in range(channels):
-            here[k * channels + c] = (arrays.values[u, c] * arrays.mask[k]) >> 8
+            here[k * channels + c] = (arrays.values[u, c] * arrays.roots[k]) >> 8
 
 
 @kernel

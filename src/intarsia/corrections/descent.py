@@ -123,7 +123,7 @@ class Descent:
                 coords = self._handed_down(coords, level, spans, frame)
             if level < self._mended:
                 drafting = part.drafting(partial(drafted, level=level))
-                coords = self._corrected(coords, level, spans[level], drafting, frame)
+                coords = self._corrected(coords, level, spans, drafting, frame)
             elif edge := self._margin(level):
                 coords = coords[edge:-edge, edge:-edge]
         run.part(top, top + 1).tick(1, 1, partial(drafted, coords, least))
@@ -260,8 +260,16 @@ class Descent:
             scatter(choices, axes[0].at, axes[1].at, np.int64(1 << level), self._room.size, out[0])
         return np.asarray(out[0])
 
+    def _still(self, coords: Array, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
+        """Which pixels of a level none of the jitter holds for: without jitter only fine levels are corrected."""
+        if level < ALWAYS or self.rules.shares == EVERYWHERE:
+            return None
+        calm = self._calm if self._calm.size == 1 else self._calm[coords[..., 0], coords[..., 1]]
+        part = part_at(self.rules.shares.output, *places_of(level, spans)) * calm
+        return np.broadcast_to(part == 0, coords.shape[:2])
+
     def _corrected(
-        self, coords: Array, level: int, spans: tuple[Span, Span], run: Run, frame: Array | None = None
+        self, coords: Array, level: int, spans: list[tuple[Span, Span]], run: Run, frame: Array | None = None
     ) -> Array:
         """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
         place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
@@ -270,7 +278,7 @@ class Descent:
             arrays = self.wanted.beside(arrays, level)
         work: Array = np.empty(coords.shape[:2], np.int32)
         as_positions(coords, place.border, place.stride, work)
-        classes = [span.at % side for span in spans]
+        classes, still = [span.at % side for span in spans[level]], self._still(coords, level, spans)
 
         def whole() -> Array:
             now: Array = np.empty((*work.shape, 2), np.int32)
@@ -286,6 +294,9 @@ class Descent:
                     for own, want in zip(classes, here, strict=True)
                 )
                 found = subpass(work, (rows, cols), arrays, rule, frame, place.stride, run, each)
+                if still is not None:
+                    where = np.ix_(rows, cols)
+                    found = np.where(still[where], work[where], found)
                 put_positions(work, rows, cols, found)
         margin = self._margin(level)
         out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)

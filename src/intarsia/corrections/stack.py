@@ -81,7 +81,7 @@ def table_of(level: StackLevel) -> Array:
     else:
         table = np.zeros((positions, 25 * arrays.values.shape[1]), np.int16)
         values = arrays.values.reshape(-1, level.stride, arrays.values.shape[1])
-        kernels.colour_table(values, level.h, level.border, arrays.mask, table)
+        kernels.colour_table(values, level.h, level.border, arrays.roots, table)
     return table
 
 
@@ -103,9 +103,10 @@ class ExemplarStack:
 class Look:
     """What of an exemplar is compared, and how.
 
-    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, weighted by ``mask`` (25 numbers of
-    0 to 1, or None: a Gaussian); ``k`` - 1 jumps for each pixel; ``weights`` of the channels; with ``outlines`` the
-    distance to them is compared as well; ``reach``: how far beyond the exemplar corrections read, in steps of a level.
+    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose squared differences ``mask``
+    weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 in 2 px); ``k`` - 1 jumps for each pixel; ``weights`` of the
+    channels; with ``outlines`` the distance to them is compared as well; ``reach``: how far beyond the exemplar
+    corrections read, in steps of a level.
     """
 
     neighbourhood: str = "appearance"
@@ -169,8 +170,8 @@ def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) ->
     none = np.zeros((0, 0), np.int32)
     steps = np.array([h * stride, h, h], np.int64)
     no_table = np.zeros(0, np.int16)
-    mask = WEIGHTS if look.mask is None else np.rint(np.array(look.mask) * 256).astype(np.int64)
-    arrays = LevelArrays(steps, packing, values, mask, no_table, inner.astype(np.int32).ravel(), open_, none)
+    roots = WEIGHTS if look.mask is None else np.rint(np.sqrt(look.mask) * 256).astype(np.int64)
+    arrays = LevelArrays(steps, packing, values, roots, no_table, inner.astype(np.int32).ravel(), open_, none)
     return StackLevel(h, border, stride, arrays)
 
 

@@ -72,19 +72,14 @@ def spread_out(
 
     `price`: of repeats, against that of seams.
 
-    Clouds stay, whose steps of tone a patch more would add to, and pictures that hold less than one and a half times
-    what the exemplars do. What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows
-    the guide less well.
+    Clouds stay, whose steps of tone a patch more would add to, pictures that hold less than one and a half times what
+    the exemplars do, and what is too small for a window. What the map still shows of `canvas.start` stays, and under
+    `canvas.guide` no pixel follows the guide less well.
     """
     shown = sizes.sampled(exemplars)
     sides, work = wave_sides(shown, smap), None
-    reason = "" if sides else "the exemplar, or the picture, is too small"
-    if 2 * smap.height * smap.width < 3 * sum(e.height * e.width for e in shown):
-        reason = "the picture holds less than one and a half times what the exemplar does"
-    elif any(stack.is_cloudy(e) for e in shown):
-        reason = "clouds show the steps of tone that more patches would add"
-    if reason:
-        run.notes.append(f"repeats were left as they are: {reason}.")
+    few = 2 * smap.height * smap.width < 3 * sum(e.height * e.width for e in shown)
+    if few or not sides or any(stack.is_cloudy(e) for e in shown):
         run.tick(1, 1)
         return smap
     for number, side in enumerate(sides):

@@ -59,6 +59,7 @@ class ImageQuilting(parameters.CutSquares):
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
+    layout: str = parameters.layout()
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
     context: float = param(
@@ -116,7 +117,7 @@ class ImageQuilting(parameters.CutSquares):
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
         return settings.PatchSettings(
-            patch=self.footprint, overlap=overlap, weights=self.channel_weights, context=self.context,
+            patch=self.footprint, overlap=overlap, hangs=self.hangs, weights=self.channel_weights, context=self.context,
             isometries=self.isometries, search=self.search, pyramid=(self.pyramid_filter, self.pyramid_kept),
             repeats=settings.Repeats(usage=self.usage, distance=self.min_repeat_distance), rim=max(overlap),
             boundaries=settings.Boundaries.of(

@@ -149,7 +149,6 @@ class NearRegular(MethodBase):
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
         method = self.resolved(exemplars, canvas)
         if parameters.passes_of(method) and method.straighten == "on":
-            run.notes.append("repeats were left as they are: the courses were laid straight, and are not so any more.")
             return method.laid(exemplars, canvas, seed, run)
         return parameters.gone_over(
             method, exemplars, canvas, run, lambda run: method.laid(exemplars, canvas, seed, run)

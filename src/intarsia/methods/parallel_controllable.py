@@ -112,8 +112,8 @@ class ParallelControllable(MethodBase):
         choices=("appearance", "colour"),
     )  # fmt: skip
     neighbourhood_mask: tuple[float, ...] | None = param(
-        AUTO, "weights", "with neighbourhood=colour: how much each of the 5 x 5 (or 3 x 3) pixels counts, row by row; "
-        "automatic: a Gaussian", low=0, high=1,
+        AUTO, "weights", "with neighbourhood=colour: how much the squared difference of each of the 5 x 5 (or 3 x 3) "
+        "pixels counts, row by row; automatic: a Gaussian, 1 in the middle, 1/4 in 2 px", low=0, high=1,
     )  # fmt: skip
     feature: Field | str | None = param(  # noqa: RUF009
         AUTO, "picture", "outlines to keep: the edges of the picture, or those of what is white in a mask of yours; "

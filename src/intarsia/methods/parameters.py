@@ -55,9 +55,8 @@ pyramid_filter = partial(
     choices=("mean", "gaussian", "none"),
 )  # fmt: skip
 pyramid_kept = partial(
-    param, 8, "int", "with search=pyramid: places followed from coarse to fine; 1 is the published search",
-    low=1, high=64,
-)  # fmt: skip
+    param, 8, "int", "with search=pyramid: the best places of a level, from which the next is searched", low=1, high=64
+)
 spread_price = partial(
     param, 0.0, "float", "price of what strikes and returns: the finished picture is gone over, and it is covered "
     "where that is worth its seams; 8 is much, 0: nothing is",
@@ -72,6 +71,11 @@ cut_cost = partial(
     param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
     "up to what is clearly seen, so that many faint steps are cheaper than a strong one",
     choices=("difference", "gradient", "sharp"),
+)  # fmt: skip
+layout = partial(
+    param, "spread", "choice", "spread: overlaps widen evenly, so that patches end at the border; raster: patch and "
+    "overlap as they are given, cropped at the right and lower border (where the output does not wrap)",
+    choices=("spread", "raster"),
 )  # fmt: skip
 boundary_patch = partial(
     param, AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
@@ -125,6 +129,7 @@ class CutSquares(MethodBase):
 
     patch: int | tuple[int, int] | None
     overlap: int | tuple[int, int] | None
+    layout: str = "spread"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -139,6 +144,11 @@ class CutSquares(MethodBase):
         """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
         patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
         return patch[0] - overlap[0], patch[1] - overlap[1]
+
+    @property
+    def hangs(self) -> int | None:
+        """From the first corner on at their pitch, or spread to end at the border."""
+        return 0 if self.layout == "raster" else None
 
     @property
     def footprint(self) -> tuple[int, int]:

@@ -12,6 +12,7 @@ Cost: one FFT search over the exemplar for each patch, about N_out / pitch^2 of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,20 +28,24 @@ if TYPE_CHECKING:
     import numpy as np
 
     from .. import sourcemap
-    from ..analysis import symmetry
+    from ..analysis import features, symmetry
+    from ..arrays import Array
     from ..canvas import Canvas
     from ..exemplar import Exemplar
-    from ..patches import growing_map, labelled, settings
+    from ..patches import growing_map, labelled, published, settings
     from ..patches import repetition as patches_repetition
     from ..patches.growth import Growth, Pick
     from ..run import Run
-    from ..search import guide, pyramid, sizes
+    from ..search import drawn_pyramid, guide, pyramid, sizes
 else:
     np = lazy("numpy")
     labelled = lazy("intarsia.patches.labelled")
     settings = lazy("intarsia.patches.settings")
+    drawn_pyramid = lazy("intarsia.search.drawn_pyramid")
+    features = lazy("intarsia.analysis.features")
     guide = lazy("intarsia.search.guide")
     growing_map = lazy("intarsia.patches.growing_map")
+    published = lazy("intarsia.patches.published")
     pyramid = lazy("intarsia.search.pyramid")
     patches_repetition = lazy("intarsia.patches.repetition")
     sizes = lazy("intarsia.search.sizes")
@@ -48,9 +53,10 @@ else:
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2003  # keeps this method's draws apart from those of others
-MOST = 64  # candidates that may be chosen among
+MOST = 64  # candidates may be chosen from a short-list; for more of them every patch is looked at
 LEAST_LISTED = 16  # candidates kept of every search, or thrice as many as may be chosen
-LISTED_BY_EPSILON = 48
+LISTED_BY_EPSILON = 48  # in a pyramid
+UNLIMITED = 1 << 60
 
 
 @dataclass(frozen=True)
@@ -76,7 +82,7 @@ class PatchSampling(MethodBase):
         "best", "choice", "who may be chosen: the best few, all within epsilon of black, or of the best distance",
         choices=("best", "epsilon", "relative"),
     )  # fmt: skip
-    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=MOST)
+    candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=99_999)
     epsilon: float = param(0.1, "float", "with the other bounds: how far from the ideal one may be", low=0, high=100)
     join: str = param(
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
@@ -93,6 +99,11 @@ class PatchSampling(MethodBase):
     search: str = parameters.search_ways()
     pyramid_filter: str = parameters.pyramid_filter()
     pyramid_kept: int = parameters.pyramid_kept()
+    pyramid_draws: str = param(
+        "finest", "choice", "with search=pyramid: draw at the finest level, or at every one and follow that place "
+        "alone, as published",
+        choices=("finest", "every"),
+    )  # fmt: skip
     boundary_patch: int | None = parameters.boundary_patch()
     boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
     boundary_slack: int | None = parameters.boundary_slack()
@@ -113,6 +124,11 @@ class PatchSampling(MethodBase):
         """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
         patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
         return patch[0] + overlap[0], patch[1] + overlap[1]
+
+    @property
+    def hangs(self) -> int:
+        """Patches begin one seam before the border, and keep their pitch."""
+        return 1
 
     @property
     def footprint(self) -> tuple[int, int]:
@@ -146,7 +162,12 @@ class PatchSampling(MethodBase):
         """Grow the map window by window, in raster order as far as windows touch."""
         method = self.resolved(exemplars, canvas)
         misses: list[int] = []
-        stages = labelled.Stages(method.patch_settings, exemplars, canvas, method.blend)
+        settings = method.patch_settings
+        if self.search == "pyramid" and self.pyramid_draws == "every":
+            its = features.features(exemplars, self.channel_weights)
+            drawn = drawn_pyramid.Drawn(seed, STAGE, self._admitted, self.boundary_candidates, its)
+            settings = replace(settings, drawn=drawn)
+        stages = labelled.Stages(settings, exemplars, canvas, method.blend)
         for growth in stages:
             choose = partial(method.choose, growth, misses=misses)
             growth.fill(seed, STAGE, run, choose=choose, join=partial(method.join_in, growth))
@@ -157,10 +178,17 @@ class PatchSampling(MethodBase):
     @property
     def listed(self) -> int:
         """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
-        if self.bound != "best":
+        if self.bound != "best" and not self.of_all:
             return LISTED_BY_EPSILON
-        most = max(self.candidates, self.boundary_candidates)
-        return max(LEAST_LISTED, 3 * most) * (2 if self.search == "exact" else 1)
+        most = max(1 if self.of_all else self.candidates, self.boundary_candidates)
+        return max(LEAST_LISTED, most, 3 * min(most, MOST)) * (2 if self.search == "exact" else 1)
+
+    @property
+    def of_all(self) -> bool:
+        """Whether every patch is looked at, as what may be chosen could lie beyond a short-list."""
+        if self.search == "exact" and self.repetition in ("counter", "marks"):  # the fast search counts cells
+            return True
+        return self.search != "pyramid" and (self.bound != "best" or self.candidates > MOST)
 
     @property
     def patch_settings(self) -> settings.PatchSettings:
@@ -169,7 +197,7 @@ class PatchSampling(MethodBase):
         rule = patches_repetition.RepetitionRule(self.repetition if self.repetition != "none" else "prices")
         usage = self.usage if self.repetition == "prices" else 0.0
         return settings.PatchSettings(
-            patch=self.footprint, overlap=overlap, hangs=True, weights=self.channel_weights,
+            patch=self.footprint, overlap=overlap, hangs=self.hangs, weights=self.channel_weights,
             isometries=self.isometries, search=self.search, pyramid=(self.pyramid_filter, self.pyramid_kept),
             listed=self.listed, repeats=settings.Repeats(rule, usage, self.min_repeat_distance), rim=max(overlap),
             boundaries=settings.Boundaries.of(
@@ -181,24 +209,42 @@ class PatchSampling(MethodBase):
         self, growth: Growth, window: growing_map.Window, found: Any, bits: int, misses: list[int]
     ) -> Pick | None:
         """Draw one of the candidates that the bound admits; note a miss where it admits none."""
+        at_boundary = growth.at_boundary(window)
+        rows, prices = self._priced(growth, window, found)
+        brightness = growth.features.brightness(found.feats, found.known) if self.bound == "epsilon" else 0
+        if self.of_all and not at_boundary and not found.permitted:
+            best = int(prices[0]) if len(prices) else UNLIMITED
+            found = published.every_within(growth, window, found, max(best, self._limit(prices, brightness)))
+            rows, prices = self._priced(growth, window, found)
+        if not len(rows):
+            return None
+        many = self.boundary_candidates if at_boundary else self._admitted(prices, brightness)
+        misses += [1] * (many == 0)
+        v, u, s = rows[below(min(max(many, 1), len(rows)), bits), 1:].tolist()
+        return v, u, s
+
+    def _admitted(self, prices: Array, brightness: int) -> int:
+        """How many of `prices`, the lowest first, may be chosen; 0: none, so the best is taken."""
+        if self.bound == "best":
+            return min(self.candidates, len(prices))
+        return int(np.searchsorted(prices, self._limit(prices, brightness), side="right"))
+
+    def _limit(self, prices: Array, brightness: int) -> int:
+        """The highest price that may be chosen, by the lowest ones of all."""
+        if self.bound == "epsilon":  # d < epsilon R, both squared (Multrus 2003, 3.3.4)
+            return math.ceil(self.epsilon**2 * brightness) - 1
+        last = 0 if self.bound == "relative" else self.candidates - 1
+        if len(prices) <= last:
+            return UNLIMITED
+        return int((1 + self.epsilon) ** 2 * int(prices[0])) if self.bound == "relative" else int(prices[last])
+
+    @staticmethod
+    def _priced(growth: Growth, window: growing_map.Window, found: Any) -> tuple[Array, Array]:
+        """The candidates that are not forbidden, the cheapest first, and their prices."""
         prices = growth.repetition.prices(window[0], window[1], found)
         order = np.argsort(prices, kind="stable")
         order = order[prices[order] >= 0]
-        if not len(order):
-            return None
-        at_boundary = growth.at_boundary(window)
-        if at_boundary or self.bound == "best":
-            near = order[: self.boundary_candidates if at_boundary else self.candidates]
-        else:
-            limit = self.epsilon**2 * growth.brightness(found)
-            if self.bound == "relative":
-                limit = (1 + self.epsilon) ** 2 * int(prices[order[0]])
-            near = order[prices[order] <= limit]
-            if not len(near):
-                misses.append(1)
-                near = order[:1]
-        v, u, s = found.rows[near[below(len(near), bits)], 1:].tolist()
-        return v, u, s
+        return found.rows[order], prices[order]
 
     def join_in(self, growth: Growth, at: growing_map.Window, pick: Pick, found: Any) -> None:
         """Lay a patch into the window that begins at `at`, as `join` says."""

@@ -5,8 +5,8 @@ from a segmentation (docs/sources-003.md says what can be read in them).
 
 Departures: patch and zone come from a vote over scales, because one scale fails on blur or noise; the histogram of
 segments, which does not see how things are arranged, only says which patches are then compared pixel by pixel; windows
-are laid in waves with evenly widened overlaps; the cut is a minimum cut without memory of old seams. The source leaves
-open how many patches are looked at, and the threshold.
+are laid in waves with evenly widened overlaps (layout=raster: as given); the cut is a minimum cut without memory of old
+seams; repeats have a price (usage=0: none). The source leaves open how many patches are looked at, and the threshold.
 
 Cost: the analysis, then `hits` times `points` patches compared for every window.
 """
@@ -24,8 +24,11 @@ from . import parameters
 from .base import Ability
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from .. import sourcemap
     from ..analysis import features
+    from ..arrays import Array
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..patches import growth as patches_growth
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
     from ..search import candidates, histograms, sizes
     from ..segments import segments
 else:
+    np = lazy("numpy")
     features = lazy("intarsia.analysis.features")
     patches_growth = lazy("intarsia.patches.growth")
     settings = lazy("intarsia.patches.settings")
@@ -58,25 +62,26 @@ class SegmentBased(parameters.CutSquares):
 
     patch: int | tuple[int, int] | None = parameters.patch_side()
     overlap: int | tuple[int, int] | None = param(
-        AUTO, "extent", "width that two neighbours share; automatic: a gap, from a quarter to a third of the patch",
+        AUTO, "extent", "width that two neighbours share; automatic: the gap found, or a quarter of the patch given",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
-    hits: int = param(128, "int", "how many histograms of segments are looked at for every patch", low=1, high=1 << 12)
+    layout: str = parameters.layout()
+    hits: int = param(256, "int", "how many histograms of segments are looked at for every patch", low=1, high=1 << 12)
     points: int = param(8, "int", "how many patches are drawn of each of them", low=1, high=1 << 12)
-    threshold: float = param(
-        0.05, "float", "draw among patches that differ by less than this share of the contrast; 0: take the best",
-        low=0, high=100,
+    threshold: float | None = param(
+        AUTO, "float", "draw among patches that differ by less than this share of the contrast, else take the best; "
+        "automatic: by less than all but a fiftieth of those compared", low=0, high=100,
     )  # fmt: skip
+    usage: float = param(0.2, "float", "price of using a patch again, in usual distances", low=0, high=100)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
         """Decide patch and overlap from the segments of the exemplar."""
         patch, overlap = self.patch, self.overlap
         if patch is AUTO:
             found = segments.segments(exemplars[0])
-            patch = sizes.fitting(found.patch, min(exemplars[0].height, exemplars[0].width))
-            patch = sizes.supplied(exemplars, patch)
+            patch = sizes.supplied(exemplars, found.patch)
             if overlap is AUTO:  # a mask may leave less than the zone
-                overlap = min(max(found.zone, patch // 4), patch - 1)
+                overlap = min(found.zone, patch - 1)
         elif overlap is AUTO:
             rows, columns = extent(patch)
             overlap = (rows // 4, columns // 4) if rows != columns else rows // 4
@@ -89,22 +94,25 @@ class SegmentBased(parameters.CutSquares):
         found = segments.segments(exemplars[0])
         zone = extent(method.overlap or 0)
         its = settings.PatchSettings(
-            patch=method.footprint, overlap=zone,
+            patch=method.footprint, overlap=zone, hangs=method.hangs,
             finder=lambda variants, patch: histograms.SegmentSearch(
                 variants, patch, found.group_map, zone, method.hits, method.points, seed, STAGE + POINTS
             ),
+            repeats=settings.Repeats(usage=method.usage),
         )  # fmt: skip
         growth = patches_growth.Growth(its, exemplars, canvas)
-        limit = method.threshold * features.contrast(growth.features, exemplars)
-        growth.fill(
-            seed, STAGE, run, choose=lambda window, found, bits: choose(found, limit, bits), join=growth.cutting()
-        )
+        limit = None if method.threshold is AUTO else method.threshold * features.contrast(growth.features, exemplars)
+
+        def chosen(window: tuple[int, int], found: candidates.Candidates, bits: int) -> patches_growth.Pick:
+            prices = growth.repetition.prices(*window, found)
+            return choose(found, prices, found.usual if limit is None else limit * int((found.known > 0).sum()), bits)
+
+        growth.fill(seed, STAGE, run, choose=chosen, join=growth.cutting())
         return growth.map(self.blend)
 
 
-def choose(found: candidates.Candidates, limit: float, bits: int) -> patches_growth.Pick:
-    """Draw one of the patches of a mean squared difference below `limit`; where there is none, take the best."""
-    pixels = int((found.known > 0).sum())
-    near = int((found.rows[:, 0] < limit * pixels).sum())
-    v, y, x = found.rows[below(near, bits) if near else 0, 1:].tolist()
+def choose(found: candidates.Candidates, prices: Array, limit: float, bits: int) -> patches_growth.Pick:
+    """Draw one of the patches whose squared difference, with the price of a repeat, is below `limit`, or the best."""
+    near = np.flatnonzero(prices < limit)
+    v, y, x = found.rows[near[below(len(near), bits)] if len(near) else int(np.argmin(prices)), 1:].tolist()
     return v, y, x

@@ -33,11 +33,12 @@ from .repetition import Repetition, RepetitionRule, striking
 from .settings import PatchSettings
 
 if TYPE_CHECKING:
-    from ..search import distance_map, guided, pyramid
+    from ..search import distance_map, drawn_pyramid, guided, pyramid
     from ..search import guide as guidance
 else:  # only some canvases need them
     distance_map = lazy("intarsia.search.distance_map")
     guidance = lazy("intarsia.search.guide")
+    drawn_pyramid = lazy("intarsia.search.drawn_pyramid")
     guided = lazy("intarsia.search.guided")
     pyramid = lazy("intarsia.search.pyramid")
 
@@ -101,6 +102,8 @@ class Growth:
         if inside_only and self.guided is not None:
             windows &= ~self.guided.guidance.boundaries
         self.waves = waves(self.layout, windows)
+        if rule is not RepetitionRule.PRICES:  # uses count at once: row by row, as in the source
+            self.waves = [[window] for window in sorted(w for wave in self.waves for w in wave)]
         if canvas.start is not None:
             self.repetition.note_start(self.growing.variant, self.growing.yx)
 
@@ -108,6 +111,10 @@ class Growth:
         settings, patch = self.settings, self.layout.patch
         if settings.finder is not None:
             return settings.finder(self.variants, patch)
+        if settings.drawn is not None:
+            return drawn_pyramid.DrawnPyramid(
+                self.variants, patch, settings.overlap, settings.pyramid[0], settings.drawn
+            )
         if settings.search == "pyramid":
             return pyramid.PyramidSearch(self.variants, patch, settings.overlap, *settings.pyramid, listed)
         return PatchSearch(self.variants, patch, min(settings.overlap), settings.search == "exact", listed)
@@ -172,12 +179,6 @@ class Growth:
         now = self.map(Blend())
         return replace(now, yx=now.yx.copy())
 
-    def brightness(self, found: Candidates) -> int:
-        """Sum of a window's squared features, counted from black; epsilon is relative to it (Multrus 2003, 3.3.4)."""
-        n = self.features.base
-        above = (found.feats[:, :, :n].astype(np.int64) - self.features.black[:n]) * found.known[:, :, None]
-        return int((above * above).sum())
-
     def at(self, window: Window) -> tuple[int, int]:
         """First pixel of a window on the canvas."""
         return self.layout.at(*window)
@@ -224,10 +225,12 @@ class Growth:
                 found[begin:stop] = self.finder.find(*where, prices)
 
         each(part, range(0, len(wave), size))
-        return found if self.layout.places is None else [self._weighed(at[k], f) for k, f in enumerate(found)]
+        return [self.weighed(at[k], f) for k, f in enumerate(found)]
 
-    def _weighed(self, at: NDArray[np.int64], found: Candidates) -> Candidates:
+    def weighed(self, at: NDArray[np.int64], found: Candidates) -> Candidates:
         """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
+        if self.layout.places is None:
+            return found
         rows = found.rows.copy()
         weigh_edge(
             self.growing.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from ..canvas import Canvas
-from ..geometry import hang, spread
+from ..geometry import laid
 from ..guide import Guide
 from ..search.candidates import SHORT_LIST, Search
+from ..search.drawn_pyramid import Drawn
 from ..search.posed import PosedExemplars, isometry_ids
 from ..search.windows import WindowGrid
 from .fill_order import fill_order
@@ -56,8 +57,8 @@ class PatchSettings:
 
     patch: tuple[int, int]  # rows and columns of a window, px
     overlap: tuple[int, int]  # that neighbours share, px
-    # Windows keep their pitch and may hang over the border (Multrus 2003), or are spread to end at it.
-    hangs: bool = False
+    # Windows keep their pitch, hang over the border, and begin so many overlaps before it; None: they end at it.
+    hangs: int | None = None
     weights: tuple[float, ...] | None = None
     context: float = 0.0  # weight of the surroundings
     structure: float = 0.0  # weight of outlines and slow colour
@@ -65,6 +66,7 @@ class PatchSettings:
     isometries: str | tuple[int, ...] = "none"
     search: str = "fast"
     pyramid: tuple[str, int] = ("mean", 1)  # of search="pyramid": the filter, and how many positions are followed
+    drawn: Drawn | None = None  # draw at every level of the pyramid, and how
     listed: int = SHORT_LIST  # candidates kept of every search
     repeats: Repeats = field(default=Repeats())  # what a repeat costs
     rim: int = 0  # how deep start pixels may be replaced, px
@@ -106,6 +108,4 @@ class PatchSettings:
         )
 
     def _axis(self, axis: int, length: int, wrap: bool) -> tuple[list[int], int]:
-        if self.hangs and not wrap:
-            return hang(length, self.patch[axis], self.overlap[axis])
-        return spread(length, self.patch[axis], self.overlap[axis], wrap)
+        return laid(length, self.patch[axis], self.overlap[axis], wrap, self.hangs)

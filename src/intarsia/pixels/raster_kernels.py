@@ -2,7 +2,7 @@
 
 At the beginning every pixel of the torus shows something, mostly noise; the first pixels see it where their
 neighbourhoods reach across the border. Pixels below and to the right count only if they are known for good: those
-of a start, and the first rows and columns, seen across the border by the last ones.
+of a start, and the first rows and columns, seen by the last ones across a border that wraps.
 """
 
 from __future__ import annotations
@@ -44,10 +44,18 @@ class Torus(NamedTuple):
     taps: NDArray[np.int64]  # (n, 3): row, column, kind; the nearest first
     channels: int  # planes of this level; those of the coarser one follow
     whole: bool  # whether neighbourhoods all around find room in the exemplar
+    wraps: tuple[bool, bool]  # whether the canvas, too, continues in itself, down and along
     choices: NDArray[np.int64]  # (m, 2): every (variant, position) that a neighbourhood of kind 0 fits
     seed: np.uint64
     stage: int
     level: int
+
+
+@kernel
+def beyond(torus: Any, y: int, x: int) -> bool:
+    """Whether a pixel below or beside another lies beyond the border of a canvas that ends there."""
+    height, width = torus.variant.shape
+    return (y >= height and not torus.wraps[0]) or (not 0 <= x < width and not torus.wraps[1])
 
 
 @kernel
@@ -68,7 +76,7 @@ def template_of(torus: Any, ground: Any, y: int, x: int, template: Any) -> Any:
             usual = usual and sort == BELOW
             continue
         if sort == BELOW:
-            if not torus.whole or not torus.done[a, b]:
+            if not torus.whole or not torus.done[a, b] or beyond(torus, y + dy, x + dx):
                 continue
             kind, usual = 1, False
         for c in range(torus.channels):
@@ -216,7 +224,8 @@ def _counts(torus: Any, y: int, x: int, t: int, kind: int) -> bool:
     a, b = (y + torus.taps[t, 0]) % torus.variant.shape[0], (x + torus.taps[t, 1]) % torus.variant.shape[1]
     if torus.taps[t, 2] == COARSE or (a == y and b == x):
         return False
-    return torus.taps[t, 2] == ABOVE or (kind == 1 and bool(torus.done[a, b]))
+    below_counts = kind == 1 and torus.done[a, b] and not beyond(torus, y + torus.taps[t, 0], x + torus.taps[t, 1])
+    return torus.taps[t, 2] == ABOVE or bool(below_counts)
 
 
 @kernel

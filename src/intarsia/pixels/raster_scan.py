@@ -142,8 +142,8 @@ class Scan:
         self.given = done.copy()
         taps = np.array(taps_of(self.window, coarse), np.int64)
         self.torus = Torus(
-            variant, yx, done, context, taps, self.variants.channels, bool((exemplar.closed[1] == 0).any()), places,
-            seed, stage, self.level,
+            variant, yx, done, context, taps, self.variants.channels, bool((exemplar.closed[1] == 0).any()),
+            (self.canvas.wrap.y, self.canvas.wrap.x), places, seed, stage, self.level,
         )  # fmt: skip
         return self.torus, exemplar
 

@@ -31,6 +31,32 @@ def best_of(feats: Any, known: Any, posed: Any, rows: Any, found: Any) -> int:
 
 
 @kernel
+def within(feats: Any, known: Any, posed: Any, among: Any, uses: Any, limit: int, squared: Any) -> None:
+    """Write the squared distance of every patch into its row; -1 where none may begin or it is above `limit`.
+
+    `squared` (positions,) int64; `uses` (positions,): 256 = once; distances are multiplied by 1 + uses, squared.
+    """
+    valid, offsets = among
+    flat, table = posed
+    h, w = known.shape
+    channels = feats.shape[2]
+    window = feats.reshape(h * w * channels)
+    spans = np.empty((h, 3), np.int64)
+    row_spans(known, spans)
+    for v in range(len(offsets)):
+        stride = table[v, 3] * channels
+        for k in range(offsets[v, 1] * offsets[v, 2]):
+            at = offsets[v, 0] + k
+            squared[at] = -1
+            if valid[at]:
+                start = table[v, 0] + k // offsets[v, 2] * stride + k % offsets[v, 2] * channels
+                most = limit // (1 + np.int64(uses[at]) // 256) ** 2
+                d = window_distance(window, known, spans, flat, start, stride, 1, most)
+                if d <= most:
+                    squared[at] = d
+
+
+@kernel
 def complete(
     correlated: Any, axes: int, scale: float, feats: Any, known: Any, posed: Any, found: Any, counts: Any, slacks: Any,
     smallest: Any,

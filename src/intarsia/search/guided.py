@@ -158,6 +158,7 @@ class GuidedPyramid(Guided[PyramidSearch]):
                         Posed(labels.flat, labels.table), shares, kept, many, level.reach, prices.of(v),
                         Listed(best, found, here),
                     )  # fmt: skip
+            search.followed(best, found, at, number)
         rows = np.empty((n, search.listed, 4), np.int64)
         guided_kernels.guided_refine_all(
             feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,

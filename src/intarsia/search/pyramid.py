@@ -1,7 +1,7 @@
 """The pyramid search: all positions at a quarter of the resolution, then only around the best of them.
 
 Multrus 2003, 4.3. The source follows a single position from level to level and loses its way on regular textures; here
-several can be kept, and with 1 it is the source's search.
+several are kept, always the best. The source draws at every level: drawn_pyramid.py.
 """
 
 from __future__ import annotations
@@ -119,6 +119,9 @@ class PyramidSearch:
         y = np.minimum(2 * np.arange(rows), allowed.shape[0] - 1)
         x = np.minimum(2 * np.arange(columns), allowed.shape[1] - 1)
         return np.asarray(near[np.ix_(y, x)] > 0)
+
+    def followed(self, best: Array, found: Array, at: Array, number: int) -> None:
+        """Leave of the `best` of a level what is followed to the next one: here all that was kept."""
 
     def batch(self) -> int:
         """How many windows are best searched together."""
