@@ -29,7 +29,7 @@ from skimage.feature import local_binary_pattern
 import intarsia as ia
 from intarsia.analysis.reduction import blocks
 from intarsia.exemplar import Exemplar
-from intarsia.judging.parts import PARTS
+from intarsia.judging.parts import PARTS, TEXTURE
 from intarsia.judging.score import Score, score_picture
 
 GRADES = {"G": 2, "F": 1, "B": 0}
@@ -140,7 +140,7 @@ def _ssim(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     return 1 - float(np.mean(best))
 
 
-WEIGHED = tuple(part for part in PARTS if part.weight)  # parts without a weight are told and not fitted
+WEIGHED = tuple(part for part in PARTS if part.weight and part is not TEXTURE)  # what others are is not fitted
 
 
 def faults(one: Score) -> NDArray[np.float64]:

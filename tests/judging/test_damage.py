@@ -1,4 +1,4 @@
-"""Damaged elements: the exemplar's own are whole, cut and merged and two-coloured ones are told; and spectra."""
+"""Damaged elements: the exemplar's own are whole, cut and merged and two-coloured ones are told."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from judging.naive_windows import blobs, smaller
 from numpy.typing import NDArray
 
 from intarsia.judging.damage import Elements, segments
-from intarsia.judging.spectrum import SIDE, bands, unlike
 from intarsia.segments.felzenszwalb import smoothed
 
 
@@ -70,7 +69,7 @@ def test_cut_merged_and_two_coloured_discs_are_damaged(elements: Elements) -> No
         if j % 2 == 0:
             merged[32 * i + 8 : 32 * i + 24, 32 * j + 12 : 32 * j + 52] = whole[32 * i + 16, 32 * j + 16]
         split[cell][:, 16:] = np.minimum(split[cell][:, 16:], 300)
-    found = [elements.damaged(p) for p in (EXEMPLAR, whole, cut, merged, split)]
+    found = [elements.outlined(p)[1] for p in (EXEMPLAR, whole, cut, merged, split)]
     assert found[0] == 0
     assert found[1] < 30
     assert min(found[2:]) > 60
@@ -91,7 +90,8 @@ def test_outlines_run_around_what_is_damaged_and_nothing_else(elements: Elements
             beside = [(y + a, x + b) for a, b in ((0, 1), (1, 0), (0, -1), (-1, 0))]
             inside = [labels[p] for p in beside if 0 <= p[0] < height and 0 <= p[1] < width]
             want[y, x] = labels[y, x] in bad and any(n != labels[y, x] for n in inside)
-    found = elements.outlined(picture)
+    found, share = elements.outlined(picture)
+    assert share == pytest.approx(100 * len(bad) / len(far))
     assert found.shape == picture.shape[:2]
     assert np.array_equal(found, want.repeat(2, axis=0).repeat(2, axis=1))
 
@@ -112,36 +112,3 @@ def test_unusable_pixels_are_no_element() -> None:
     assert half is not None
     assert other is not None
     assert (half.known == other.known).all()
-
-
-def test_the_spectrum_is_that_of_sums() -> None:
-    """One block: the power of every wave by its plain sum, in the band of its length and direction."""
-    picture = blobs(2 * SIDE, 2 * SIDE, 3)
-    gray = smaller(picture, 2).sum(axis=2).astype(float)
-    hann = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(SIDE) / (SIDE - 1))
-    block = (gray - gray.mean()) * hann[:, None] * hann
-    turns = np.exp(-2j * np.pi * np.multiply.outer(np.arange(SIDE), np.arange(SIDE)) / SIDE)
-    power = np.abs(turns @ block @ turns) ** 2
-    plain = np.zeros((7, 6))
-    ends = (1.5, 3, 5, 8, 12, 18, 26, 33)
-    for y in range(-SIDE // 2, SIDE // 2):
-        for x in range(SIDE // 2 + 1):
-            ring = sum(e <= np.hypot(y, x) for e in ends) - 1
-            if 0 <= ring < 7:
-                plain[ring, round(np.arctan2(y, x) % np.pi / np.pi * 6) % 6] += power[y, x]
-    found = bands([picture])
-    assert found is not None
-    assert found == pytest.approx(plain.ravel())
-
-
-def test_other_waves_are_unlike() -> None:
-    y, x = np.mgrid[:256, :256]
-    waves, turned, longer = (
-        (500 + 300 * np.sin(2 * np.pi * (a * y + b * x) / n)).astype(np.int16)[..., None] + blobs(256, 256, 2) // 32
-        for a, b, n in ((1, 0, 16), (0, 1, 16), (1, 0, 32))
-    )
-    known = bands([waves])
-    assert unlike(known, waves) == 0
-    assert unlike(known, np.roll(waves, 40, 0)) < 2
-    assert min(unlike(known, turned), unlike(known, longer)) > 50
-    assert unlike(known, waves[:64]) == unlike(bands([waves[:64]]), waves) == 0

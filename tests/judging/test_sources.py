@@ -55,19 +55,6 @@ def test_what_goes_on_as_the_exemplar_does_is_no_change() -> None:
     assert sources(level, slipped).changes.sum() > 0
 
 
-def test_a_spot_is_counted_as_often_as_pieces_show_it(level: Level) -> None:
-    """The four windows least like any other; each piece that holds one counts once."""
-    (y, x), high = level.spots[0] * 2, 32
-    y, x = min(int(y), 96 - high), min(int(x), 96 - high)
-    piece = EXEMPLAR[y : y + high, x : x + high]
-    one, four = (sources(level, np.tile(piece, (n, n, 1))).returns[0] for n in (1, 2))
-    assert one == 1
-    assert four == 4
-    own = {tuple(level.windows.at[n]): far for n, far in zip(level.asked, level.own, strict=True)}
-    assert own[tuple(level.spots[0])] == level.own.max()
-    assert all(np.abs(a - b).max() > 8 for i, a in enumerate(level.spots) for b in level.spots[:i])
-
-
 def test_a_step_of_tone_is_seen_by_its_tone_alone() -> None:
     """Two halves of one slope, of the same grain, laid side by side: the windows look alike but for their tone."""
     x = np.mgrid[:192, :192][1]

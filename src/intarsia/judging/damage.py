@@ -65,20 +65,18 @@ class Elements:
         own = np.sort(_nearest(known, known, 2))
         return cls(middle, deviation, known, int(own[len(own) * USUAL[0] // USUAL[1]]))
 
-    def damaged(self, picture: Array) -> float:
-        """How many of 100 whole segments of an output (H, W, C) are like none of the exemplars'."""
-        found = self.judged(picture)[1]
-        return 100 * int((found > self.usual).sum()) / len(found) if len(found) else 0.0
+    def outlined(self, picture: Array) -> tuple[NDArray[np.bool_], float]:
+        """Where the outlines of segments that are like none of the exemplars' run: (H, W) of an output (H, W, C).
 
-    def outlined(self, picture: Array) -> NDArray[np.bool_]:
-        """Where the outlines of segments that are like none of the exemplars' run: (H, W) of an output (H, W, C)."""
+        And how many of 100 whole segments these are.
+        """
         labels, far = self.judged(picture)
         damaged = np.concatenate([[False], far > self.usual])[labels]
         edges = damaged & _edges(np.where(damaged, labels, 0))
         out = np.zeros(picture.shape[:2], bool)
         whole = edges.repeat(REDUCED, axis=0).repeat(REDUCED, axis=1)
         out[: whole.shape[0], : whole.shape[1]] = whole
-        return out
+        return out, 100 * int((far > self.usual).sum()) / max(len(far), 1)
 
     def judged(self, picture: Array) -> tuple[Int32, Int64]:
         """Return the segments of an output on half its px, whole ones from 1, 0 elsewhere; and how far each is."""

@@ -119,9 +119,9 @@ def _score(exemplars: Sequence[Exemplar], smap: SourceMap) -> str:
         found: Score = score_map(exemplars, smap)
     except IntarsiaError as e:
         return f"<p>no score: {escape(legible(str(e)))}</p>"
-    parts = (f"<tr><td>{escape(n)}</td><td>{100 * p.worth:.0f}</td></tr>" for n, p in found.parts.items())
+    parts = (f"<tr><td>{escape(n)}</td><td>{100 * found.parts[n].worth:.0f}</td></tr>" for n in found.ranked)
     table = f"<details><summary>its parts, each of 100</summary><table>{''.join(parts)}</table></details>"
-    return f"<p>score <b>{found.total:.1f}</b> of 100</p>{table}"
+    return f"<p>score <b>{found.total:.1f}</b> of 100, {found.verdict}</p>{table}"
 
 
 def _seen(plane: Plane) -> Pixels:

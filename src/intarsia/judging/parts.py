@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
 from ..arrays import Array
+from .likeness import unlike
 from .reference import Level, Reference
 from .repeats import again
 from .sources import STEP, Sources
-from .spectrum import unlike
-from .windows import nearest, smaller
+from .windows import nearest
 
 
 class Part(NamedTuple):
@@ -29,6 +29,7 @@ class Part(NamedTuple):
 
     ``good`` is what a true continuation measures; ``bad`` what is worth nothing, None: what tiles of the exemplar
     measure, which is held at least ``least`` away. ``grainy`` parts are seen as far as the exemplar does not repeat.
+    ``flaw``: what people see where it takes most.
     """
 
     name: str
@@ -39,23 +40,27 @@ class Part(NamedTuple):
     bad: float | None
     least: float = 1.0
     grainy: bool = False
+    flaw: str = ""
 
 
 # fmt: off
+TEXTURE = Part("texture", "%", "by how much it is another texture: not made of it, and not like it in all", 1.0,
+               4.5, 5.0, flaw="unlikeness")
 PARTS = (
-    Part("joins", "%", "what changes where pieces meet, of what any two windows differ by", 0.20, 0.0, None),
-    Part("steps", "%", "what slow tone changes where pieces meet, of what any two tones differ by", 0.09, 0.0, None),
-    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.21, 1.0, 6.0, grainy=True),
-    Part("repeats", "%", "windows shown again near by with what is around them", 0.28, 0.0, 100.0, grainy=True),
-    Part("lattice", "%", "by how much less it repeats by the periods of the exemplar", 0.13, 0.0, None, 20.0),
-    Part("blurred", "%", "by how much steps between neighbours are smaller", 0.09, 0.0, 50.0),
-    Part("striking", "times", "how often the most striking spots are shown, of their share", 0.0, 1.0, 4.0),
+    TEXTURE,
+    Part("joins", "%", "what changes where pieces meet, of what any two windows differ by", 0.20, 0.0, None,
+         flaw="cuts"),
+    Part("steps", "%", "what slow tone changes where pieces meet, of what any two tones differ by", 0.09, 0.0, None,
+         flaw="steps of tone"),
+    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.21, 1.0, 6.0, grainy=True,
+         flaw="overuse of one place"),
+    Part("repeats", "%", "windows shown again near by with what is around them", 0.28, 0.0, 100.0, grainy=True,
+         flaw="repeats"),
+    Part("lattice", "%", "by how much less it repeats by the periods of the exemplar", 0.13, 0.0, None, 20.0,
+         flaw="slips of the rows"),
+    Part("blurred", "%", "by how much steps between neighbours are smaller", 0.09, 0.0, 50.0, flaw="blur"),
     Part("strange", "%", "windows farther from the exemplar than nine of ten of its own", 0.0, 10.0, 100.0),
-    Part("damaged", "%", "segments that are like none of the exemplar", 0.0, 10.0, 100.0),
-    Part("spectrum", "%", "by how much the power of waves differs, of each length and direction", 0.0, 5.0, None, 10.0),
     Part("lost", "%", "windows of the exemplar as far from the output", 0.0, 10.0, 100.0),
-    Part("unused", "%", "places of the exemplar that are hardly shown", 0.0, 0.0, 100.0),
-    Part("tone", "%", "by how much slow tones differ, of the exemplar's range of them", 0.0, 0.0, 50.0),
 )
 # fmt: on
 
@@ -70,21 +75,17 @@ def measured(
 ) -> dict[str, float]:
     """Measure parts of an output picture (H, W, C) with its `sources`, in the features of its exemplars."""
     every, sources = sources, sources[:2]
-    area, sides = picture.shape[0] * picture.shape[1], [min(p.shape[:2]) for p in reference.pictures]
+    sides = [min(p.shape[:2]) for p in reference.pictures]
     how: dict[str, Callable[[], float]] = {
         "joins": lambda: _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
         "steps": lambda: _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
         "overused": lambda: _mean([_overused(s) for s in sources], 1.0),
-        "striking": lambda: _mean([_striking(reference, s, area) for s in sources]),
         "strange": lambda: _mean([_above(s.distance, s.level) for s in sources]),
         "lost": lambda: _mean([_above(_lost(s.level, picture), s.level) for s in sources]),
-        "unused": lambda: _mean([_unused(s) for s in sources]),
         "blurred": lambda: _blurred(reference, picture),
-        "tone": lambda: _tone(reference, picture),
         "repeats": lambda: _mean([again(s, sides) for s in sources[:1]]),
         "lattice": lambda: _lattice(reference, picture),
-        "damaged": lambda: reference.elements.damaged(picture) if reference.elements else 0.0,
-        "spectrum": lambda: unlike(reference.bands, picture),
+        TEXTURE.name: lambda: unlike(every, TEXTURE.good),
     }
     return {part.name: how[part.name]() for part in parts}
 
@@ -132,19 +133,6 @@ def _overused(sources: Sources) -> float:
     return float(np.sort(often)[often.size * 98 // 100]) / mean if often.size and mean else 1.0
 
 
-def _striking(reference: Reference, sources: Sources, area: int) -> float:
-    """How often the striking spots are shown on average, of as often as the areas say."""
-    there = sum(p.shape[0] * p.shape[1] for p in reference.pictures)
-    returns = sources.returns
-    return float(sum(returns) * there / (len(returns) * area)) if returns else 1.0
-
-
-def _unused(sources: Sources) -> float:
-    """The share of places that are shown less than a seventh as often as on average, in percent."""
-    often, mean = _local(sources)
-    return 100 * int((7 * often < mean).sum()) / often.size if often.size else 0.0
-
-
 def mean_step(pictures: Sequence[Array], usable: Sequence[NDArray[np.bool_] | None]) -> float:
     """Return the mean step between neighbours, summed over channels; only where both may be used."""
     total = count = 0
@@ -169,16 +157,3 @@ def _lattice(reference: Reference, picture: Array) -> float:
     if reference.periods is None:
         return 0.0
     return max(0.0, reference.periods.lost(picture, reference.pictures[0], reference.usable[0]))
-
-
-def _tone(reference: Reference, picture: Array) -> float:
-    """By how much the sorted means of squares of 16 px differ, of the spread of the exemplar's."""
-    block = 16
-    mine = smaller(picture, block).reshape(-1, picture.shape[2])
-    theirs = np.concatenate([smaller(p, block).reshape(-1, p.shape[2]) for p in reference.pictures])
-    if not len(mine) or not len(theirs):
-        return 0.0
-    share = np.arange(2, 99, 4)
-    a, b = (np.sort(x, axis=0)[share * (len(x) - 1) // 100] for x in (mine, theirs))
-    spread = int((b[-1] - b[0]).sum())
-    return 100 * float(np.abs(a - b).sum()) / len(share) / spread if spread else 0.0

@@ -16,7 +16,6 @@ from ..arrays import Array
 from ..draws import draw
 from .damage import Elements
 from .periods import Periods, periods_of
-from .spectrum import bands
 from .windows import SIDE, Windows
 
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px
@@ -24,7 +23,6 @@ ASKED = 1100  # windows of which the exemplar's own nearest is looked for
 FEW = 16  # windows; of fewer nothing is known
 RARE = 9, 10  # nine of ten windows are nearer to their like: farther is strange
 REGULAR, GRAINY = 0.15, 0.35  # own distance by that of unrelated windows: below every window returns, above none does
-SPOTS = 4  # the most striking windows are counted
 STAGE = 4101  # keeps the draws of tiles apart from others
 TILES = 8  # tiles lie side by side in an exemplar's side
 ANCHOR = 256  # px: side of the picture of tiles, at least
@@ -46,18 +44,6 @@ class Level:
     strange: int
     unrelated: int
     periods: Periods | None = None
-
-    @cached_property
-    def spots(self) -> Array:
-        """Row and column in the table of the windows least like any other, a window apart; of strange ones only."""
-        found: list[Array] = []
-        striking = self.own > self.strange
-        for at in self.windows.at[self.asked[striking][np.argsort(-self.own[striking], kind="stable")]]:
-            if all(np.abs(at - other).max() * self.windows.stride > SIDE for other in found):
-                found.append(at)
-            if len(found) == SPOTS:
-                break
-        return np.array(found).reshape(-1, 2)
 
     @cached_property
     def untoned(self) -> int:
@@ -102,11 +88,6 @@ class Reference:
     def elements(self) -> Elements | None:
         """The segments of the exemplars; None where they have too few."""
         return Elements.of(self.pictures, self.usable)
-
-    @cached_property
-    def bands(self) -> NDArray[np.float64] | None:
-        """The power of the exemplars by length and direction of waves; None where they are small or masked."""
-        return None if any(m is not None for m in self.usable) else bands(self.pictures)
 
     @cached_property
     def grain(self) -> float:

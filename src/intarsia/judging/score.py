@@ -6,10 +6,11 @@
 The formula, with the weights of :data:`~intarsia.judging.parts.PARTS` (docs/score.md says how they were found):
 
     worth of a part = 1 - (measured - good) / (bad - good), held between 0 and 1
-    total = 100 * (1 - sum of weight * visible * sqrt(1 - worth)), at least 0
+    total = 100 * worth of "texture" * (1 - sum of weight * visible * sqrt(1 - worth)), at least 0
 
 ``visible`` is 1, and for what is shown too often the grain of the exemplar: where every window returns, repeats are
-not seen. The root makes a first flaw count more than the tenth.
+not seen. The root makes a first flaw count more than the tenth. "texture" is worth 1 where the output is of the
+exemplar's texture, and nothing where it is of another.
 """
 
 from __future__ import annotations
@@ -28,14 +29,15 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..search.sizes import elements
 from ..sourcemap import SourceMap
-from .damage import Elements
 from .mapped import MAPPED, WRAPPED, mapped, meeting
-from .parts import PARTS, Part, measured, sources_of
+from .parts import PARTS, TEXTURE, Part, measured, sources_of
 from .reference import Reference
 from .sources import Sources
 
 WORK_SIDE = 512  # px: larger exemplars, and what is grown from them, are looked at on reduced copies
 CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
+WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
+"""The least total of each word: nothing that a grader called broken is clean (docs/score.md)."""
 AROUND = 32  # px: an output that wraps is looked at so far beyond its borders
 
 Pictures = Sequence[NDArray[np.int16]]
@@ -66,22 +68,44 @@ class Score:
     parts: dict[str, Worth]
     grain: float
 
+    def __repr__(self) -> str:
+        lost = {name: round(100 * self.loss(name)) for name in self.parts}
+        less = ", ".join(f"{name} -{n}" for name, n in lost.items() if n)
+        return f"<score: {self.total:.0f} of 100{less and ': ' + less}>"
+
     @property
     def total(self) -> float:
         """The one number: 100 for a true continuation, 0 where nothing is right."""
         return max(0.0, 100 * (1 - sum(self.loss(name) for name in self.parts)))
 
     def loss(self, name: str) -> float:
-        """How much one part takes from the total, of 1."""
+        """How much one part takes from the total, of 1; another texture takes of what the others leave."""
         one = self.parts[name]
+        if one.part is TEXTURE:
+            return (1 - one.worth) * max(0.0, 1 - sum(self.loss(other) for other in self.parts if other != name))
         return one.part.weight * (self.grain if one.part.grainy else 1.0) * float((1 - one.worth) ** 0.5)
+
+    @property
+    def ranked(self) -> list[str]:
+        """The names of the parts that count, what takes most first, then of those that a map or a wrap tells."""
+        told = [name for name, one in self.parts.items() if one.part.weight or one.part not in PARTS]
+        return sorted(told, key=lambda name: (not self.parts[name].part.weight, -self.loss(name)))
+
+    @property
+    def verdict(self) -> str:
+        """The total in words, with what takes most from it."""
+        if self.parts[TEXTURE.name].worth < 0.5:
+            return "not this texture"
+        word = next(word for least, word in WORDS if self.total >= least)
+        return word.format(self.parts[self.ranked[0]].part.flaw)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON."""
-        return {"total": round(self.total, 2), "grain": round(self.grain, 3), "parts": {
+        return {"total": round(self.total, 2), "verdict": self.verdict, "grain": round(self.grain, 3), "parts": {
             name: {
                 "worth": round(one.worth, 4), "measured": round(one.measured, 3), "unit": one.part.unit,
                 "good": round(one.good, 3), "bad": round(one.bad, 3), "loss": round(100 * self.loss(name), 2),
+                "weight": one.part.weight,
             } for name, one in self.parts.items()
         }}  # fmt: skip
 
@@ -102,7 +126,7 @@ class Judged:
     score: Score
     looks: tuple[Look, ...]
     factor: int
-    elements: Elements | None = None
+    reference: Reference | None = None
 
     @property
     def alone(self) -> Judged:
@@ -193,7 +217,7 @@ def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap, told: dict[str,
     for part, value in [*((p, told.get(p.name)) for p in MAPPED), (WRAPPED, meets)]:
         if value is not None and part.bad is not None:
             parts[part.name] = Worth(part, value, part.good, part.bad)
-    return Judged(Score(parts, reference.grain), tuple(looks), factor, reference.elements)
+    return Judged(Score(parts, reference.grain), tuple(looks), factor, reference)
 
 
 def _smaller(picture: NDArray[np.int16], factor: int) -> NDArray[np.int16]:

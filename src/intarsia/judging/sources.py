@@ -21,7 +21,6 @@ STEP = 8  # px between neighbouring windows of the output
 ROUNDS = 3  # of looking at what neighbours show
 NEAR = 115, 100  # a neighbour's source is taken where it is nearly as near,
 SLACK = 20  # or nearer by a 20th of what is usual
-NEARBY = 5  # px of the reduced picture: a spot is shown by a window that begins so near its own
 NEXT = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
@@ -63,7 +62,7 @@ class Sources:
         windows, out = self.level.windows, []
         here = windows.apart(self.waves, self.number, features)
         for step in NEXT[:2]:
-            ahead, inside = _continued(self.level, self.number, step)
+            ahead, inside = continued(self.level, self.number, step)
             inside &= ~self._kept(step)
             there = windows.apart(self.waves, np.maximum(ahead, 0), features)
             change = np.clip((np.where(ahead >= 0, there, unrelated + here) - here) * 1024 // unrelated, 0, 1024 * most)
@@ -81,16 +80,6 @@ class Sources:
         return periods.kept(moved * (windows.stride * windows.factor), 1 + windows.factor)
 
     @property
-    def returns(self) -> list[int]:
-        """How often each of the most striking spots of the exemplar is shown: pieces that hold it."""
-        from scipy.ndimage import label
-
-        windows = self.level.windows
-        at = windows.at[self.number]
-        near = (np.abs(at - spot).max(axis=2) * windows.stride <= NEARBY for spot in self.level.spots)
-        return [int(label(shown)[1]) for shown in near]
-
-    @property
     def usage(self) -> Array:
         """How often each place of the exemplar's table of windows is shown."""
         table = self.level.windows.table
@@ -98,7 +87,7 @@ class Sources:
         return np.bincount(at[:, 0] * table.shape[1] + at[:, 1], minlength=table.size).reshape(table.shape)
 
 
-def _continued(level: Level, number: Array, step: tuple[int, int]) -> tuple[Array, Array]:
+def continued(level: Level, number: Array, step: tuple[int, int]) -> tuple[Array, Array]:
     """What every window would show if the one before it, by `step`, went on; -1 off the exemplar. And where one is."""
     windows = level.windows
     rows, columns = number.shape
@@ -119,7 +108,7 @@ def _agreed(level: Level, waves: Array, distance: Array, number: Array) -> Array
     limit = distance * NEAR[0] // NEAR[1] + level.usual // SLACK
     for _ in range(ROUNDS):
         for step in NEXT:
-            ahead, _inside = _continued(level, number, step)
+            ahead, _inside = continued(level, number, step)
             there = level.windows.apart(waves, np.maximum(ahead, 0))
             take = (ahead >= 0) & (there <= limit)
             number[take] = ahead[take]

@@ -18,6 +18,7 @@ from ..arrays import Array
 
 SIDE = 8  # px of a window, in the reduced picture
 COSINES = 4  # the lowest along each axis, those whose orders add up to less: ten of each channel
+ORDERS = [(k, other) for k in range(COSINES) for other in range(COSINES - k)]  # down and across
 FINE = 64  # cosines are whole multiples of 1 / FINE
 LONGEST = 2**22  # squared length of a vector: products and sums of two such stay below 2**24, which float32 holds
 MOST = 16500  # windows of an exemplar: of more, every second or third along each axis is taken
@@ -31,9 +32,16 @@ def _cosines() -> Array:
     """The lowest cosines of a window, as whole numbers: (SIDE * SIDE, 10)."""
     i = np.arange(SIDE)
     waves = np.array([np.cos(np.pi * k * (2 * i + 1) / (2 * SIDE)) * (1 if k else 0.5**0.5) for k in range(COSINES)])
-    orders = [(k, other) for k in range(COSINES) for other in range(COSINES - k)]
-    both = [np.multiply.outer(waves[k], waves[other]).ravel() for k, other in orders]
+    both = [np.multiply.outer(waves[k], waves[other]).ravel() for k, other in ORDERS]
     return np.asarray(np.rint(np.stack(both, axis=1) * FINE / (SIDE / 2)))
+
+
+def poses(waves: Array) -> list[Array]:
+    """Return windows (n, features) as they look in the eight isometries: cosines of odd orders change their sign."""
+    each = waves.reshape(len(waves), -1, len(ORDERS))
+    turned = each[:, :, [ORDERS.index((across, down)) for down, across in ORDERS]]
+    signs = [[(-1) ** (a * down + b * across) for down, across in ORDERS] for a in (0, 1) for b in (0, 1)]
+    return [(laid * np.array(s, np.float32)).reshape(waves.shape) for laid in (each, turned) for s in signs]
 
 
 def smaller(picture: Array, factor: int) -> Array:

@@ -147,8 +147,9 @@ def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) 
 
 def _in_words(output: str, found: Score) -> list[str]:
     """The score in words: what takes most from it comes first."""
-    lines = [f"{output}: {found.total:.0f} of 100"]
-    for name, one in sorted(found.parts.items(), key=lambda item: -found.loss(item[0])):
+    lines = [f"{output}: {found.total:.0f} of 100, {found.verdict}"]
+    for name in found.ranked:
+        one = found.parts[name]
         lost = f"-{100 * found.loss(name):.0f}" if one.part.weight else ""
         seen = f"{one.measured:7.1f} {one.part.unit:6}"
         lines.append(f"  {name:9} {seen} worth {one.worth:.2f} {lost:>4}  {one.part.says}")
