@@ -117,7 +117,7 @@ def main() -> None:
         opened(page, "setts")
         press(page, "1", "Grow")
         grown(page)
-        press(page, "Lit", "3 × 3")
+        press(page, "Lit")
         page.get_by_role("slider", name="Lamp").wait_for()
         page.wait_for_timeout(1500)
         keep(page, "studio-lit")

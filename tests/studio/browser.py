@@ -50,7 +50,7 @@ def chromium() -> Iterator[Browser]:
 class Desk:
     """One page of a studio, what it sent, and everything that went wrong on it."""
 
-    def __init__(self, context: BrowserContext, served: Served) -> None:
+    def __init__(self, context: BrowserContext, served: Served, fresh: bool = True) -> None:
         self.served, self.page = served, context.new_page()
         self.page.set_default_timeout(20_000)
         self.wrong: list[str] = []
@@ -59,7 +59,11 @@ class Desk:
         self.page.on("console", lambda said: self.wrong.append(said.text) if said.type == "error" else None)
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
         self.page.on("request", self._sent)
-        self.page.goto(f"{served.address}?token={served.token}")
+        if fresh:  # what other pages have left is not kept
+            for key in served.get("/api/kept"):
+                served.client.post(f"/api/kept/{key}", json={})
+        self.page.goto(served.entrance())
+        self.page.wait_for_url(lambda url: "enter=" not in url)
 
     def _sent(self, request: Request) -> None:
         self.hosts.add(request.url.split("/")[2])
@@ -136,15 +140,7 @@ class Desk:
 
     def seen(self, number: int = 0) -> np.ndarray:
         """The pixels of a stage's canvas as they are drawn: (H, W, 4)."""
-        script = """async s => {
-          await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
-          const {width, height} = s.canvas;
-          const pixels = s.canvas.getContext("2d").getImageData(0, 0, width, height).data;
-          let text = ""; for (const byte of pixels) text += String.fromCharCode(byte);
-          return [width, height, btoa(text)];
-        }"""
-        width, height, text = self.stage(number).evaluate(script)
-        return np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
+        return drawn(self.stage(number))
 
     def at(self, x: float, y: float, number: int = 0) -> tuple[float, float]:
         """Where a place of the picture lies on the page."""
@@ -155,6 +151,8 @@ class Desk:
     def stroke(self, *places: tuple[float, float], number: int = 0) -> list[tuple[float, float]]:
         """Draw with the pointer from place to place of the picture; the places where the pointer really was."""
         real = []
+        shown = "async s => { while (!s.size.width) await new Promise(requestAnimationFrame); }"
+        self.stage(number).evaluate(shown)  # a person sees what is painted on
         how = self.told(number)
         box = self.stage(number).bounding_box()
         assert box is not None
@@ -169,12 +167,25 @@ class Desk:
 
 
 @contextmanager
-def desk(browser: Browser, served: Served, **how: Any) -> Iterator[Desk]:
+def desk(browser: Browser, served: Served, fresh: bool = True, **how: Any) -> Iterator[Desk]:
     """A page for a while; nothing went wrong on it, and it asked nobody else."""
     context = browser.new_context(**{"viewport": DESK, "color_scheme": "dark", **how})
     context.grant_permissions(["clipboard-read", "clipboard-write"])
-    found = Desk(context, served)
+    found = Desk(context, served, fresh)
     yield found
     context.close()
-    assert found.hosts == {f"127.0.0.1:{served.port}"}, found.hosts
+    assert found.hosts == {f"{served.host}:{served.port}"}, found.hosts
     assert found.wrong == [], found.wrong
+
+
+def drawn(stage: Any) -> np.ndarray:
+    """The pixels of the canvas of a stage, or of endless sight, as they are drawn: (H, W, 4)."""
+    script = """async s => {
+      await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+      const {width, height} = s.canvas;
+      const pixels = s.canvas.getContext("2d").getImageData(0, 0, width, height).data;
+      let text = ""; for (const byte of pixels) text += String.fromCharCode(byte);
+      return [width, height, btoa(text)];
+    }"""
+    width, height, text = stage.evaluate(script)
+    return np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)

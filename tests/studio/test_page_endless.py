@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from studio.browser import Desk, desk
+from studio.browser import Desk, desk, drawn
 from studio.served import Served, opened, pixels, png
 
 import intarsia as ia
@@ -65,15 +64,7 @@ class Walk:
 
     def seen(self) -> np.ndarray:
         """The pixels of the canvas as they are drawn."""
-        script = """async s => {
-          await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
-          const {width, height} = s.canvas;
-          const pixels = s.canvas.getContext("2d").getImageData(0, 0, width, height).data;
-          let text = ""; for (const byte of pixels) text += String.fromCharCode(byte);
-          return [width, height, btoa(text)];
-        }"""
-        width, height, text = self.sight.evaluate(script)
-        found = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
+        found = drawn(self.sight)
         assert (found[..., 3] == 255).all()
         return found[..., :3]
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from studio.browser import Desk
+from studio.served import QUICK
 
 if TYPE_CHECKING:
     from playwright.sync_api import expect
@@ -14,8 +15,9 @@ else:
 
 
 @pytest.fixture
-def gallery(page: Desk) -> Desk:
-    """A gallery in which the first is a small result."""
+def gallery(page: Desk, small: str) -> Desk:
+    """A gallery in which the first is a small result, and the second is another thing."""
+    page.served.ended(page.served.job("grow", [small], **QUICK))
     page.sample("tiles")
     page.quick()
     page.page.get_by_label("Seed", exact=True).fill("11")
@@ -58,8 +60,29 @@ def test_it_is_deleted(gallery: Desk) -> None:
     count = cards.count()
     cards.first.get_by_role("button", name="Delete").click()
     expect(cards).to_have_count(count - 1)
+    cards.first.get_by_role("button", name="Delete").click()
+    expect(cards).to_have_count(count - 2)
+    gallery.page.get_by_text("2 deleted").wait_for()
+    gallery.button("Undo").click()
+    expect(cards).to_have_count(count)
+    expect(gallery.button("Undo")).to_have_count(0)
+    cards.first.locator(".thumb img").wait_for()
+    assert {j["id"] for j in gallery.served.get("/api/jobs")} == set(before)
+    assert gallery.served.get(f"/api/results/{gallery.result}")["files"]
+    cards.first.get_by_role("button", name="Delete").click()
+    expect(cards).to_have_count(count - 1)
     after = {j["id"] for j in gallery.served.get("/api/jobs")}
     assert set(before) - after == {max(before, key=lambda job: before[job])}
+
+
+def test_a_page_that_is_closed_after_deleting_brings_nothing_back(gallery: Desk) -> None:
+    count = gallery.page.locator(".made").count()
+    gallery.page.locator(".made").first.get_by_role("button", name="Delete").click()
+    gallery.button("Undo").wait_for()
+    gallery.page.reload()
+    expect(gallery.page.locator(".made")).to_have_count(count - 1)
+    gallery.page.get_by_role("heading", name="Gallery").wait_for()
+    expect(gallery.button("Undo")).to_have_count(0)
 
 
 def test_all_of_it_is_taken(gallery: Desk) -> None:
@@ -80,7 +103,7 @@ def test_what_was_softened_has_no_other_seed(gallery: Desk) -> None:
 
 
 def test_a_result_becomes_an_exemplar(gallery: Desk) -> None:
-    gallery.page.locator(".made").first.get_by_role("button", name="Use as an exemplar").click()
+    gallery.page.locator(".made").first.get_by_role("button", name="Continue from this").click()
     expect(gallery.page.get_by_text("96 × 80", exact=False).first).to_be_visible()
 
 

@@ -182,5 +182,78 @@ def test_the_command_is_copied(page: Desk) -> None:
     page.button("Grow").click()
     result = page.served.get(f"/api/results/{page.grown()}")
     page.button("Command").click()
-    expect(page.page.get_by_role("status").filter(has_text="copied")).to_be_visible()
+    expect(page.page.get_by_role("status").filter(has_text="copied")).to_have_text("Command copied")
     assert page.page.evaluate("navigator.clipboard.readText()") == result["command"]
+
+
+def test_growing_goes_on_from_a_result_with_all_its_planes(page: Desk) -> None:
+    page.drop(wall_albedo=png(pixels()), wall_normal_dx=png(pixels(seed=3)))
+    page.page.get_by_role("heading", name="wall").wait_for()
+    page.quick()
+    page.button("Grow").click()
+    page.grown()
+    page.button("Continue from this").click()
+    expect(page.page.get_by_role("heading", name="wall_grown")).to_be_visible()
+    expect(page.page.locator(".planes li")).to_have_text(["Albedo", "Normal"])
+    expect(page.page.get_by_role("heading", name="Exemplar", exact=True)).to_be_visible()
+    assert (page.told()["width"], page.told()["height"]) == (96, 80)
+    row = page.served.get("/api/exemplars")[-1]
+    assert row["planes"][1]["normals"] == "dx"
+    page.button("Grow").click()
+    page.grown()
+    assert page.jobs[-1]["exemplars"] == [row["id"]]
+
+
+def test_the_stage_shows_what_belongs_to_the_exemplar(page: Desk) -> None:
+    page.sample("stones")
+    page.page.get_by_role("link", name="intarsia studio: begin").click()
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    page.grown()
+    page.button("Use stones").click()
+    expect(page.stage().get_by_role("img")).to_have_attribute("aria-label", "Exemplar stones")
+    page.page.get_by_role("link", name="intarsia studio: begin").click()
+    page.page.get_by_role("region", name="Opened before").get_by_role("button", name="tiles").first.click()
+    expect(page.page.get_by_role("heading", name="tiles", exact=True)).to_be_visible()
+    expect(page.page.get_by_role("heading", name="Exemplar", exact=True)).to_be_visible()
+    expect(page.stage().get_by_role("img")).to_have_attribute("aria-label", "Exemplar tiles")
+
+
+def test_so_often_the_exemplar_stays_so_when_another_one_comes(page: Desk) -> None:
+    page.drop(wide=png(pixels(32, 48)))
+    page.page.get_by_role("heading", name="wide", exact=True).wait_for()
+    width, height = (page.page.get_by_role("spinbutton", name=f"{side} in px") for side in ("Width", "Height"))
+    expect(page.button("2 times the exemplar")).to_have_attribute("aria-pressed", "true")
+    page.button("3 times the exemplar").click()
+    expect(page.button("3 times the exemplar")).to_have_attribute("aria-pressed", "true")
+    assert [width.get_attribute("placeholder"), height.get_attribute("placeholder")] == ["144", "96"]
+    page.drop(high=png(pixels(40, 20)))
+    page.page.get_by_role("heading", name="high", exact=True).wait_for()
+    expect(width).to_have_attribute("placeholder", "60")
+    page.button("Grow").click()
+    expect(page.page.locator(".strip .thumb")).to_have_count(1)
+    assert page.jobs[-1]["options"] == {"size": "60x120"}
+    width.fill("70")
+    expect(page.button("3 times the exemplar")).to_have_attribute("aria-pressed", "false")
+    page.button("2 times the exemplar").click()
+    expect(width).to_have_value("")
+
+
+def test_a_size_that_is_not_allowed_is_refused(page: Desk) -> None:
+    page.sample("tiles")
+    page.page.get_by_role("spinbutton", name="Width in px").fill("99999")
+    page.button("Grow").click()
+    said = "Width in px: 99999 is not allowed; give a whole number of at least 1, of at most 65536."
+    expect(page.page.get_by_role("alert")).to_have_text(said)
+    page.room("Paint")
+    page.button("8 times the exemplar").click()
+    page.page.get_by_role("spinbutton", name="Width in px").fill("8200")
+    page.button("Grow").click()
+    expect(page.page.get_by_role("alert")).to_contain_text("8200x8200 cannot be painted")
+    page.room("Mend")
+    page.radio("Extend").click()
+    page.page.get_by_label("Left", exact=True).fill("9000")
+    page.button("Extend").click()
+    expect(page.page.get_by_role("alert")).to_contain_text("Left: 9000 is not allowed")
+    assert page.jobs == []

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import io
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from PIL import Image
-from studio.browser import Desk
+from studio.browser import Desk, desk
+from studio.served import Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia.rendering.render import render
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Locator, expect
+    from playwright.sync_api import Browser, Locator, expect
 else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
@@ -84,8 +87,8 @@ def test_the_score_tells_its_parts(look: Desk) -> None:
     look.page.get_by_role("button", name="Score").click(timeout=60_000)
     score = look.served.get(f"/api/results/{look.result}")["score"]
     parts = look.page.get_by_role("group", name="Parts of the score")
-    expect(parts.locator("dt")).to_have_count(len(score["parts"]))
-    expect(look.page.get_by_role("button", name=f"Score {score['total']:.0f}")).to_be_visible()
+    expect(parts.locator("dt")).to_have_count(sum(part["weight"] > 0 for part in score["parts"].values()))
+    expect(look.page.get_by_role("button", name=f"Score {score['total']:.0f} · {score['verdict']}")).to_be_visible()
     look.page.keyboard.press("Escape")
     expect(parts).to_be_hidden()
 
@@ -197,3 +200,55 @@ def test_a_preview_that_is_gone_when_it_is_asked_for_is_no_error(page: Desk) -> 
     page.button("Grow").click()
     page.grown()
     expect(page.page.locator(".toast")).to_have_count(0)
+
+
+@pytest.fixture(scope="module")
+def long(served: Served) -> Served:
+    """A result that is longer than what a page loads at once."""
+    name = served.exemplar(grain=png(pixels(96, 128)))["id"]
+    served.long = served.done("grow", [name], method="random-tiling", size="6000x1200")
+    return served
+
+
+@pytest.mark.parametrize("ratio", [1, 2])
+def test_a_large_result_is_seen_pixel_for_pixel(browser: Browser, long: Served, ratio: int) -> None:
+    whole = opened(long.files(long.long)["grain_grown.png"])
+    assert whole.shape == (1200, 6000, 3)
+    with desk(browser, long, device_scale_factor=ratio) as page:
+        page.page.get_by_role("button", name="grain").first.click()
+        page.page.locator(".strip .thumb").first.click()
+        page.grown()
+        assert (page.told()["width"], page.told()["height"]) == (6000, 1200)
+        page.button("100 %").click()
+        expect(page.page.locator(".zoom:visible")).to_have_text("100 %")
+        box = page.stage().bounding_box()
+        assert box is not None
+        place = page.page.locator(".corner.low.right")
+        for n in range(2):
+            x, y = round(box["x"] + box["width"] / 2) + 37 * n, round(box["y"] + box["height"] / 2) + 21 * n
+            page.page.mouse.move(x, y)
+            expect(place).to_contain_text("from", timeout=30_000)
+            frames = "for (let n = 0; n < 900 && !s.parts[0].settled; n += 1) await new Promise(requestAnimationFrame);"
+            page.stage().evaluate(f"async s => {{ {frames} }}")
+            column, row, b, a = map(int, re.findall(r"\d+", place.inner_text()))
+            clip = {"x": x, "y": y, "width": 1, "height": 1}
+            seen = np.asarray(Image.open(io.BytesIO(page.page.screenshot(clip=clip))).convert("RGB"))
+            assert np.array_equal(seen[0, 0], whole[row, column])
+            assert np.array_equal(pixels(96, 128)[a, b], whole[row, column])
+            page.page.mouse.down()
+            page.page.mouse.move(x - 311, y + 53)
+            page.page.mouse.up()
+
+
+def test_what_is_of_another_size_is_not_compared(look: Desk) -> None:
+    look.page.get_by_role("spinbutton", name="Width in px").fill("90")
+    look.button("Grow").click()
+    expect(look.page.locator(".names p")).to_contain_text("90 × 80")
+    look.button("Compare").click()
+    same = look.page.get_by_role("alert")
+    if look.told()["other"]:  # another test has grown one of this size
+        look.page.locator(".strip .thumb").nth(1).click()
+        expect(same).to_contain_text("compare two of the same size")
+    else:
+        expect(same).to_have_text("Grow another one of this size first, to compare with.")
+        assert not look.told()["other"]

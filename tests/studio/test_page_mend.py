@@ -34,6 +34,9 @@ def test_what_is_brushed_over_is_healed(mend: Desk) -> None:
     assert (result["verb"], result["size"]) == ("heal", [256, 256])
     assert np.array_equal(mend.sent("mask"), drawn((256, 256), places, 32, 255))
     assert set(mend.jobs[0]["options"]) == {"mask"}
+    mend.button("Command").click()
+    said = mend.page.get_by_role("status").filter(has_text="copied")
+    expect(said).to_have_text("Command copied; it needs mask.png, which is in the zip")
 
 
 def test_nothing_brushed_over_is_said_so(mend: Desk) -> None:
@@ -55,7 +58,7 @@ def test_the_frame_is_dragged_outwards(mend: Desk) -> None:
     result = mend.served.get(f"/api/results/{mend.grown()}")
     assert result["size"] == [256 + left + right, 256 + 12]
     assert mend.jobs[0]["options"] == {"left": left, "right": right, "bottom": 12}
-    mend.button("Mend on").click()
+    mend.button("Back to the picture").click()
     expect(mend.page.get_by_label("Right", exact=True)).to_be_visible()
 
 
@@ -65,6 +68,46 @@ def test_a_picture_is_made_to_tile(mend: Desk) -> None:
     mend.button("Make it tile").click()
     result = mend.served.get(f"/api/results/{mend.grown()}")
     assert (result["verb"], mend.jobs[0]["options"]) == ("tile", {"axes": "x"})
+
+
+def made(page: Desk) -> np.ndarray:
+    """The picture of the result that is on the stage, once it is another one than before."""
+    return opened(page.served.bytes(page.served.get(f"/api/results/{page.grown()}")["files"][-1]["url"]))
+
+
+def test_each_step_acts_on_what_is_seen(mend: Desk) -> None:
+    mend.stroke((100, 100), (140, 120))
+    mend.button("Heal").click()
+    healed = made(mend)
+    mend.radio("Extend").click()
+    expect(mend.page.get_by_role("heading", name="tiles_healed")).to_be_visible()
+    mend.page.get_by_label("Right", exact=True).fill("12")
+    mend.button("Extend").click()
+    extended = made(mend)
+    assert extended.shape == (256, 268, 3)
+    assert np.array_equal(extended[:, :200], healed[:, :200])  # what lies far from the border stays as it was
+    whole = opened(mend.served.bytes("/api/samples/tiles.png"))
+    assert not np.array_equal(healed[100:120, 100:140], whole[100:120, 100:140])
+    mend.button("Continue from this").click()
+    expect(mend.page.get_by_role("heading", name="tiles_healed_extended")).to_be_visible()
+    expect(mend.button("Continue from this")).to_be_hidden()
+    assert (mend.told()["width"], mend.told()["height"]) == (268, 256)
+    mend.radio("Tile").click()
+    mend.button("Make it tile").click()
+    mend.grown()
+    names = {row["id"]: row["name"] for row in mend.served.get("/api/exemplars")}
+    assert [names[job["exemplars"][0]] for job in mend.jobs] == ["tiles", "tiles_healed", "tiles_healed_extended"]
+
+
+def test_the_way_back_leads_to_the_picture_as_it_was(mend: Desk) -> None:
+    mend.stroke((100, 100), (140, 120))
+    mend.button("Heal").click()
+    mend.grown()
+    for name in ("Heal", "Back to the picture"):
+        assert mend.button(name).evaluate("b => b.scrollWidth <= b.clientWidth"), name
+    mend.button("Back to the picture").click()
+    expect(mend.page.get_by_role("heading", name="tiles", exact=True)).to_be_visible()
+    assert mend.told()["layers"] == 1
 
 
 def stained() -> np.ndarray:
@@ -90,7 +133,8 @@ def test_the_rim_that_healing_takes_is_seen(page: Desk) -> None:
     assert 36 <= size <= 44
     expect(said).to_contain_text("px wide", timeout=60_000)
     hole = np.zeros((160, 160), np.uint8)
-    image = next(p for p in (page.served.folder / "images").iterdir() if opened(p.read_bytes()).shape == hole.shape)
+    masks = {path: opened(path.read_bytes()) for path in (page.served.folder / "images").glob("*.png")}
+    image = next(p for p, m in masks.items() if m.shape == hole.shape and m.max() == 255)  # what was sent to be healed
     hole[:] = opened(image.read_bytes())
     scene = healed_scene(ia.Exemplar.of(stained()), hole > 0, (), ia.Wrap.NONE, None)
     grow = scene.recipe["heal"]["grow"]
@@ -105,7 +149,7 @@ def test_the_rim_that_healing_takes_is_seen(page: Desk) -> None:
     page.button("Heal").click()
     page.grown()
     assert page.jobs[0]["options"]["grow"] == "auto"
-    page.button("Mend on").click()
+    page.button("Back to the picture").click()
     page.radio("As painted").click()
     expect(said).to_have_count(0)
     assert page.told()["layers"] == 1

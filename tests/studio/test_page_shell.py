@@ -28,6 +28,7 @@ def test_light_and_dark_follow_the_system_and_the_switch(page: Desk) -> None:
     page.page.reload()
     page.button("Light or dark").wait_for()
     assert ground(page) == light
+    page.served.client.post("/api/kept/page", json={})
     page.page.evaluate("localStorage.clear()")
     page.page.emulate_media(color_scheme="light")
     page.page.reload()

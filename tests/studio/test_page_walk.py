@@ -42,13 +42,14 @@ def test_from_nothing_to_a_painted_tileable_lit_material_set(page: Desk) -> None
     with zipfile.ZipFile(Path(taken.value.path())) as archive:
         names = archive.namelist()
         pictures = [name for name in names if name.endswith(".png")]
-        planes = {name: np.asarray(Image.open(io.BytesIO(archive.read(name)))) for name in pictures}
+        planes = {name: np.asarray(Image.open(io.BytesIO(archive.read(name)))) for name in pictures if "/" in name}
     ends = ("", "_height", "_normal", "_roughness")
-    assert sorted(planes) == sorted(f"setts_painted{end}.png" for end in ends)
+    assert sorted(planes) == sorted(f"made/setts_painted{end}.png" for end in ends)
+    assert set(pictures) - set(planes) == {"labels.png", "target.png"}
     assert all(pixels.shape[:2] == (192, 256) for pixels in planes.values())
-    assert planes["setts_painted_height.png"].dtype in (np.uint16, np.int32)
-    assert {"command.txt", "map.npz"} <= set(names)
-    base = planes["setts_painted.png"].astype(int)
+    assert planes["made/setts_painted_height.png"].dtype in (np.uint16, np.int32)
+    assert {"command.txt", "made/map.npz"} <= set(names)
+    base = planes["made/setts_painted.png"].astype(int)
     for axis in (0, 1):  # it continues in itself: what meets at the border differs no more than neighbours do
         steps = np.abs(np.diff(base, axis=axis)).mean(axis=(1 - axis, 2))
         assert np.abs(base.take(0, axis) - base.take(-1, axis)).mean() <= steps.max()

@@ -1,13 +1,14 @@
 /** Begin: the look, the shell, what the server has, and then listening to it. */
 
 import { listen } from "./core/live.js";
+import { kept } from "./core/kept.js";
+import { restore } from "./core/settings.js";
 import { store } from "./core/store.js";
 import { begin } from "./core/theme.js";
 import { tried } from "./core/toast.js";
 import "./shell.js";
 
 begin();
-await tried(() => store.load());
 let away = false;
 listen({
   warm: (told) => {
@@ -15,13 +16,18 @@ listen({
     store.tell("warm");
   },
   job: (job) => store.note(job),
-  preview: (told) => {
-    store.seen(told.id, told.number);
-  },
+  preview: (told) => store.seen(told.id, told.number),
+  gone: (told) => store.gone(told.job ?? told.exemplar ?? ""),
   here: (here) => {
     if (here && away) void tried(() => store.load());
     away = !here;
     store.here = here;
     store.tell("here");
   },
+});
+await tried(async () => {
+  await kept.load();
+  begin();
+  restore();
+  await store.load();
 });

@@ -2,7 +2,7 @@
 
 import { button, el, fill } from "./core/dom.js";
 import { icon } from "./core/icons.js";
-import { store } from "./core/store.js";
+import { exemplarOf, store } from "./core/store.js";
 import { turn } from "./core/theme.js";
 import { bringFiles, filesOf } from "./parts/bring.js";
 import { EndlessRoom } from "./rooms/endless.js";
@@ -13,12 +13,12 @@ import { MendRoom } from "./rooms/mend.js";
 import { PaintRoom } from "./rooms/paint.js";
 import { StartRoom } from "./rooms/start.js";
 
-/** @type {{name: string, title: string, room: new () => HTMLElement, bare?: boolean}[]} */
+/** @type {{name: string, title: string, room: new () => HTMLElement, looks?: boolean, bare?: boolean}[]} */
 const ROOMS = [
-  { name: "grow", title: "Grow", room: GrowRoom },
+  { name: "grow", title: "Grow", room: GrowRoom, looks: true },
   { name: "found", title: "Found", room: FoundRoom },
-  { name: "paint", title: "Paint", room: PaintRoom },
-  { name: "mend", title: "Mend", room: MendRoom },
+  { name: "paint", title: "Paint", room: PaintRoom, looks: true },
+  { name: "mend", title: "Mend", room: MendRoom, looks: true },
   { name: "endless", title: "Endless", room: EndlessRoom },
   { name: "gallery", title: "Gallery", room: GalleryRoom, bare: true },
 ];
@@ -30,6 +30,7 @@ class Shell extends HTMLElement {
   #links = ROOMS.map((r) => el("a", { class: "button", href: `#${r.name}` }, r.title));
   /** @type {string} what is shown now */
   #shown = "";
+  #arrived = false;
 
   connectedCallback() {
     const theme = button("Light or dark", turn, { icon: icon("dark"), bare: true });
@@ -37,8 +38,9 @@ class Shell extends HTMLElement {
     fill(this.nav, this.#links);
     fill(this, el("header", { class: "top" }, mark, this.nav, this.status, theme), this.main);
     store.on(["warm", "here"], () => this.#tell());
-    store.on(["exemplar", "jobs"], () => this.#route());
-    addEventListener("hashchange", () => this.#route());
+    store.on(["exemplar", "jobs"], () => (this.#arrived ? this.#route() : this.#arrive()));
+    store.addEventListener("chosen", () => this.#address());
+    addEventListener("hashchange", () => this.#arrive());
     this.#listen();
   }
 
@@ -48,14 +50,37 @@ class Shell extends HTMLElement {
     else this.status.textContent = done < total ? `Warming up ${done} of ${total}` : "";
   }
 
+  /** Look at what the address names: a room, and in it a job, or the contact sheet. */
+  #arrive() {
+    const [name, seen = ""] = location.hash.slice(1).split("/");
+    this.#arrived = store.loaded;
+    const job = store.jobs.get(seen);
+    const exemplar = job && exemplarOf(job);
+    if (exemplar && exemplar.id !== store.exemplar?.id) store.choose(exemplar);
+    if (this.#arrived && ROOMS.some((r) => r.looks && r.name === name)) {
+      if (seen === "sheet") store.spreadOut(store.sheet);
+      else if (store.spread || store.chosen !== (job?.id ?? null)) store.look(job?.id ?? null);
+    }
+    this.#route();
+  }
+
+  /** Tell in the address what is looked at. */
+  #address() {
+    const seen = store.spread ? "sheet" : store.chosen;
+    const at = (/** @type {string} */ name) => (seen ? `#${name}/${seen}` : `#${name}`);
+    this.#links[0]?.setAttribute("href", at("grow"));
+    const room = ROOMS.find((r) => r.looks && r.name === this.#shown);
+    if (room && (seen || location.hash) && location.hash !== at(room.name)) location.hash = at(room.name);
+  }
+
   #route() {
-    const asked = location.hash.slice(1);
+    const asked = location.hash.slice(1).split("/")[0];
     const room = ROOMS.find((r) => r.name === asked) ?? ROOMS[0];
     if (!room) return;
     const start = asked === "start" || (!store.exemplar && !room.bare);
     const name = start ? "start" : room.name;
     for (const link of this.#links) {
-      if (link.hash === `#${name}`) link.setAttribute("aria-current", "page");
+      if (link.hash.split("/")[0] === `#${name}`) link.setAttribute("aria-current", "page");
       else link.removeAttribute("aria-current");
     }
     this.nav.hidden = !store.exemplar && !store.made.length;

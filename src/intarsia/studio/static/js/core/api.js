@@ -94,7 +94,7 @@ export async function fresh(path, tag, signal) {
 /**
  * The numbers of a picture of one channel and 8 bits.
  * @param {string} path
- * @returns {Promise<Uint8Array>} row by row
+ * @returns {Promise<{width: number, height: number, data: Uint8Array}>} row by row
  */
 export async function numbers(path) {
   const drawn = await picture(path);
@@ -102,7 +102,8 @@ export async function numbers(path) {
   if (!pen) throw new Error("This browser draws nothing.");
   pen.drawImage(drawn, 0, 0);
   const pixels = pen.getImageData(0, 0, drawn.width, drawn.height).data;
-  return Uint8Array.from({ length: pixels.length / 4 }, (_, n) => pixels[4 * n] ?? 0);
+  const data = Uint8Array.from({ length: pixels.length / 4 }, (_, n) => pixels[4 * n] ?? 0);
+  return { width: drawn.width, height: drawn.height, data };
 }
 
 /**
@@ -111,6 +112,17 @@ export async function numbers(path) {
  */
 export async function bytes(path) {
   return (await ask(path)).arrayBuffer();
+}
+
+/**
+ * Where the pixels of a part of a result come from.
+ * @param {string} result
+ * @param {string} box x, y, width, height
+ * @returns {Promise<{size: string, numbers: Uint16Array}>} size of the whole map; exemplar, row and column of each pixel
+ */
+export async function originsOf(result, box) {
+  const answer = await ask(`/api/results/${result}/map.bin?box=${box}`);
+  return { size: answer.headers.get("X-Size") ?? "", numbers: new Uint16Array(await answer.arrayBuffer()) };
 }
 
 /** The longest side of a picture that the server makes for a page. */

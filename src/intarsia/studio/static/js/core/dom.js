@@ -93,14 +93,15 @@ export function button(label, act, more = {}) {
  * @param {EventTarget} target
  * @param {Element} element
  * @param {() => void} act
+ * @param {string} [topic] of the change
  */
-export function follow(target, element, act) {
+export function follow(target, element, act, topic = "change") {
   let was = false;
   const heard = () => {
     was ||= element.isConnected;
-    if (was && !element.isConnected) target.removeEventListener("change", heard);
+    if (was && !element.isConnected) target.removeEventListener(topic, heard);
     else act();
   };
-  target.addEventListener("change", heard);
+  target.addEventListener(topic, heard);
   act();
 }

@@ -1,22 +1,39 @@
 /** What growing is asked with: options by name, changed one at a time, with undo and redo. Left out means automatic. */
 
+import { kept } from "./kept.js";
+
 /** @typedef {import("./types.js").Options} Options */
 
 const MOMENT = 700;
 
+/** @type {Settings[]} */
+const all = [];
+
 export class Settings extends EventTarget {
   /** @type {Options} */
-  #now;
+  #now = {};
   /** @type {Options[]} */
   #before = [];
   /** @type {Options[]} */
   #after = [];
   #last = { name: "", at: 0 };
 
-  /** @param {Options} [begin] */
-  constructor(begin = {}) {
+  /** @param {string} name under which they are kept */
+  constructor(name) {
     super();
-    this.#now = begin;
+    this.name = name;
+    all.push(this);
+  }
+
+  /** @param {Options} options that were kept */
+  begin(options) {
+    this.#now = options;
+    this.dispatchEvent(new Event("change"));
+  }
+
+  #tell() {
+    kept.set({ settings: { ...kept.of().settings, [this.name]: this.#now } });
+    this.dispatchEvent(new Event("change"));
   }
 
   /** @returns {Readonly<Options>} */
@@ -57,7 +74,7 @@ export class Settings extends EventTarget {
     this.#last = { name, at };
     this.#after = [];
     this.#now = next;
-    this.dispatchEvent(new Event("change"));
+    this.#tell();
   }
 
   get canUndo() {
@@ -86,9 +103,14 @@ export class Settings extends EventTarget {
     to.push(this.#now);
     this.#now = next;
     this.#last = { name: "", at: 0 };
-    this.dispatchEvent(new Event("change"));
+    this.#tell();
   }
 }
 
 /** What the Grow room is set to; it stays while other rooms are visited. */
-export const growing = new Settings();
+export const growing = new Settings("grow");
+
+/** Set all as they were left. */
+export function restore() {
+  for (const each of all) each.begin(kept.of().settings?.[each.name] ?? {});
+}

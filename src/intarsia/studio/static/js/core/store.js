@@ -1,6 +1,7 @@
 /** What the page knows: exemplars, jobs, results, and which of them are looked at. Who shows it listens for its changes. */
 
 import { get, picture, post, remove, lookOf, viewOf } from "./api.js";
+import { kept } from "./kept.js";
 
 /** @typedef {import("./types.js").Exemplar} Exemplar */
 /** @typedef {import("./types.js").Job} Job */
@@ -18,17 +19,15 @@ class Store extends EventTarget {
   jobs = new Map();
   /** @type {string | null} the job that is looked at */
   chosen = null;
-  /** @type {string[]} jobs that were asked for together, for the contact sheet */
-  sheet = [];
   /** Whether the contact sheet is looked at. */
   spread = false;
-  /** @type {Map<string, string>} images of what may be used, by exemplar */
-  masks = new Map();
   /** @type {{x: number, y: number} | null} the exemplar's pixel that the pointer's came from */
   source = null;
   /** @type {{done: number, total: number}} */
   warm = { done: 0, total: 0 };
   here = true;
+  /** Whether all that the server has was told once. */
+  loaded = false;
   /** @type {Map<string, number>} the number of a job's last preview */
   previews = new Map();
   /** @type {Map<string, Promise<Result>>} */
@@ -64,17 +63,24 @@ class Store extends EventTarget {
   /** Ask for all that the server has. */
   async load() {
     [this.schema, this.exemplars] = await Promise.all([get("/api/schema"), get("/api/exemplars")]);
-    for (const job of await get("/api/jobs")) this.jobs.set(job.id, job);
-    const kept = localStorage.getItem("intarsia-exemplar");
-    this.exemplar = this.exemplars.find((e) => e.id === kept) ?? null;
+    const before = new Map(this.jobs);
+    const told = /** @type {Job[]} */ (await get("/api/jobs"));
+    const newer = [...this.jobs].filter(([id, job]) => before.get(id) !== job); // heard while the answer was on its way
+    this.jobs = new Map([...told.map((job) => /** @type {[string, Job]} */ ([job.id, job])), ...newer]);
+    this.exemplar = this.exemplars.find((e) => e.id === kept.of().exemplar) ?? null;
+    this.loaded = true;
     for (const topic of /** @type {Topic[]} */ (["exemplars", "exemplar", "jobs"])) this.tell(topic);
   }
 
-  /** @param {Exemplar | null} exemplar */
+  /**
+   * Work with another exemplar; what is looked at belongs to it.
+   * @param {Exemplar | null} exemplar
+   */
   choose(exemplar) {
     if (exemplar && !this.exemplars.some((e) => e.id === exemplar.id)) this.exemplars.unshift(exemplar);
     this.exemplar = exemplar;
-    if (exemplar) localStorage.setItem("intarsia-exemplar", exemplar.id);
+    if (exemplar) kept.set({ exemplar: exemplar.id });
+    this.look(null);
     this.tell("exemplars");
     this.tell("exemplar");
   }
@@ -85,15 +91,6 @@ class Store extends EventTarget {
    */
   async bring(from) {
     this.choose(await post("/api/exemplars", from));
-  }
-
-  /** @param {Exemplar} exemplar */
-  async forget(exemplar) {
-    await remove(`/api/exemplars/${exemplar.id}`);
-    this.exemplars = this.exemplars.filter((e) => e.id !== exemplar.id);
-    if (this.exemplar?.id === exemplar.id) this.exemplar = null;
-    this.tell("exemplars");
-    this.tell("exemplar");
   }
 
   /** @param {Job} job */
@@ -136,13 +133,34 @@ class Store extends EventTarget {
     return now;
   }
 
-  /** @param {Job} job */
-  async drop(job) {
-    await remove(`/api/jobs/${job.id}`);
-    this.jobs.delete(job.id);
-    if (this.chosen === job.id) this.chosen = null;
-    this.tell("jobs");
-    this.tell("chosen");
+  /**
+   * Take a job and what it made away, or an exemplar; for a while it can be brought back.
+   * @param {"jobs" | "exemplars"} kind
+   * @param {string} id
+   */
+  async takeAway(kind, id) {
+    await remove(`/api/${kind}/${id}`);
+    this.gone(id);
+  }
+
+  /**
+   * @param {"jobs" | "exemplars"} kind
+   * @param {string} id
+   */
+  async bringBack(kind, id) {
+    const back = await post(`/api/${kind}/${id}/back`);
+    if (kind === "jobs") return this.note(back);
+    this.exemplars = [back, ...this.exemplars.filter((each) => each.id !== id)].sort((a, b) => b.created - a.created);
+    this.tell("exemplars");
+  }
+
+  /** @param {string} id of a job or an exemplar that is there no more */
+  gone(id) {
+    this.jobs.delete(id);
+    this.exemplars = this.exemplars.filter((each) => each.id !== id);
+    if (this.chosen === id) this.chosen = null;
+    if (this.exemplar?.id === id) this.exemplar = null;
+    for (const topic of /** @type {Topic[]} */ (["jobs", "chosen", "exemplars", "exemplar"])) this.tell(topic);
   }
 
   /** @param {string | null} id of the job to look at */
@@ -152,9 +170,14 @@ class Store extends EventTarget {
     this.tell("chosen");
   }
 
+  /** @returns {string[]} jobs that were asked for together, for the contact sheet */
+  get sheet() {
+    return kept.of(this.exemplar?.id).sheet ?? [];
+  }
+
   /** @param {string[]} jobs to lay side by side */
   spreadOut(jobs) {
-    this.sheet = jobs;
+    if (this.exemplar) kept.set({ sheet: jobs }, this.exemplar.id);
     this.spread = jobs.length > 0;
     this.tell("chosen");
   }

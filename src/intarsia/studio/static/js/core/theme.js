@@ -1,11 +1,13 @@
-/** Light or dark: as the system has it, until the switch says otherwise; the choice is kept on this machine. */
+/** Light or dark: as the system has it, until the switch says otherwise; the choice is kept by the studio. */
+
+import { kept } from "./kept.js";
 
 const KEY = "intarsia-theme";
 
-/** Show what was chosen before. */
+/** Show what was chosen before: at once as this browser knows it, and once it is heard as the studio does. */
 export function begin() {
-  const kept = localStorage.getItem(KEY);
-  if (kept) document.documentElement.dataset.theme = kept;
+  const theme = kept.of().theme ?? localStorage.getItem(KEY);
+  if (theme) document.documentElement.dataset.theme = theme;
 }
 
 /** @returns {"light" | "dark"} */
@@ -20,4 +22,5 @@ export function turn() {
   const next = now() === "light" ? "dark" : "light";
   document.documentElement.dataset.theme = next;
   localStorage.setItem(KEY, next);
+  kept.set({ theme: next });
 }

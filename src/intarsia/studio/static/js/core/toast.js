@@ -3,20 +3,35 @@
 import { button, el } from "./dom.js";
 import { icon } from "./icons.js";
 
+export const OFFERED = 10_000; // ms
+
 /** @type {HTMLElement | null} */
 let shown = null;
 
 /**
  * @param {string} line
  * @param {boolean} bad
+ * @param {HTMLElement} [more] what can be done about it
  */
-function show(line, bad) {
+function show(line, bad, more) {
   shown?.remove();
   const put = button("Dismiss", () => line_.remove(), { icon: icon("close"), bare: true });
-  const line_ = el("div", { class: bad ? "toast bad" : "toast", role: bad ? "alert" : "status" }, el("span", {}, line), put);
+  const line_ = el("div", { class: bad ? "toast bad" : "toast", role: bad ? "alert" : "status" }, el("span", {}, line), more, put);
   document.body.append(line_);
   shown = line_;
-  if (!bad) setTimeout(() => line_.remove(), 4000);
+  if (!bad && !more) setTimeout(() => line_.remove(), 4000);
+  return line_;
+}
+
+/**
+ * Say what was done, and offer something about it for ten seconds.
+ * @param {string} line
+ * @param {string} name of what can be done
+ * @param {() => void} act
+ */
+export function offer(line, name, act) {
+  const line_ = show(line, false, button(name, () => [line_.remove(), act()], { class: "framed" }));
+  setTimeout(() => line_.remove(), OFFERED);
 }
 
 /** @param {string} line */
@@ -47,11 +62,11 @@ export async function tried(act) {
 /**
  * Copy text, and say so.
  * @param {string} text
- * @param {string} what
+ * @param {string} line
  */
-export async function copied(text, what) {
+export async function copied(text, line) {
   await tried(async () => {
     await navigator.clipboard.writeText(text);
-    say(`${what} copied`);
+    say(line);
   });
 }

@@ -8,16 +8,16 @@
  * @typedef {Record<string, any>} Options values of options by name; those left out are automatic
  * @typedef {{id: string, verb: string, exemplars: string[], options: Options, state: State, fraction: number | null,
  *   stage: string | null, error: string | null, created: number, began: number | null, ended: number | null,
- *   result: string | null, label: string | null, score: number | null}} Job times in seconds since 1970
- * @typedef {{worth: number, measured: number, unit: string, loss: number}} Part
- * @typedef {{total: number, parts: Record<string, Part>}} Score
+ *   result: string | null, label: string | null, score: number | null, ready: number | null}} Job times in seconds since 1970
+ * @typedef {{worth: number, measured: number, unit: string, loss: number, weight: number}} Part
+ * @typedef {{total: number, verdict: string, parts: Record<string, Part>}} Score
  * @typedef {{overlays?: string[], reason: string, lattice?: {periods: number[], reasons?: string[]} | null,
  *   elements?: {size: number[]} | null, segments?: {count: number} | null, striking?: {things: number} | null,
  *   courses?: {count?: number} | unknown[] | null, suggested?: {method: string, why?: string[]} | null,
  *   light?: {strong: boolean} | null}} Found
  * @typedef {{name: string, holds: string, url: string, bytes: number}} Made
  * @typedef {{id: string, job: string, verb: string, size: [number, number], files: Made[], options: Options, command: string,
- *   told: {method?: string, blend?: {feather: number}} | null, python: string, score: Score | null}} Result
+ *   needs: string[], told: {method?: string, blend?: {feather: number}} | null, python: string, score: Score | null}} Result
  * @typedef {{name: string, flag?: string, kind: string, help: string, default: unknown, low: number | null,
  *   high: number | null, unit: string, choices: string[], multiple?: boolean, required?: boolean, parameter?: boolean,
  *   methods?: string[]}} Option

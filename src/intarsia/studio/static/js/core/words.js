@@ -56,11 +56,29 @@ export function title(job) {
 }
 
 /**
+ * What a job that is under way makes, as a headline.
+ * @param {Job} job
+ */
+export function doing(job) {
+  const verbs = /** @type {Record<string, string>} */ ({ grow: "Growing", extend: "Extending", heal: "Healing", paint: "Painting", render: "Drawing", tile: "Tiling", weave: "Weaving" });
+  return `${verbs[job.verb] ?? "Working"} ...`;
+}
+
+/**
+ * @param {number} seconds that something will take, not known well
+ */
+export function about(seconds) {
+  if (seconds <= 0) return "a little longer";
+  return seconds < 60 ? `about ${Math.ceil(seconds / 5) * 5} s` : `about ${Math.round(seconds / 60)} min`;
+}
+
+/**
  * What a job is at, in a few words.
  * @param {Job} job
  */
 export function state(job) {
   if (job.state === "running") return job.stage ? readable(job.stage) : "Growing";
+  if (job.state === "queued" && job.stage) return `Waiting: ${job.stage}`;
   return { queued: "Waiting", done: "Done", failed: "Failed", cancelled: "Cancelled", interrupted: "Interrupted" }[job.state];
 }
 

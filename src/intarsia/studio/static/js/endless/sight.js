@@ -51,7 +51,7 @@ export class Sight extends HTMLElement {
     super();
     this.tiles = tiles;
     this.view = view;
-    new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), tool: () => this.tool });
+    new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), whole: () => this.whole(), tool: () => this.tool });
   }
 
   connectedCallback() {

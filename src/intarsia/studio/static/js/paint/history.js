@@ -11,6 +11,8 @@ export class History extends EventTarget {
   #done = [];
   /** @type {Change[]} */
   #undone = [];
+  /** @type {Labels | null} what was changed last */
+  last = null;
 
   /**
    * Remember a change that was made to a copy's original.
@@ -23,6 +25,7 @@ export class History extends EventTarget {
     this.#done.push({ labels, box, before: cut(before, labels.width, box), after: cut(labels.data, labels.width, box) });
     if (this.#done.length > MOST) this.#done.shift();
     this.#undone = [];
+    this.last = labels;
     this.dispatchEvent(new Event("change"));
   }
 
@@ -57,6 +60,7 @@ export class History extends EventTarget {
       labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
     }
     labels.paint(box);
+    this.last = labels;
     this.dispatchEvent(new Event("change"));
   }
 }

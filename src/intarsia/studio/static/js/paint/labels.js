@@ -99,6 +99,17 @@ export class Labels {
     this.canvas.getContext("2d")?.putImageData(shown, x, y);
   }
 
+  /**
+   * Take the numbers of others, as far as they reach.
+   * @param {{width: number, height: number, data: Uint8Array}} others
+   */
+  lay({ width, height, data }) {
+    for (let row = 0; row < Math.min(height, this.height); row += 1) {
+      this.data.set(data.subarray(row * width, row * width + Math.min(width, this.width)), row * this.width);
+    }
+    this.paint({ x: 0, y: 0, width: this.width, height: this.height });
+  }
+
   /** Which numbers there are. */
   get values() {
     return [...new Set(this.data)].sort((a, b) => a - b);

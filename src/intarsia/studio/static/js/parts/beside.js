@@ -2,24 +2,36 @@
 
 import { button, el } from "../core/dom.js";
 import { store } from "../core/store.js";
+import { carryOn } from "./bring.js";
+import { ONWARD } from "./result-actions.js";
 import { ResultView } from "./result-view.js";
 
 /**
  * @param {HTMLElement} editor
+ * @param {HTMLElement} go the button that asks for a result
  * @param {string} name of the way back
  * @param {AbortSignal} signal
- * @returns {{main: HTMLElement, back: HTMLElement, close: () => void}}
+ * @returns {{main: HTMLElement, buttons: HTMLElement, onward: () => Promise<void>}} `onward`: go on from the result, if one is seen
  */
-export function beside(editor, name, signal) {
-  const result = new ResultView();
-  const close = () => store.look(null);
-  const back = button(name, close, { class: "framed big" });
-  store.look(null);
+export function beside(editor, go, name, signal) {
+  const view = new ResultView();
+  view.onward = false;
+  const made = () => store.jobs.get(store.chosen ?? "")?.result ?? null;
+  const onward = async () => {
+    const result = made();
+    if (result) await carryOn(result);
+    else store.look(null);
+  };
+  const next = button("Continue from this", () => void onward(), { class: "strong big", title: ONWARD });
+  const back = button(name, () => store.look(null), { class: "framed big" });
   const turn = () => {
     const seen = store.chosen !== null;
-    result.hidden = back.hidden = !seen;
+    view.hidden = back.hidden = !seen;
     editor.hidden = seen;
+    next.hidden = made() === null;
+    go.classList.toggle("strong", next.hidden);
+    go.classList.toggle("framed", !next.hidden);
   };
-  store.on(["chosen"], turn, signal);
-  return { main: el("div", { class: "paint-main" }, editor, result), back, close };
+  store.on(["chosen", "jobs"], turn, signal);
+  return { main: el("div", { class: "paint-main" }, editor, view), buttons: el("div", { class: "do" }, next, go, back), onward };
 }

@@ -28,11 +28,18 @@ export async function bringSample(sample) {
   await brought({ sample });
 }
 
-/** @param {FormData | {sample: string}} from */
+/**
+ * Go on from a result: all its planes become the exemplar that is worked with.
+ * @param {string} result
+ */
+export async function carryOn(result) {
+  await brought({ result });
+}
+
+/** @param {FormData | {sample: string} | {result: string}} from */
 async function brought(from) {
   await tried(async () => {
     await store.bring(from);
-    store.look(null);
     if (location.hash === "" || location.hash === "#start" || location.hash === "#gallery") location.hash = "#grow";
   });
 }

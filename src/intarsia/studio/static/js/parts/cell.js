@@ -11,6 +11,8 @@ export class Cell {
   picture = el("img", { alt: "", decoding: "async" });
   over = el("span", { class: "over", "aria-hidden": "true" });
   element;
+  /** @type {HTMLElement} what is put into a row or a grid */
+  place;
   #shown = "";
 
   /**
@@ -28,6 +30,7 @@ export class Cell {
       },
     }, this.picture, this.over);
     this.element.dataset.job = id;
+    this.place = this.element;
   }
 
   /** Show how the job is now. */
@@ -56,13 +59,13 @@ export class Cell {
 export function arrange(place, cells, ids, make) {
   for (const [id, cell] of cells) {
     if (ids.includes(id)) continue;
-    cell.element.remove();
+    cell.place.remove();
     cells.delete(id);
   }
   ids.forEach((id, n) => {
     const cell = cells.get(id) ?? make(id);
     cells.set(id, cell);
-    if (place.children[n] !== cell.element) place.insertBefore(cell.element, place.children[n] ?? null);
+    if (place.children[n] !== cell.place) place.insertBefore(cell.place, place.children[n] ?? null);
     cell.show();
   });
 }

@@ -44,14 +44,14 @@ export class Compare {
    * @param {import("../stage/stage.js").Drawable | null} other to the right of the divider; null ends it
    * @param {string} [left] what is what
    * @param {string} [right]
+   * @param {string} [path] of the other one
    */
-  show(other, left = "", right = "") {
-    this.stage.other = other;
+  show(other, left = "", right = "", path) {
+    this.stage.beside(other, path);
     for (const each of [this.divider, this.left, this.right]) each.hidden = !other;
     this.left.textContent = `A  ${left}`;
     this.right.textContent = `B  ${right}`;
     this.#place();
-    this.stage.draw();
   }
 
   /** @param {number} share */

@@ -5,6 +5,7 @@ import { viewOf } from "../core/api.js";
 import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
 import { facts, readable, size } from "../core/words.js";
+import { imageOf } from "../paint/marks.js";
 import { pick } from "./bring.js";
 
 class ExemplarCard extends HTMLElement {
@@ -40,7 +41,7 @@ class ExemplarCard extends HTMLElement {
       this,
       el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture, this.mark),
       el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), depth(exemplar.depth)))),
-      store.masks.has(exemplar.id) && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
+      imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
       el(
         "div",
@@ -49,7 +50,7 @@ class ExemplarCard extends HTMLElement {
           const small = el("img", { src: viewOf(other, 128), alt: "" });
           return el("button", {
             type: "button", class: "thumb", title: other.name, "aria-label": `Use ${other.name}`,
-            onclick: () => [store.look(null), store.choose(other)],
+            onclick: () => store.choose(other),
           }, small);
         }),
         button("Open another", pick, { icon: icon("add"), bare: true, class: "framed thumb" }),

@@ -1,6 +1,7 @@
 /** One option as a field, made from what the schema tells of it: kind, range, choices, unit, help. Empty means automatic. */
 
 import { el, follow } from "../core/dom.js";
+import { complain } from "../core/toast.js";
 import { readable } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Option} Option */
@@ -44,6 +45,20 @@ export function field(option, settings) {
     control,
     el("p", { class: "help", id: `${id}-help` }, sentence(option.help)),
   );
+}
+
+/**
+ * Whether a field holds what is not allowed: then it is said, and nothing is asked for.
+ * @param {Element} place where the fields are
+ */
+export function refused(place) {
+  const bad = [...place.querySelectorAll("input")].find((input) => !input.validity.valid);
+  if (!bad) return false;
+  const name = bad.ariaLabel ?? bad.labels?.[0]?.textContent ?? "";
+  const range = [bad.min && `of at least ${bad.min}`, bad.max && `of at most ${bad.max}`].filter(Boolean).join(", ");
+  complain(`${name}: ${bad.value || "this"} is not allowed; give a ${bad.step === "1" ? "whole " : ""}number ${range}.`);
+  bad.focus();
+  return true;
 }
 
 /** @param {string} help */

@@ -1,28 +1,31 @@
 /** Where each pixel of a result came from, for hovering: the map of the result, read when the pointer first comes. */
 
-import { bytes } from "../core/api.js";
+import { originsOf } from "../core/api.js";
+import { el } from "../core/dom.js";
 import { mapOf, store } from "../core/store.js";
 
 /** @typedef {import("../core/types.js").Result} Result */
 
-/** px: larger maps are not fetched only because a pointer passes. */
-const MOST = 1 << 23;
+/** px a side of the parts that a map is fetched in. */
+const SIDE = 512;
 
 const NOWHERE = 65535;
 
 export class Origins {
+  /** What the pointer is over, in words. */
+  place = el("span", { class: "corner low right number" });
+  /** @type {{x: number, y: number} | null} */
+  #over = null;
   /** @type {Result | null} */
   #result = null;
-  /** @type {Uint16Array | null} */
-  #map = null;
-  #asked = false;
+  /** @type {Map<string, Uint16Array | null>} parts of its map; null: on the way, or not to be had */
+  #parts = new Map();
 
   /** @param {Result | null} result */
   of(result) {
     if (result?.id === this.#result?.id) return;
     this.#result = result;
-    this.#map = null;
-    this.#asked = false;
+    this.#parts.clear();
     this.#point(null);
   }
 
@@ -34,24 +37,27 @@ export class Origins {
    */
   at(x, y) {
     const result = this.#result;
-    if (!result || result.size[0] * result.size[1] > MOST) return null;
-    if (!this.#asked) void this.#fetch(result);
-    if (!this.#map) return null;
-    const first = (y * result.size[0] + x) * 3;
-    const [exemplar = NOWHERE, row = 0, column = 0] = this.#map.subarray(first, first + 3);
+    if (!result) return null;
+    const [left, top] = [x - (x % SIDE), y - (y % SIDE)];
+    const wide = Math.min(SIDE, result.size[0] - left);
+    const box = [left, top, wide, Math.min(SIDE, result.size[1] - top)].join();
+    const part = this.#parts.get(box);
+    if (part === undefined) void this.#fetch(result, box);
+    if (!part) return null;
+    const first = ((y - top) * wide + x - left) * 3;
+    const [exemplar = NOWHERE, row = 0, column = 0] = part.subarray(first, first + 3);
     return exemplar === NOWHERE ? null : { exemplar, x: column, y: row };
   }
 
   /**
    * Tell what the pointer is over, and show it on the exemplar.
    * @param {{x: number, y: number} | null} place
-   * @returns {string}
    */
   tell(place) {
+    this.#over = place;
     const from = place && this.at(place.x, place.y);
     this.#point(from);
-    if (!place) return "";
-    return `${place.x}, ${place.y}${from ? `  from  ${from.x}, ${from.y}` : ""}`;
+    this.place.textContent = place ? `${place.x}, ${place.y}${from ? `  from  ${from.x}, ${from.y}` : ""}` : "";
   }
 
   /** @param {{x: number, y: number} | null} place */
@@ -61,14 +67,18 @@ export class Origins {
     store.tell("source");
   }
 
-  /** @param {Result} result */
-  async #fetch(result) {
-    this.#asked = true;
+  /**
+   * @param {Result} result
+   * @param {string} box
+   */
+  async #fetch(result, box) {
+    this.#parts.set(box, null);
     const from = mapOf(result);
     if (!from) return;
     try {
-      const map = new Uint16Array(await bytes(`/api/results/${from}/map.bin`));
-      if (result.id === this.#result?.id && map.length === result.size[0] * result.size[1] * 3) this.#map = map;
+      const { size, numbers } = await originsOf(from, box);
+      if (result.id === this.#result?.id && size === result.size.join("x")) this.#parts.set(box, numbers);
+      this.tell(this.#over);
     } catch {
       // its map is gone: then only the place itself is told
     }

@@ -6,13 +6,18 @@ import { icon } from "../core/icons.js";
 import { planesOf } from "../core/store.js";
 import { copied, tried } from "../core/toast.js";
 import { weight } from "../core/words.js";
+import { carryOn } from "./bring.js";
+
+/** What a press on *Continue from this* does, in a sentence. */
+export const ONWARD = "It becomes the picture that is worked with, all its planes";
 
 /**
  * @param {import("../core/types.js").Result} result
  * @param {string} plane its picture
+ * @param {boolean} onward whether there is a button to go on from it
  * @returns {HTMLElement[]}
  */
-export function resultActions(result, plane) {
+export function resultActions(result, plane, onward) {
   const main = result.files.find((file) => file.holds === plane) ?? result.files[0];
   const more = el("div", { class: "menu", hidden: true, role: "group", "aria-label": "Downloads" });
   const planes = planesOf(result);
@@ -20,7 +25,8 @@ export function resultActions(result, plane) {
   for (const file of files) more.append(link(file.url, file.name, file.name, weight(file.bytes)));
   more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
   if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
-  more.append(button("Copy as Python", () => void copied(result.python, "Python"), {}));
+  const needed = needing(result.needs, "the zip");
+  more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
   const open = (/** @type {boolean} */ yes) => {
     more.hidden = !yes;
@@ -31,13 +37,25 @@ export function resultActions(result, plane) {
     if (!(e.relatedTarget instanceof Node && around.contains(e.relatedTarget))) open(false);
   });
   around.addEventListener("keydown", (e) => e.key === "Escape" && [open(false), toggle.focus()]);
-  const command = button("Command", () => void copied(result.command, "Command"), { icon: icon("copy"), title: result.command });
+  const command = button("Command", () => void copied(result.command, `Command copied${needed}`), { icon: icon("copy"), title: result.command });
   const made = [command, around];
+  if (onward) made.unshift(button("Continue from this", () => void carryOn(result.id), { icon: icon("onward"), title: `Continue from this: ${ONWARD}` }));
   if (main) {
     const download = el("a", { class: "button framed", href: main.url, download: main.name }, icon("down"), el("span", { class: "label" }, "Download"));
     made.unshift(download);
   }
   return made;
+}
+
+/**
+ * Which files a command reads, and where they are, in words.
+ * @param {string[]} names
+ * @param {string} where
+ */
+export function needing(names, where) {
+  if (!names.length) return "";
+  const listed = names.length > 3 ? `${names.length} files` : names.join(" and ");
+  return `; it needs ${listed}, which ${names.length > 1 ? "are" : "is"} in ${where}`;
 }
 
 /**

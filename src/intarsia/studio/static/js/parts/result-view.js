@@ -5,8 +5,9 @@ import { button, el, fill } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { exemplarOf, mapOf, planesOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
-import { facts, size, title, took } from "../core/words.js";
+import { doing, facts, size, state, title, took } from "../core/words.js";
 import { Stage } from "../stage/stage.js";
+import { awaited, grey, wantedSize } from "./awaited.js";
 import { Compare } from "./compare.js";
 import { Looks } from "./looks.js";
 import { Origins } from "./origins.js";
@@ -31,8 +32,10 @@ export class ResultView extends HTMLElement {
   looks = new Looks(this.stage, () => [(this.#shown = ""), void this.#update()]);
   softness = new Softness();
   origins = new Origins();
+  /** Whether the headline has the button to go on from a result. */
+  onward = true;
   scored = el("span");
-  place = el("span", { class: "corner low right number" });
+  waiting = el("p", { class: "awaited number" });
   /** @type {Job | null} */
   job = null;
   /** @type {Result | null} */
@@ -40,13 +43,15 @@ export class ResultView extends HTMLElement {
   #gone = new AbortController();
   #turn = 0;
   #shown = "";
+  #clock = 0;
 
   connectedCallback() {
     this.className = "result-view";
-    this.stage.append(this.looks.legend, this.place);
+    this.stage.append(this.looks.legend, this.origins.place, this.waiting);
+    this.#clock = window.setInterval(() => busy(this.job) && this.#wait(), 1000);
     fill(this.bar, viewButtons(this.stage), this.looks.element, this.softness.element, this.progress);
     this.stage.addEventListener("hover", (e) => {
-      this.place.textContent = e instanceof CustomEvent ? this.origins.tell(e.detail) : "";
+      this.origins.tell(e instanceof CustomEvent && !this.stage.draft ? e.detail : null);
     });
     fill(this, this.head, this.stage, this.bar, this.strip, new Sheet());
     this.strip.act = (id) => (this.compare.on ? void this.#against(id) : store.look(id));
@@ -54,6 +59,7 @@ export class ResultView extends HTMLElement {
   }
 
   disconnectedCallback() {
+    clearInterval(this.#clock);
     this.#gone.abort();
   }
 
@@ -61,13 +67,20 @@ export class ResultView extends HTMLElement {
     const turn = ++this.#turn;
     this.job = store.jobs.get(store.chosen ?? "") ?? null;
     if (this.compare.on && this.job?.result !== this.result?.id) this.#alone();
-    showProgress(this.progress, this.job);
+    this.#wait();
     try {
       await this.#picture(() => turn === this.#turn);
     } catch (error) {
       const over = error instanceof Refused && error.status === 204; // it ended meanwhile: its result comes
       if (turn === this.#turn && !over) complain(error);
     }
+  }
+
+  /** Tell how far the job is, and what it waits for. */
+  #wait() {
+    if (this.result && !this.job?.result) fill(this.head); // what can be taken is not of this one
+    showProgress(this.progress, this.job);
+    this.waiting.textContent = awaited(this.job);
   }
 
   /**
@@ -88,18 +101,19 @@ export class ResultView extends HTMLElement {
       }
       const planes = planesOf(result);
       const plane = this.looks.chosen(planes);
-      const picture = await store.picture(lookOf(result.id, plane));
+      const path = lookOf(result.id, plane);
+      const picture = await store.picture(path);
       if (!still()) return;
       this.result = result;
       this.origins.of(result);
-      this.#show(seen, picture, title(job));
+      this.#show(seen, picture, title(job), result.size, path);
       const down = exemplarOf(job)?.planes.some((each) => each.normals === "dx") ?? false;
       const map = mapOf(result);
       this.looks.show({ id: result.id, result: map, judged: map === result.id, planes, at: (each) => lookOf(result.id, each), down });
       this.softness.show(job, result);
       fill(this.scored, scoreButton(result.score));
       const method = job.options.method ? "" : result.told?.method;
-      this.#headline(title(job), facts(method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane)]);
+      this.#headline(title(job), facts(method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane, this.onward)]);
       return;
     }
     this.result = null;
@@ -109,45 +123,61 @@ export class ResultView extends HTMLElement {
     if (job) this.looks.show(null);
     if (job && number !== undefined) {
       const preview = await store.picture(`/api/jobs/${job.id}/preview.png?number=${number}`);
-      if (still()) this.#show(`${job.id} ${number}`, preview, "Growing");
-    } else if (exemplar && !(job && this.#shown.startsWith(job.id))) {
+      if (still()) this.#show(`${job.id} ${number}`, preview, doing(job), wantedSize(job));
+    } else if (job) {
+      if (!this.#shown.startsWith(job.id)) this.#show(`${job.id} 0`, grey(), doing(job), wantedSize(job));
+    } else if (exemplar) {
       if (this.#shown === exemplar.id && this.looks.of === exemplar.id) return;
       const planes = exemplar.planes.map((each) => each.name).filter((each) => each !== "mask");
       const at = (/** @type {string} */ plane) => viewOf(exemplar, LONGEST, plane);
-      const picture = await store.picture(at(this.looks.chosen(planes)));
+      const path = at(this.looks.chosen(planes));
+      const picture = await store.picture(path);
       if (!still()) return;
-      this.#show(exemplar.id, picture, `Exemplar ${exemplar.name}`);
+      this.#show(exemplar.id, picture, `Exemplar ${exemplar.name}`, [exemplar.width, exemplar.height], path);
       const down = exemplar.planes.some((each) => each.normals === "dx");
       this.looks.show({ id: exemplar.id, result: null, planes, at, down });
     }
-    if (still()) this.#headline(job ? title(job) : "Exemplar", job || !exemplar ? "" : size(exemplar.width, exemplar.height), []);
+    if (!still()) return;
+    const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
+    if (job) this.#headline(busy(job) ? doing(job) : state(job), facts(job.options.method, seed, size(...wantedSize(job))), []);
+    else this.#headline("Exemplar", exemplar ? size(exemplar.width, exemplar.height) : "", []);
   }
 
   /** A switch that lays another result over half of this one. */
   #comparing() {
     const switched = button("Compare", () => {
       if (this.compare.on) this.#alone();
-      else void this.#against(this.#neighbour());
+      else void tried(async () => this.#against(await this.#neighbour()));
     }, { icon: icon("compare"), class: "compare", "aria-pressed": "false", title: "Compare with another result: A and B" });
     return switched;
   }
 
-  /** The result of the same exemplar that was made before this one, or else after it. */
-  #neighbour() {
+  /** The result of the same exemplar and the same size that was made before this one, or else after it. */
+  async #neighbour() {
     const done = store.made.filter((job) => job.result && job.exemplars[0] === this.job?.exemplars[0]);
     const at = done.findIndex((job) => job.id === this.job?.id);
-    return (done[at + 1] ?? done[at - 1])?.id;
+    for (const job of [...done.slice(at + 1), ...done.slice(0, at).reverse()]) {
+      if (String(await this.#size(job)) === String(this.result?.size)) return job.id;
+    }
+    return undefined;
+  }
+
+  /** @param {Job} job that is done */
+  async #size(job) {
+    return (await store.result(job.result ?? "", job.score)).size;
   }
 
   /** @param {string | undefined} id of the job to compare with */
   async #against(id) {
     const job = store.jobs.get(id ?? "");
-    if (!job?.result || !this.job || job.id === this.job.id) return complain("Grow another one first, to compare with.");
+    if (!job?.result || !this.job || job.id === this.job.id) return complain("Grow another one of this size first, to compare with.");
     await tried(async () => {
-      const picture = await store.picture(store.thumb(job, LONGEST));
-      if (!this.job) return;
+      const [path, sides] = [store.thumb(job, LONGEST), await this.#size(job)];
+      const picture = await store.picture(path);
+      if (!this.job || !this.result) return;
+      if (String(sides) !== String(this.result.size)) return complain(`This one has ${size(...sides)} px, and A ${size(...this.result.size)}: compare two of the same size.`);
       this.looks.plain();
-      this.compare.show(picture, title(this.job), title(job));
+      this.compare.show(picture, title(this.job), title(job), path);
       this.strip.other = job.id;
       this.strip.show();
       this.head.querySelector(".compare")?.setAttribute("aria-pressed", "true");
@@ -163,12 +193,15 @@ export class ResultView extends HTMLElement {
 
   /**
    * @param {string} what
-   * @param {ImageBitmap} picture
+   * @param {import("../stage/stage.js").Drawable} picture
    * @param {string} name
+   * @param {[number, number]} sides of all of it in px
+   * @param {string} [path]
    */
-  #show(what, picture, name) {
+  #show(what, picture, name, sides, path) {
     this.#shown = what;
-    this.stage.show(picture, name);
+    this.stage.draft = this.job !== null && this.job.state !== "done";
+    this.stage.show(picture, name, sides, path);
     this.dispatchEvent(new Event("shown"));
   }
 

@@ -1,25 +1,19 @@
 /** The score of a result, and the parts that it is made of, when somebody asks. */
 
 import { button, el, fill } from "../core/dom.js";
-import { readable } from "../core/words.js";
+import { facts, readable } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Part} Part */
 
 /** @type {Record<string, string>} */
 const MEANS = {
+  texture: "by how much it is another texture",
   joins: "what changes where pieces meet",
   steps: "slow tone that changes where pieces meet",
   overused: "how often the most used places are shown",
   repeats: "windows shown again near by with what is around them",
   lattice: "by how much less it repeats by the periods of the exemplar",
   blurred: "by how much steps between neighbours are smaller",
-  striking: "how often the most striking spots are shown",
-  strange: "windows farther from the exemplar than nine of ten of its own",
-  damaged: "segments that are like none of the exemplar",
-  spectrum: "by how much the power of waves differs",
-  lost: "windows of the exemplar that are nowhere near the result",
-  unused: "places of the exemplar that are hardly shown",
-  tone: "by how much slow tones differ",
 };
 
 /**
@@ -29,14 +23,14 @@ const MEANS = {
  */
 export function scoreButton(score) {
   if (!score) return null;
-  const parts = Object.entries(score.parts).sort(([, a], [, b]) => b.loss - a.loss);
+  const parts = Object.entries(score.parts).filter(([, part]) => part.weight !== 0).sort(([, a], [, b]) => b.loss - a.loss);
   const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score", tabIndex: 0 });
   fill(
     box,
     el("p", { class: "quiet small" }, "100 is as good as the exemplar itself; each part takes something away."),
     el("dl", {}, parts.map(([name, part]) => row(name, part))),
   );
-  const toggle = button(`Score ${Math.round(score.total)}`, () => open(box.hidden), { "aria-expanded": "false", class: "number" });
+  const toggle = button(facts(`Score ${Math.round(score.total)}`, score.verdict), () => open(box.hidden), { "aria-expanded": "false", class: "number" });
   const open = (/** @type {boolean} */ yes) => {
     box.hidden = !yes;
     toggle.setAttribute("aria-expanded", String(yes));

@@ -1,11 +1,15 @@
 /** The contact sheet: what was asked for together, side by side, the best score first once all are known. */
 
 import { button, el, fill, there } from "../core/dom.js";
+import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { facts, title } from "../core/words.js";
+import { awaited } from "./awaited.js";
 import { arrange, Cell } from "./cell.js";
 import { busy } from "./progress.js";
+
+/** @typedef {import("../core/types.js").Job} Job */
 
 export class Sheet extends HTMLElement {
   grid = el("div", { class: "sheet-grid" });
@@ -61,16 +65,24 @@ export class Sheet extends HTMLElement {
     if (judged) jobs.sort((a, b) => (b.score ?? -1) - (a.score ?? -1));
     arrange(this.grid, this.#cells, jobs.map((job) => job.id), (id) => {
       const cell = new Cell(id, 640, (job) => store.look(job.id));
-      cell.element.append(el("span", { class: "caption one-line" }));
+      cell.element.append(el("span", { class: "caption" }, el("span", { class: "one-line" }), el("strong", { class: "number" })));
+      const job = () => store.jobs.get(id);
+      const stop = button("Cancel", () => void tried(async () => busy(job()) && store.change(/** @type {Job} */ (job()), "cancel")), { icon: icon("close"), bare: true });
+      cell.place = el("div", { class: "cell" }, cell.element, stop);
       return cell;
     });
     for (const job of jobs) {
-      const caption = this.#cells.get(job.id)?.element.querySelector(".caption");
-      if (caption) caption.textContent = facts(title(job), typeof job.score === "number" ? String(Math.round(job.score)) : "");
+      const place = this.#cells.get(job.id)?.place;
+      const [name, score] = place?.querySelectorAll(".caption > *") ?? [];
+      const stop = /** @type {HTMLElement | null} */ (place?.lastElementChild ?? null);
+      if (!name || !score || !stop) continue;
+      name.textContent = title(job);
+      score.textContent = typeof job.score === "number" ? String(Math.round(job.score)) : "";
+      stop.hidden = !busy(job);
     }
     this.#fit(jobs.length);
     const done = jobs.filter((job) => job.state === "done").length;
-    this.count.textContent = `${done} of ${jobs.length}`;
+    this.count.textContent = facts(`${done} of ${jobs.length}`, awaited(jobs.find((job) => job.state === "running") ?? jobs.find(busy) ?? null));
     this.stop.hidden = !jobs.some(busy);
   }
 }

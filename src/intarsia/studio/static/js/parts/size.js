@@ -1,15 +1,38 @@
-/** The size of what is grown: width and height, and how often the exemplar fits in. */
+/** The size of what is grown: so often the exemplar, whichever that is, or width and height where they are typed. */
 
 import { button, el, follow } from "../core/dom.js";
 import { store } from "../core/store.js";
 
+const USUAL = 2;
+
 /**
- * @param {string | undefined} told such as 640x480
- * @returns {[string, string]}
+ * How often the exemplar a size is; 0 where it is told in px.
+ * @param {string | undefined} told such as 3x, or 640x480
  */
-function parts(told) {
-  const [width = "", height = width] = String(told ?? "").split("x");
-  return [width, height];
+function timesOf(told) {
+  const found = /^(\d+)x$/.exec(told ?? `${USUAL}x`);
+  return found ? Number(found[1]) : 0;
+}
+
+/**
+ * The size that is asked for of the exemplar that is worked with.
+ * @param {import("../core/types.js").Options} options
+ * @returns {[number, number]}
+ */
+export function pixelsOf({ size }) {
+  const times = timesOf(size);
+  const { width, height } = store.exemplar ?? { width: 256, height: 256 };
+  if (times) return [times * width, times * height];
+  const [wide, high] = String(size).split("x").map(Number);
+  return [wide || 1, high || wide || 1];
+}
+
+/**
+ * Options as they are sent: a size in px, as long as it is not the usual one.
+ * @param {import("../core/types.js").Options} options
+ */
+export function inPixels(options) {
+  return options.size ? { ...options, size: pixelsOf(options).join("x") } : options;
 }
 
 /**
@@ -17,11 +40,10 @@ function parts(told) {
  * @returns {HTMLElement}
  */
 export function sizeField(settings) {
-  const twice = (/** @type {"width" | "height"} */ side) => String((store.exemplar?.[side] ?? 0) * 2 || "");
   const field = (/** @type {"width" | "height"} */ side) =>
     el("input", {
       class: "field", type: "number", min: "1", max: "65536", step: "1", inputMode: "numeric",
-      "aria-label": side === "width" ? "Width in px" : "Height in px", placeholder: twice(side), oninput: () => told(),
+      "aria-label": side === "width" ? "Width in px" : "Height in px", oninput: () => told(),
     });
   const wide = field("width");
   const high = field("height");
@@ -30,17 +52,25 @@ export function sizeField(settings) {
     const asked = wide.value || high.value;
     settings.set("size", asked ? `${wide.value || high.value}x${high.value || wide.value}` : null);
   };
+  const steps = [2, 3, 4, 8].map((by) =>
+    button(`${by}×`, () => choose(by), { "aria-label": `${by} times the exemplar`, value: String(by) }),
+  );
+  const choose = (/** @type {number} */ by) => {
+    wide.value = high.value = "";
+    settings.set("size", by === USUAL ? null : `${by}x`);
+    show();
+  };
   const show = () => {
-    const [width, height] = parts(settings.options.size);
-    if (document.activeElement !== wide) wide.value = width;
-    if (document.activeElement !== high) high.value = height;
+    const times = timesOf(settings.options.size);
+    const sides = pixelsOf(settings.options).map(String);
+    [wide, high].forEach((input, n) => {
+      input.placeholder = sides[n] ?? "";
+      if (document.activeElement !== input) input.value = times ? "" : input.placeholder;
+    });
+    for (const each of steps) each.setAttribute("aria-pressed", String(Number(each.value) === times));
   };
   follow(settings, wide, show);
-  const times = (/** @type {number} */ by) => () => {
-    const exemplar = store.exemplar;
-    if (exemplar) settings.set("size", `${exemplar.width * by}x${exemplar.height * by}`);
-  };
-  const steps = [2, 3, 4, 8].map((by) => button(`${by}×`, times(by), { "aria-label": `${by} times the exemplar` }));
+  follow(store, wide, show, "exemplar");
   return el(
     "div",
     { class: "group" },

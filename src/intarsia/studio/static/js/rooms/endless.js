@@ -14,12 +14,13 @@ import { Tiles } from "../endless/tiles.js";
 import { toolKeys } from "../paint/tools.js";
 import { methodPicker, parameterForm, take } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
+import { needing } from "../parts/result-actions.js";
 import { seedField } from "../parts/seed.js";
 
 /** @typedef {{id: string, method: string, brush: boolean, levels: number}} Weave */
 
 const BRUSHED = "jitter_output";
-const settings = new Settings();
+const settings = new Settings("endless");
 const strokes = new Strokes();
 const view = new FarView();
 
@@ -155,7 +156,7 @@ export class EndlessRoom extends HTMLElement {
     else if (other) fill(this.brush, el("p", { class: "quiet" }, "This method has no jitter to paint."), button(`Take ${other.slug}`, () => take(settings, other.slug), { class: "framed" }));
   }
 
-  /** @returns {Promise<{job: import("../core/types.js").Job, command: string} | null>} what makes the window in sight */
+  /** @returns {Promise<{job: import("../core/types.js").Job, command: string, needs: string[]} | null>} what makes the window in sight */
   async #window() {
     await this.#begin();
     return this.weave && post(`/api/weaves/${this.weave.id}/window`, this.sight.window);
@@ -163,7 +164,7 @@ export class EndlessRoom extends HTMLElement {
 
   async command() {
     const found = await tried(() => this.#window());
-    if (found) await copied(found.command, "Command");
+    if (found) await copied(found.command, `Command copied${needing(found.needs, "the zip of what Keep this view makes")}`);
   }
 
   /** Make what is in sight a result. */

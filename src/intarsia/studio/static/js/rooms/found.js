@@ -1,12 +1,12 @@
 /** Found: what the program sees in the exemplar, drawn over it, and why it would grow it so; crop it, mark what to avoid. */
 
-import { get, post } from "../core/api.js";
+import { get, post, viewOf } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
 import { Labels } from "../paint/labels.js";
-import { send } from "../paint/send.js";
+import { imageOf, keep, restore } from "../paint/marks.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { segments } from "../parts/choice.js";
 import { overlays, reasons } from "../parts/findings.js";
@@ -56,9 +56,12 @@ export class FoundRoom extends HTMLElement {
   #avoided() {
     const exemplar = store.exemplar;
     if (!exemplar) return null;
-    const known = avoided.get(exemplar.id) ?? new Labels(exemplar.width, exemplar.height);
-    avoided.set(exemplar.id, known);
-    return known;
+    const known = avoided.get(exemplar.id);
+    if (known) return known;
+    const marks = new Labels(exemplar.width, exemplar.height);
+    avoided.set(exemplar.id, marks);
+    void restore(exemplar.id, "avoid", marks, (value) => (value ? 0 : 1)).then(() => void this.#lay());
+    return marks;
   }
 
   async #show() {
@@ -70,7 +73,7 @@ export class FoundRoom extends HTMLElement {
     await tried(async () => {
       const picture = await store.exemplarPicture(exemplar);
       if (store.exemplar?.id !== exemplar.id) return;
-      this.stage.show(picture, `Exemplar ${exemplar.name}`, [exemplar.width, exemplar.height]);
+      this.stage.show(picture, `Exemplar ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
       this.#mode();
       const found = await get(`/api/exemplars/${exemplar.id}/found`);
       if (store.exemplar?.id !== exemplar.id) return;
@@ -104,7 +107,7 @@ export class FoundRoom extends HTMLElement {
     stage.tool = mode === "avoid" ? (brush ?? null) : mode === "crop" ? crop : null;
     stage.marks = mode === "avoid" ? (pen, view) => brush?.ring(pen, view) : mode === "crop" ? (pen, view) => crop.marks(pen, view) : null;
     stage.classList.toggle("drawing", mode !== "look");
-    if (mode === "avoid") this.#avoided();
+    if (mode === "avoid" || imageOf(store.exemplar?.id ?? "", "avoid")) this.#avoided();
     this.#tools();
     void this.#lay();
   }
@@ -140,11 +143,8 @@ export class FoundRoom extends HTMLElement {
     const exemplar = store.exemplar;
     const labels = avoided.get(exemplar?.id ?? "");
     if (!exemplar || !labels) return;
-    await tried(async () => {
-      if (!labels.data.some((value) => value > 0)) store.masks.delete(exemplar.id);
-      else store.masks.set(exemplar.id, await send(labels, (value) => (value ? 0 : 255)));
-      store.tell("exemplar");
-    });
+    await keep(exemplar.id, "avoid", labels, (value) => (value ? 0 : 255));
+    store.tell("exemplar");
   }
 }
 

@@ -6,8 +6,10 @@ import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { anySeed, facts, state, title, took } from "../core/words.js";
+import { carryOn } from "../parts/bring.js";
 import { Cell } from "../parts/cell.js";
 import { busy } from "../parts/progress.js";
+import { takeAway } from "../parts/taking.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 
@@ -92,7 +94,7 @@ function open(job) {
   const exemplar = store.exemplars.find((e) => e.id === job.exemplars[0]);
   if (exemplar) store.choose(exemplar);
   store.look(job.id);
-  location.hash = "#grow";
+  location.hash = `#grow/${job.id}`;
 }
 
 /**
@@ -109,9 +111,9 @@ function tools(job) {
     if (job.verb === "grow") made.push(button("Use these settings", () => reuse(job), { icon: icon("undo"), bare: true }));
     const zip = `/api/results/${job.result}/all.zip`;
     made.push(el("a", { class: "button icon", href: zip, download: `${job.result}.zip`, title: "Download all", "aria-label": "Download all" }, icon("down")));
-    made.push(button("Use as an exemplar", () => void asExemplar(job), { icon: icon("add"), bare: true }));
+    made.push(button("Continue from this", () => void carryOn(job.result ?? ""), { icon: icon("onward"), bare: true }));
   } else made.push(button("Again", () => void tried(() => store.change(job, "again")), { icon: icon("again"), bare: true }));
-  made.push(button("Delete", () => void tried(() => store.drop(job)), { icon: icon("bin"), bare: true }));
+  made.push(button("Delete", () => void takeAway("jobs", job.id), { icon: icon("bin"), bare: true }));
   return made;
 }
 
@@ -119,15 +121,6 @@ function tools(job) {
 function reuse(job) {
   growing.replace(job.options);
   open(job);
-}
-
-/** @param {Job} job */
-async function asExemplar(job) {
-  await tried(async () => {
-    await store.bring({ result: job.result ?? "" });
-    store.look(null);
-    location.hash = "#grow";
-  });
 }
 
 customElements.define("gallery-room", GalleryRoom);

@@ -2,10 +2,13 @@
 
 import { button, el, fill, follow, typing } from "../core/dom.js";
 import { icon } from "../core/icons.js";
+import { kept } from "../core/kept.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
+import { imageOf } from "../paint/marks.js";
 import { segments } from "../parts/choice.js";
+import { refused } from "../parts/field.js";
 import { methodPicker, parameterForm } from "../parts/methods.js";
 import { choicesOf, optionGroups } from "../parts/options.js";
 import { variants } from "../parts/variants.js";
@@ -13,12 +16,15 @@ import { ExemplarCard } from "../parts/exemplar-card.js";
 import { ResultView } from "../parts/result-view.js";
 import { seedField } from "../parts/seed.js";
 import { wrapChoice } from "../parts/wrap.js";
-import { sizeField } from "../parts/size.js";
+import { inPixels, sizeField } from "../parts/size.js";
 
 export class GrowRoom extends HTMLElement {
   #gone = new AbortController();
-  /** @type {import("../parts/variants.js").Many} */
-  many = "1";
+
+  /** @returns {import("../parts/variants.js").Many} */
+  get many() {
+    return kept.of().many ?? "1";
+  }
 
   connectedCallback() {
     this.className = "grow three";
@@ -63,7 +69,7 @@ export class GrowRoom extends HTMLElement {
   #many() {
     /** @type {[import("../parts/variants.js").Many, string][]} */
     const choices = [["1", "1"], ["4", "4"], ["9", "9"], ["methods", "Methods"]];
-    const many = segments("Make", choices, () => this.many, (value) => (this.many = value), { wide: true });
+    const many = segments("Make", choices, () => this.many, (value) => kept.set({ many: value }), { wide: true });
     many.element.title = "So many seeds, or one with each method, side by side";
     return many.element;
   }
@@ -71,11 +77,11 @@ export class GrowRoom extends HTMLElement {
   /** Ask for what is set. */
   async grow() {
     const exemplar = store.exemplar;
-    if (!exemplar) return;
+    if (!exemplar || !this.panel || refused(this.panel)) return;
     await tried(async () => {
       const jobs = [];
-      const mask = store.masks.get(exemplar.id);
-      for (const options of variants(growing.options, this.many, choicesOf("grow", "method"))) {
+      const mask = imageOf(exemplar.id, "avoid");
+      for (const options of variants(inPixels(growing.options), this.many, choicesOf("grow", "method"))) {
         jobs.push(await store.start("grow", [exemplar.id], mask ? { ...options, mask: [mask] } : options));
       }
       if (jobs.length > 1) store.spreadOut(jobs.map((job) => job.id));

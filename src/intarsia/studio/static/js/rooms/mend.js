@@ -1,15 +1,19 @@
 /** Mend: brush over what must go, drag the border outwards, or make the picture tile. */
 
+import { viewOf } from "../core/api.js";
 import { button, el, fill, there } from "../core/dom.js";
+import { kept } from "../core/kept.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
 import { Labels } from "../paint/labels.js";
+import { keep, restore } from "../paint/marks.js";
 import { send } from "../paint/send.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { beside } from "../parts/beside.js";
 import { segments } from "../parts/choice.js";
+import { refused } from "../parts/field.js";
 import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
 import { Rim } from "../parts/rim.js";
@@ -25,21 +29,30 @@ const kit = new Kit();
 /** @type {Map<string, Labels>} what is to be healed, by exemplar */
 const holes = new Map();
 /** @type {Record<Mode, Settings>} */
-const settings = { heal: new Settings(), extend: new Settings(), tile: new Settings() };
-/** @type {{mode: Mode}} */
-const kept = { mode: "heal" };
+const settings = { heal: new Settings("heal"), extend: new Settings("extend"), tile: new Settings("tile") };
+const task = {
+  /** @returns {Mode} */
+  get mode() {
+    return kept.of().task ?? "heal";
+  },
+  set mode(mode) {
+    kept.set({ task: mode });
+  },
+};
 
 /** @type {Record<Mode, string>} */
 const SAYS = {
   heal: "Brush over what must go. Everything else stays, byte for byte.",
   extend: "Drag the frame outwards. The picture stays, and grows beyond its borders.",
-  tile: "The picture will continue in itself. Only a band along its borders changes.",
+  tile: "The picture will continue in itself. A wall is first cut to whole courses; then only a band along its borders changes.",
 };
 
 export class MendRoom extends HTMLElement {
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Mending" });
-  margins = new Margins(this.stage, () => this.#told());
+  named = el("h2", { class: "one-line" });
+  go = button("", () => void this.mend(), { class: "strong big" });
+  margins = new Margins(this.stage, () => [this.#keepMargins(), this.#told()]);
   /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
   #ring = null;
   rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
@@ -50,15 +63,17 @@ export class MendRoom extends HTMLElement {
   connectedCallback() {
     this.className = "paint";
     const { signal } = this.#gone;
-    const head = el("div", { class: "head" }, el("h2", {}, "Picture"), viewButtons(this.stage, false));
+    const head = el("div", { class: "head" }, this.named, viewButtons(this.stage, false));
     const half = el("section", { class: "half", "aria-label": "Picture" }, head, this.stage);
-    const { main, back, close } = beside(half, "Mend on", signal);
-    this.back = back;
+    const { main, buttons, onward } = beside(half, this.go, "Back to the picture", signal);
+    this.buttons = buttons;
+    this.onward = onward;
     fill(this, main, this.panel);
-    this.brush = new Brush(this.stage, kit, () => (kept.mode === "heal" ? this.#hole() : null));
+    this.brush = new Brush(this.stage, kit, () => (task.mode === "heal" ? this.#hole() : null));
     kit.set({ value: 1 });
     toolKeys(kit, signal, 0);
-    store.on(["exemplar"], () => [close(), void this.#show()], signal);
+    store.on(["exemplar"], () => void this.#show(), signal);
+    kit.history.addEventListener("change", () => this.#keep(), { signal });
     for (const each of [kit.history, settings.heal]) each.addEventListener("change", () => void this.rim.look(), { signal });
     this.#mode();
   }
@@ -71,9 +86,18 @@ export class MendRoom extends HTMLElement {
   #hole() {
     const exemplar = store.exemplar;
     if (!exemplar) return null;
-    const known = holes.get(exemplar.id) ?? new Labels(exemplar.width, exemplar.height);
-    holes.set(exemplar.id, known);
-    return known;
+    const known = holes.get(exemplar.id);
+    if (known) return known;
+    const hole = new Labels(exemplar.width, exemplar.height);
+    holes.set(exemplar.id, hole);
+    void restore(exemplar.id, "hole", hole).then(() => [this.stage.draw(), void this.rim.look()]);
+    return hole;
+  }
+
+  /** Keep what was just painted. */
+  #keep() {
+    const hole = this.#hole();
+    if (store.exemplar && hole) void keep(store.exemplar.id, "hole", hole);
   }
 
   async #show() {
@@ -82,14 +106,16 @@ export class MendRoom extends HTMLElement {
     await tried(async () => {
       const picture = await store.exemplarPicture(exemplar);
       if (store.exemplar?.id !== exemplar.id) return;
-      this.stage.show(picture, `Picture ${exemplar.name}`, [exemplar.width, exemplar.height]);
+      this.named.textContent = exemplar.name;
+      this.margins.px = { left: 0, right: 0, top: 0, bottom: 0, ...kept.of(exemplar.id).margins };
+      this.stage.show(picture, `Picture ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
       this.#mode();
     });
   }
 
   /** Take the tools of the chosen task. */
   #mode() {
-    const { mode } = kept;
+    const { mode } = task;
     this.#ring = null;
     this.#lay();
     void this.rim.look();
@@ -106,20 +132,20 @@ export class MendRoom extends HTMLElement {
 
   /** Lay the hole over the picture while it is healed, and its rim. */
   #lay() {
-    const hole = kept.mode === "heal" ? this.#hole() : null;
+    const hole = task.mode === "heal" ? this.#hole() : null;
     this.stage.layers = hole ? [{ picture: hole.canvas, alpha: 0.75 }, this.#ring].filter(there) : [];
     this.stage.draw();
   }
 
   #panel() {
-    const { mode } = kept;
+    const { mode } = task;
     /** @type {[Mode, string][]} */
     const modes = [["heal", "Heal"], ["extend", "Extend"], ["tile", "Tile"]];
-    const choice = segments("Task", modes, () => kept.mode, (next) => [(kept.mode = next), store.look(null), this.#mode()], { wide: true });
-    const names = { heal: "Heal", extend: "Extend", tile: "Make it tile" };
+    const choice = segments("Task", modes, () => task.mode, (next) => [(task.mode = next), void this.onward?.(), this.#mode()], { wide: true });
+    this.go.textContent = { heal: "Heal", extend: "Extend", tile: "Make it tile" }[mode];
     fill(
       this.panel,
-      el("div", { class: "do" }, button(names[mode], () => void this.mend(), { class: "strong big" }), this.back),
+      this.buttons,
       el(
         "div",
         { class: "fields" },
@@ -144,6 +170,7 @@ export class MendRoom extends HTMLElement {
         class: "field", type: "number", id, min: "0", max: "8192", step: "1",
         oninput: () => {
           this.margins.px[side] = Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0)));
+          this.#keepMargins();
           this.stage.draw();
         },
       });
@@ -161,6 +188,10 @@ export class MendRoom extends HTMLElement {
     return el("div", { class: "row" }, el("span", {}, "Axes"), axes.element);
   }
 
+  #keepMargins() {
+    if (store.exemplar) kept.set({ margins: this.margins.px }, store.exemplar.id);
+  }
+
   /** Write the margins into their fields. */
   #told() {
     for (const [side, input] of this.#fields) {
@@ -171,8 +202,8 @@ export class MendRoom extends HTMLElement {
   /** Do what is chosen. */
   async mend() {
     const exemplar = store.exemplar;
-    if (!exemplar) return;
-    const { mode } = kept;
+    if (!exemplar || refused(this.panel)) return;
+    const { mode } = task;
     /** @type {Record<string, any>} */
     const options = { ...settings[mode].options };
     await tried(async () => {

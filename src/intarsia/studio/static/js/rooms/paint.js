@@ -1,29 +1,32 @@
 /** Paint: labels over the exemplar on the left, labels of what is wanted on the right; then each region is grown. */
 
-import { numbers } from "../core/api.js";
+import { numbers, viewOf } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
 import { COLOURS, Labels } from "../paint/labels.js";
+import { keep, restore } from "../paint/marks.js";
 import { send } from "../paint/send.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { beside } from "../parts/beside.js";
-import { field } from "../parts/field.js";
+import { field, refused } from "../parts/field.js";
 import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
 import { seedField } from "../parts/seed.js";
 import { wrapChoice } from "../parts/wrap.js";
-import { sizeField } from "../parts/size.js";
+import { pixelsOf, sizeField } from "../parts/size.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Stage } from "../stage/stage.js";
 
-/** @type {Map<string, {source: Labels, target: Labels}>} what was painted, by exemplar; it stays while the page is open */
+/** @type {Map<string, {source: Labels, target: Labels}>} what was painted, by exemplar */
 const painted = new Map();
 const kit = new Kit();
-const painting = new Settings();
+const painting = new Settings("paint");
 const NAMED = 6;
+/** px a side of what is painted. */
+const MOST = 8192;
 
 export class PaintRoom extends HTMLElement {
   left = new Stage();
@@ -35,14 +38,16 @@ export class PaintRoom extends HTMLElement {
     this.className = "paint";
     const { signal } = this.#gone;
     const pair = el("div", { class: "pair" }, half("Exemplar", this.left), half("Wanted", this.right));
-    const { main, back } = beside(pair, "Paint on", signal);
+    const go = button("Grow", () => void this.grow(), { class: "strong big" });
+    const { main, buttons } = beside(pair, go, "Paint on", signal);
     fill(this, main, this.panel);
-    this.#panel(back);
+    this.#panel(buttons);
     new Brush(this.left, kit, () => this.#labels()?.source ?? null);
     new Brush(this.right, kit, () => this.#labels()?.target ?? null);
     toolKeys(kit, signal, NAMED);
     store.on(["exemplar"], () => void this.#show(), signal);
     painting.addEventListener("change", () => this.#size(), { signal });
+    kit.history.addEventListener("change", () => this.#keep(), { signal });
     kit.addEventListener("change", () => [this.left.draw(), this.right.draw()], { signal });
   }
 
@@ -58,21 +63,32 @@ export class PaintRoom extends HTMLElement {
     const exemplar = store.exemplar;
     if (!exemplar) return;
     const { id, width, height } = exemplar;
-    if (!painted.has(id)) painted.set(id, { source: new Labels(width, height), target: this.#blank() });
+    if (!painted.has(id)) {
+      const begun = { source: new Labels(width, height), target: this.#blank() };
+      painted.set(id, begun);
+      await Promise.all([restore(id, "source", begun.source), restore(id, "target", begun.target)]);
+    }
     await tried(async () => {
       const picture = await store.exemplarPicture(exemplar);
       const labels = this.#labels();
       if (store.exemplar?.id !== id || !labels) return;
       this.left.layers = [{ picture: labels.source.canvas, alpha: 0.6 }];
-      this.left.show(picture, `Labels of ${exemplar.name}`, [width, height]);
+      this.left.show(picture, `Labels of ${exemplar.name}`, [width, height], viewOf(exemplar));
       this.#size();
     });
   }
 
+  /** Keep what was just painted. */
+  #keep() {
+    const labels = this.#labels();
+    if (!store.exemplar || !labels) return;
+    const name = kit.history.last === labels.source ? "source" : "target";
+    void keep(store.exemplar.id, name, labels[name]);
+  }
+
   #blank() {
-    const { width, height } = store.exemplar ?? { width: 256, height: 256 };
-    const [wide, high] = String(painting.options.size ?? `${width * 2}x${height * 2}`).split("x").map(Number);
-    return new Labels(Math.min(8192, wide || 1), Math.min(8192, high || 1), true);
+    const [wide, high] = pixelsOf(painting.options);
+    return new Labels(Math.min(MOST, wide), Math.min(MOST, high), true);
   }
 
   /** Make the target as large as it is asked for; what was painted stays where it was. */
@@ -82,17 +98,14 @@ export class PaintRoom extends HTMLElement {
     const next = this.#blank();
     const { width, height } = labels.target;
     if (next.width !== width || next.height !== height) {
-      for (let row = 0; row < Math.min(height, next.height); row += 1) {
-        next.data.set(labels.target.data.subarray(row * width, row * width + Math.min(width, next.width)), row * next.width);
-      }
-      next.paint({ x: 0, y: 0, width: next.width, height: next.height });
+      next.lay(labels.target);
       labels.target = next;
     }
     this.right.show(labels.target.canvas, "Labels that are wanted");
   }
 
-  /** @param {HTMLElement} back from the result */
-  #panel(back) {
+  /** @param {HTMLElement} buttons to grow, and from the result back and on */
+  #panel(buttons) {
     const colours = COLOURS.slice(0, NAMED).map(([r, g, b], n) => {
       const swatch = el("span", { class: "swatch" }, n + 1);
       swatch.style.background = `rgb(${r} ${g} ${b})`;
@@ -110,7 +123,7 @@ export class PaintRoom extends HTMLElement {
     const weight = store.schema?.verbs.paint?.options.find((o) => o.name === "weight");
     fill(
       this.panel,
-      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), back),
+      buttons,
       el(
         "div",
         { class: "fields" },
@@ -140,10 +153,8 @@ export class PaintRoom extends HTMLElement {
     const labels = this.#labels()?.source;
     if (!exemplar || !labels) return;
     const proposed = await numbers(`/api/exemplars/${exemplar.id}/found/labels.png`);
-    if (proposed.length !== labels.data.length) return;
     const before = labels.data.slice();
-    labels.data.set(proposed);
-    labels.paint({ x: 0, y: 0, width: labels.width, height: labels.height });
+    labels.lay(proposed);
     kit.history.note(labels, before);
     this.left.draw();
   }
@@ -152,7 +163,9 @@ export class PaintRoom extends HTMLElement {
   async grow() {
     const exemplar = store.exemplar;
     const labels = this.#labels();
-    if (!exemplar || !labels) return;
+    if (!exemplar || !labels || refused(this.panel)) return;
+    const [wide, high] = pixelsOf(painting.options);
+    if (Math.max(wide, high) > MOST) return complain(`Size: ${wide}x${high} cannot be painted; give at most ${MOST} px a side.`);
     const marked = new Set(labels.source.data);
     const wanted = [...new Set(labels.target.data)].find((label) => !marked.has(label));
     if (wanted !== undefined) {

@@ -2,8 +2,10 @@
 
 import { button, el, fill } from "../core/dom.js";
 import { viewOf } from "../core/api.js";
+import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
 import { bringSample, pick } from "../parts/bring.js";
+import { takeAway } from "../parts/taking.js";
 
 export class StartRoom extends HTMLElement {
   #gone = new AbortController();
@@ -29,7 +31,7 @@ export class StartRoom extends HTMLElement {
       card(exemplar.name, viewOf(exemplar, 320), () => {
         store.choose(exemplar);
         location.hash = "#grow";
-      }),
+      }, exemplar.id),
     );
     const samples = (store.schema?.samples ?? []).map((name) =>
       card(name, `/api/samples/${name}.png?side=320`, () => void bringSample(name)),
@@ -47,10 +49,12 @@ export class StartRoom extends HTMLElement {
  * @param {string} name
  * @param {string} src
  * @param {() => void} act
+ * @param {string} [id] of an exemplar that can be taken away
  */
-function card(name, src, act) {
+function card(name, src, act, id) {
   const picture = el("img", { src, alt: "", loading: "lazy", decoding: "async" });
-  return el("li", {}, el("button", { type: "button", class: "card", onclick: act }, picture, el("span", {}, name)));
+  const away = id && button(`Delete ${name}`, () => void takeAway("exemplars", id), { icon: icon("bin"), bare: true, class: "away" });
+  return el("li", {}, el("button", { type: "button", class: "card", onclick: act }, picture, el("span", { class: "one-line", title: name }, name)), away);
 }
 
 customElements.define("start-room", StartRoom);

@@ -16,6 +16,7 @@ import { typing } from "../core/dom.js";
  * @property {import("./view.js").View} view
  * @property {(moving: boolean) => void} redraw
  * @property {() => void} fit
+ * @property {() => void} whole pixel for pixel
  * @property {() => Stroke | null} tool
  */
 
@@ -121,7 +122,7 @@ export class Gestures {
   /** @param {KeyboardEvent} event */
   #key(event) {
     if (typing(event) || event.ctrlKey || event.metaKey || event.altKey) return;
-    const { element, view, redraw, fit } = this.ground;
+    const { element, view, redraw, fit, whole } = this.ground;
     const middle = { x: (element.clientWidth * devicePixelRatio) / 2, y: (element.clientHeight * devicePixelRatio) / 2 };
     const far = event.shiftKey ? 200 : 50;
     /** @type {Record<string, () => void>} */
@@ -134,20 +135,19 @@ export class Gestures {
       "=": () => view.zoom(view.scale * 1.25, middle.x, middle.y),
       "-": () => view.zoom(view.scale / 1.25, middle.x, middle.y),
       "0": fit,
-      "1": () => view.zoom(1, middle.x, middle.y),
+      "1": whole,
       " ": () => (this.#held = true),
     };
     const act = keys[event.key];
     if (!act) return;
     event.preventDefault();
     act();
-    redraw(false);
+    redraw(true);
   }
 
   #toggle() {
-    const { element, view, redraw, fit } = this.ground;
-    if (view.fitted) view.zoom(1, (element.clientWidth * devicePixelRatio) / 2, (element.clientHeight * devicePixelRatio) / 2);
+    const { view, fit, whole } = this.ground;
+    if (view.fitted) whole();
     else fit();
-    redraw(false);
   }
 }

@@ -2,6 +2,7 @@
 
 import { el } from "../core/dom.js";
 import { Gestures } from "./gestures.js";
+import { Parts } from "./parts.js";
 import { View } from "./view.js";
 
 /** @typedef {ImageBitmap | HTMLCanvasElement | OffscreenCanvas} Drawable */
@@ -17,6 +18,10 @@ export class Stage extends HTMLElement {
   picture = null;
   /** @type {Drawable | null} what is seen to the right of the divider */
   other = null;
+  /** @type {[Parts | null, Parts | null]} of the picture and of the other one, where they are larger than what was loaded */
+  parts = [null, null];
+  /** Whether the picture is a draft of one whose size is not known yet. */
+  draft = false;
   divider = 0.5;
   /** Share of the stage that is left free on each side, for what is drawn around the picture. */
   room = 0;
@@ -44,6 +49,7 @@ export class Stage extends HTMLElement {
       view: this.view,
       redraw: (moving) => this.draw(moving),
       fit: () => this.fit(),
+      whole: () => this.whole(),
       tool: () => this.tool,
     });
     this.addEventListener("pointermove", (e) => this.#hover(e));
@@ -68,16 +74,39 @@ export class Stage extends HTMLElement {
    * Show a picture. The view stays where the size is the same.
    * @param {Drawable | null} picture
    * @param {string} [name] what it is, for those who do not see it
-   * @param {[number, number]} [size] that it stands for, where a preview is smaller
+   * @param {[number, number]} [size] that it stands for, where what was loaded is smaller
+   * @param {string} [path] where its parts are then
    */
-  show(picture, name = "", size) {
+  show(picture, name = "", size, path) {
     const [width, height] = size ?? [picture?.width ?? 0, picture?.height ?? 0];
     const same = width === this.#width && height === this.#height;
     this.picture = picture;
     [this.#width, this.#height] = [width, height];
+    this.parts = [this.#partsOf(picture, path), null];
     this.canvas.setAttribute("aria-label", name);
     if (!same) this.fit();
     this.draw();
+    this.dispatchEvent(new Event("view"));
+  }
+
+  /**
+   * Show another picture of the same size to the right of the divider; null: none.
+   * @param {Drawable | null} picture
+   * @param {string} [path] where its parts are
+   */
+  beside(picture, path) {
+    this.other = picture;
+    this.parts[1] = this.#partsOf(picture, path);
+    this.draw();
+  }
+
+  /**
+   * @param {Drawable | null} picture
+   * @param {string} [path]
+   */
+  #partsOf(picture, path) {
+    const reduced = path && picture && picture.width < this.#width;
+    return reduced ? new Parts(path, this.#width, this.#height, () => this.draw()) : null;
   }
 
   /** Size of the picture in its own pixels. */
@@ -143,14 +172,14 @@ export class Stage extends HTMLElement {
     pen.imageSmoothingEnabled = this.view.scale < 2;
     pen.imageSmoothingQuality = moving ? "low" : "high";
     if (this.painter) pen.drawImage(this.painter(this.canvas, this.view, this.size, this.tiles), 0, 0);
-    else this.#tiles(pen, this.picture);
+    else this.#tiles(pen, this.picture, this.parts[0]);
     if (this.other) {
       const [left] = this.split();
       pen.save();
       pen.beginPath();
       pen.rect(left, 0, this.canvas.width, this.canvas.height);
       pen.clip();
-      this.#tiles(pen, this.other, this.other.width, this.other.height);
+      this.#tiles(pen, this.other, this.parts[1]);
       pen.restore();
     }
     for (const layer of this.layers) {
@@ -165,13 +194,12 @@ export class Stage extends HTMLElement {
    * Draw a picture once for each tile, each from one whole device pixel to another, so that no gap shows.
    * @param {CanvasRenderingContext2D} pen
    * @param {Drawable} picture
-   * @param {number} [width] that it is drawn at, in picture pixels
-   * @param {number} [height]
+   * @param {Parts | null} [parts] of it
    */
-  #tiles(pen, picture, width = this.#width, height = this.#height) {
+  #tiles(pen, picture, parts) {
     const { scale, x, y } = this.view;
-    const wide = width * scale;
-    const high = height * scale;
+    const wide = this.#width * scale;
+    const high = this.#height * scale;
     for (let row = 0; row < this.tiles; row += 1) {
       const top = Math.round(y + row * high);
       const below = Math.round(y + (row + 1) * high);
@@ -181,6 +209,7 @@ export class Stage extends HTMLElement {
         const right = Math.round(x + (column + 1) * wide);
         if (right < 0 || left > this.canvas.width) continue;
         pen.drawImage(picture, left, top, Math.max(1, right - left), Math.max(1, below - top));
+        if (wide > picture.width) parts?.draw(pen, left, top, scale);
       }
     }
   }
@@ -195,7 +224,9 @@ export class Stage extends HTMLElement {
   #hover(event) {
     const box = this.getBoundingClientRect();
     const ratio = devicePixelRatio;
-    const [x, y] = this.view.at((event.clientX - box.left) * ratio, (event.clientY - box.top) * ratio);
+    const { scale } = this.view; // the picture is drawn from a whole pixel on
+    const x = ((event.clientX - box.left) * ratio - Math.round(this.view.x)) / scale;
+    const y = ((event.clientY - box.top) * ratio - Math.round(this.view.y)) / scale;
     const inside = x >= 0 && y >= 0 && x < this.#width * this.tiles && y < this.#height * this.tiles;
     const place = inside ? { x: Math.floor(x) % this.#width, y: Math.floor(y) % this.#height } : null;
     this.dispatchEvent(new CustomEvent("hover", { detail: place }));

@@ -1,0 +1,34 @@
+/**
+ * A worker that all pages of this browser share: it alone listens to the server, and hands on what it hears. A browser has
+ * six connections to a server, so pages that each listened would soon have none left for anything else.
+ */
+
+const KINDS = ["warm", "job", "preview", "gone"];
+const AGAIN = 3000; // ms until a server is asked again that refused to be listened to
+const all = new BroadcastChannel("intarsia");
+/** @type {Map<string, unknown>} how things are, for a page that comes later */
+const now = new Map();
+
+function listen() {
+  const ear = new EventSource("/api/events");
+  for (const kind of KINDS) ear.addEventListener(kind, (e) => tell(kind, JSON.parse(/** @type {MessageEvent} */ (e).data)));
+  ear.addEventListener("open", () => tell("here", true));
+  ear.addEventListener("error", () => {
+    tell("here", false);
+    if (ear.readyState === EventSource.CLOSED) setTimeout(listen, AGAIN);
+  });
+}
+
+/**
+ * @param {string} kind
+ * @param {unknown} told
+ */
+function tell(kind, told) {
+  if (kind === "warm" || kind === "here") now.set(kind, told);
+  all.postMessage({ kind, told });
+}
+
+listen();
+self.addEventListener("connect", () => {
+  for (const [kind, told] of now) all.postMessage({ kind, told });
+});

@@ -1,0 +1,96 @@
+"""What the page keeps: a reload, the way back and a new start of the studio lose nothing that was set or marked."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from studio.browser import Desk, desk
+from studio.served import studio
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+
+def test_a_reload_and_the_way_back_lead_to_what_was_looked_at(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.radio("4").click()
+    page.button("Grow").click()
+    sheet = page.page.get_by_role("region", name="Contact sheet")
+    cells = sheet.get_by_role("button", name=re.compile("image-quilting, seed ., "))  # under way or done
+    expect(cells).to_have_count(4)
+    page.page.reload()
+    expect(cells).to_have_count(4)
+    expect(page.radio("4")).to_have_attribute("aria-checked", "true")
+    expect(page.page.get_by_role("spinbutton", name="Width in px")).to_have_value("96")
+    expect(page.page.locator(".pick-head")).to_contain_text("image-quilting")
+    sheet.get_by_role("button", name="seed 2").click()
+    one = page.page.locator(".names").filter(has_text="seed 2")
+    expect(one).to_be_visible()
+    page.page.go_back()
+    expect(sheet).to_be_visible()
+    page.page.go_forward()
+    expect(sheet).to_be_hidden()
+    page.page.reload()
+    expect(one).to_be_visible()
+    page.room("Gallery")
+    page.room("Grow")
+    expect(one).to_be_visible()
+
+
+def painted(page: Desk) -> list[np.ndarray]:
+    """What is seen in the rooms that one paints in."""
+    seen = []
+    for room, count in (("Paint", 2), ("Mend", 1), ("Found", 1)):
+        page.room(room)
+        page.page.mouse.move(5, 5)
+        expect(page.stage(count - 1)).to_be_visible()
+        page.page.wait_for_timeout(1000)
+        seen += [page.seen(number) for number in range(count)]
+    return seen
+
+
+def test_a_new_start_brings_back_what_was_set_and_painted(browser: Browser, tmp_path: Path) -> None:
+    with studio(tmp_path / "folder") as served, desk(browser, served) as page:
+        page.button("Light or dark").click()
+        page.sample("tiles")
+        page.room("Mend")
+        page.radio("Extend").click()
+        page.page.get_by_label("Right", exact=True).fill("12")
+        page.radio("Heal").click()
+        plain = painted(page)
+        page.page.get_by_role("radio", name="Avoid").click()
+        page.stroke((50, 50), (90, 60))
+        page.room("Mend")
+        page.page.wait_for_timeout(500)
+        page.stroke((100, 100), (140, 120))
+        page.room("Paint")
+        page.page.wait_for_timeout(500)
+        page.button("Label 2").click()
+        page.stroke((60, 60), (200, 200))
+        page.stroke((40, 200), (240, 60), number=1)
+        before = painted(page)
+        theme = page.page.evaluate("getComputedStyle(document.body).backgroundColor")
+        page.page.wait_for_timeout(500)
+        mask = served.get("/api/kept")[served.get("/api/exemplars")[0]["id"]]["marks"]["avoid"]
+    assert all(not np.array_equal(a, b) for a, b in zip(plain, before, strict=True))
+    with studio(tmp_path / "folder") as served, desk(browser, served, fresh=False) as page:
+        page.page.get_by_role("heading", name="tiles", exact=True).wait_for()
+        assert page.page.evaluate("getComputedStyle(document.body).backgroundColor") == theme
+        expect(page.page.get_by_text("Parts are marked as avoided.")).to_be_visible()
+        for a, b in zip(before, painted(page), strict=True):
+            assert np.array_equal(a, b)
+        page.room("Mend")
+        page.radio("Extend").click()
+        expect(page.page.get_by_label("Right", exact=True)).to_have_value("12")
+        page.room("Grow")
+        page.quick()
+        page.button("Grow").click()
+        expect(page.page.locator(".strip .thumb")).to_have_count(1)
+        assert page.jobs[-1]["options"]["mask"] == [mask]

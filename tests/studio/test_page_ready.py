@@ -1,0 +1,63 @@
+"""The first minute on a fresh computer: a picture comes before all is compiled, and the page says why it takes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from studio.browser import Desk, desk
+from studio.served import studio
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+READY = re.compile(r"^Getting ready, once on this computer: (about \d+ (s|min)|a little longer)$")
+
+
+def test_with_nothing_compiled_the_first_result_waits_for_its_own_kernels_alone(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("INTARSIA_CACHE", str(tmp_path / "cache"))
+    with studio(tmp_path / "folder") as cold, desk(browser, cold) as page:
+        page.sample("tiles")
+        page.quick()
+        page.button("Grow").click()
+        page.page.get_by_role("heading", name="Growing ...").wait_for()
+        expect(page.page.locator(".awaited")).to_have_text(READY, timeout=60_000)
+        assert grey(page) == (96, 80)
+        page.grown()
+        expect(page.page.locator(".awaited")).to_have_text("")
+        kind, warm = next(cold.events())
+        assert kind == "warm"
+        assert warm["done"] < warm["total"]
+
+
+def test_a_job_that_waits_tells_for_what_and_shows_no_exemplar(page: Desk, small: str) -> None:
+    first = page.served.job("grow", [small], method="image-quilting", patch="4", size="1600x1600")
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    expect(page.page.locator(".awaited")).to_have_text("Waiting for another job")
+    page.page.get_by_role("heading", name="Growing ...").wait_for()
+    assert grey(page) == (96, 80)
+    page.page.locator(".progress").get_by_role("button", name="Cancel").click()
+    page.page.get_by_role("heading", name="Cancelled").wait_for()
+    assert grey(page) == (96, 80)
+    page.served.post(f"/api/jobs/{first['id']}/cancel")
+    page.served.ended(first)
+
+
+def grey(page: Desk) -> tuple[int, int]:
+    """The size of what the stage shows, which is one grey all over."""
+    how, seen = page.told(), page.seen()
+    left, top = round(how["x"]) + 2, round(how["y"]) + 2
+    shown = seen[top : top + int(how["height"] * how["scale"]) - 4, left : left + int(how["width"] * how["scale"]) - 4]
+    (colour,) = np.unique(shown.reshape(-1, 4), axis=0)
+    assert colour[0] == colour[1] == colour[2]
+    assert colour[3] == 255
+    return how["width"], how["height"]

@@ -1,0 +1,53 @@
+"""Many pages of one browser: each opens, each hears what happens, whichever of them are closed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from studio.browser import DESK, desk
+from studio.served import QUICK, Served
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, expect
+else:
+    expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
+
+MANY = 20
+
+
+def opened(context: Any, served: Served) -> Any:
+    page = context.new_page()
+    page.goto(f"{served.address}#gallery", timeout=20_000)
+    expect(page.get_by_role("heading", name="Gallery")).to_be_visible(timeout=20_000)
+    return page
+
+
+def test_twenty_pages_open_and_each_hears_of_a_new_job(browser: Browser, served: Served, small: str) -> None:
+    context = browser.new_context(viewport=DESK)
+    first = context.new_page()
+    first.goto(served.entrance())
+    served.done("grow", [small], **QUICK)  # so that there is a gallery
+    pages = [opened(context, served) for _ in range(MANY)]
+    first.close()
+    counts = [page.locator(".made").count() for page in pages]
+    assert len(set(counts)) == 1
+    job = served.ended(served.job("grow", [small], **QUICK, seed=1234))
+    for page in pages:
+        new = page.locator(f".made [data-job='{job['id']}']")
+        expect(new).to_have_attribute("aria-label", "image-quilting, seed 1234, Done", timeout=10_000)
+    for page in pages[1:]:
+        page.close()
+    served.client.delete(f"/api/jobs/{job['id']}").raise_for_status()
+    expect(pages[0].locator(f".made [data-job='{job['id']}']")).to_have_count(0)
+    context.close()
+
+
+def test_a_page_tells_when_the_studio_is_gone(browser: Browser, tmp_path: Path) -> None:
+    alone = Served(tmp_path / "folder")
+    with desk(browser, alone) as page:
+        page.sample("tiles")
+        alone.kill()
+        page.page.get_by_text("The studio does not answer", exact=True).wait_for()
+        page.wrong.clear()  # a browser says of each try that nobody answers
