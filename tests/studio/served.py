@@ -23,23 +23,37 @@ QUICK = {"method": "image-quilting", "patch": "8", "size": "48x40"}
 """Options of a job that takes no time to speak of."""
 
 
+ENTRANCE = re.compile(r"(http://(127(?:\.\d+){3}):(\d+)/)\?enter=[0-9a-f]{32}")
+
+
 class Served:
     """A running studio."""
 
-    def __init__(self, folder: Path, *words: str) -> None:
+    def __init__(self, folder: Path, *words: str, browser: bool = False) -> None:
         self.folder = folder
-        command = [sys.executable, "-m", "intarsia", "studio", "--no-browser", "--folder", str(folder), *words]
+        words = (*words, "--folder", str(folder)) if browser else (*words, "--folder", str(folder), "--no-browser")
+        command = [sys.executable, "-m", "intarsia", "studio", *words]
         self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
         assert self.process.stderr is not None
         self.line = self.process.stderr.readline()
-        found = re.search(r"(http://127\.0\.0\.1:(\d+)/)\?token=([0-9a-f]{32})", self.line)
+        found = ENTRANCE.search(self.line)
         if found is None:
             self.line += self.process.communicate(timeout=20)[1]
             raise AssertionError(self.line)
-        self.address, self.port, self.token = found[1], int(found[2]), found[3]
+        self.address, self.host, self.port = found[1], found[2], int(found[3])
+        self.token = (folder / ".authorization").read_text().split()[-1]
         headers = {"Authorization": f"Bearer {self.token}", "X-Intarsia": "1"}
         self.said = ""
         self.client = httpx.Client(base_url=self.address, headers=headers, timeout=120)
+
+    def entrance(self) -> str:
+        """The address that was printed last, to be opened now, as it lets in once; the next is printed then."""
+        assert self.process.stderr is not None
+        while (found := ENTRANCE.search(self.line)) is None:
+            self.line = self.process.stderr.readline()
+            assert self.line
+        self.line = ""
+        return found[0]
 
     def close(self) -> str:
         """End it as Ctrl-C does; return what it said since it began."""
@@ -129,6 +143,12 @@ class Served:
         return children(self.process.pid)
 
 
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    """What the command says that ends by itself, mostly because it refuses."""
+    line = [sys.executable, "-m", "intarsia", "studio", "--no-browser", *words]
+    return subprocess.run(line, capture_output=True, text=True, timeout=60)
+
+
 def children(parent: int) -> list[int]:
     """The numbers of living processes whose parent is this one."""
     found = []
@@ -152,9 +172,9 @@ def lives(pid: int) -> bool:
 
 
 @contextmanager
-def studio(folder: Path, *words: str) -> Iterator[Served]:
+def studio(folder: Path, *words: str, browser: bool = False) -> Iterator[Served]:
     """A studio for a while."""
-    served = Served(folder, *words)
+    served = Served(folder, *words, browser=browser)
     try:
         yield served
     finally:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
+import os
 import subprocess
 import sys
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -161,3 +164,51 @@ def test_the_snippet_to_copy_makes_the_same_bytes(served: Served, verb: str, opt
         recipe = files.read_recipe("served.png")
         assert recipe.pop("auto")
         assert recipe == files.read_recipe(name)
+
+
+def shown(height: int = 32, width: int = 36) -> np.ndarray:
+    return np.where(np.mgrid[:height, :width][1] < 4, 0, 255).astype(np.uint8)
+
+
+ASKED: dict[str, Callable[[Served], tuple[str, dict[str, Any]]]] = {
+    "plain": lambda served: ("grow", QUICK),
+    "avoid": lambda served: ("grow", QUICK | {"mask": [served.image(shown())], "seed": 3}),
+    "jitter": lambda served: (
+        "grow", {"method": "parallel-controllable", "size": "48x40", "jitter_output": served.image(shown(40, 48))}
+    ),
+    "heal": lambda served: ("heal", {"mask": [served.image(hole())], "patch": "6", "method": "image-quilting"}),
+    "paint": lambda served: (
+        "paint",
+        {
+            "labels": [served.image(left() // 255)], "target": served.image(left(28, 30) // 255),
+            "method": "image-quilting", "patch": 8,
+        },
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ASKED)
+def test_the_command_makes_the_same_bytes_beside_what_the_archive_holds(case: str, served: Served) -> None:
+    verb, options = ASKED[case](served)
+    files_sent = {"wall_albedo": png(pixels()), "wall_height": png(left())}
+    result = served.done(verb, [served.exemplar(**files_sent)["id"]], **options)
+    with zipfile.ZipFile(io.BytesIO(served.bytes(f"/api/results/{result['id']}/all.zip"))) as archive:
+        archive.extractall()
+    assert set(result["needs"]) == {path.name for path in Path().iterdir()} - {"made", "command.txt"}
+    env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
+    done = subprocess.run(["sh", "command.txt"], capture_output=True, text=True, env=env, check=False)
+    assert done.returncode == 0, done.stderr
+    made = [path for path in Path("made").iterdir() if path.name != "map.npz"]
+    assert len(made) == 2
+    for path in made:
+        assert Path(path.name).read_bytes() == path.read_bytes(), path
+
+
+def test_a_result_that_is_drawn_again_is_so_beside_its_archive(served: Served, small: str) -> None:
+    grown = served.done("grow", [small], **QUICK)
+    softer = served.done("render", [small], map=grown["id"], feather=3)
+    with zipfile.ZipFile(io.BytesIO(served.bytes(f"/api/results/{softer['id']}/all.zip"))) as archive:
+        archive.extractall()
+    by_command(Path("command.txt").read_text().removeprefix("intarsia "))
+    (made,) = Path("made").iterdir()
+    assert Path(made.name).read_bytes() == made.read_bytes()

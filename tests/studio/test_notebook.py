@@ -59,7 +59,8 @@ def test_it_is_one_sound_part_of_a_page_and_tells_the_score() -> None:
     made = grown(exemplar=ia.read("sample:tiles"), size=200)
     html = made._repr_html_()
     told = " ".join(parsed(html).texts)
-    assert f"score {ia.score(made.exemplars[0], made).total:.1f} of 100" in re.sub(r"\s+", " ", told)
+    found = ia.score(made.exemplars[0], made)
+    assert f"score {found.total:.1f} of 100, {found.verdict}" in re.sub(r"\s+", " ", told)
     assert "200x200 px" in told
     assert "reduced" not in told
     assert "image-quilting" in told

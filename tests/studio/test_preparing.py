@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from studio.served import QUICK, pixels, png
 
 from intarsia.cli.exemplars import Held, Shelf, hold
@@ -23,12 +24,17 @@ class Worker:
 
     def __init__(self) -> None:
         self.asked, self.pid, self.stopped = list[tuple[str, Any]](), 1, asyncio.Event()
+        self.cold = self.ended = False
 
     async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
         """Remember it."""
         self.asked.append((do, given.get("words")))
         if do == "prepare" and "slow.png" in given["words"][0]:
             await self.stopped.wait()
+        if do == "warm" and self.cold:
+            heard({"warm": [1, 3]}, b"")
+            await self.stopped.wait()
+            raise FailedError("cancelled", 130)
         if do == "command":
             raise FailedError("nothing is done here.", 1)
         return {}, b""
@@ -38,7 +44,9 @@ class Worker:
         self.stopped.set()
 
     async def end(self) -> None:
-        """There is nothing to end."""
+        """Whoever does not listen is ended."""
+        self.ended = True
+        self.stopped.set()
 
 
 async def settled(ready: Any) -> None:
@@ -74,6 +82,108 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
         assert not list((tmp_path / "exemplars").glob(".under-way-*"))
         await jobs.end()
         store.close()
+
+    asyncio.run(work())
+
+
+def opened(folder: Path, worker: Worker) -> Jobs:
+    """The queue of a folder with two exemplars: one is looked at in no time, the other never to the end."""
+    store = Store(folder)
+    for number, name in enumerate(("fine", "slow")):
+        row = {"id": f"{number:016}", "name": name, "width": 100, "height": 10, "files": [f"{name}.png"]}
+        store.put("exemplars", row)
+    jobs = Jobs(store, Events(), worker, Worker())  # type: ignore[arg-type]
+    jobs.begin()
+    return jobs
+
+
+def test_a_job_goes_before_warming_which_goes_on_afterwards(tmp_path: Path) -> None:
+    async def work() -> None:
+        worker = Worker()
+        worker.cold = True
+        jobs = opened(tmp_path, worker)
+        await settled(lambda: jobs.warmth == {"done": 1, "total": 3})
+        worker.cold = False
+        job = jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": dict(QUICK)})
+        await settled(lambda: jobs.get(job["id"])["state"] == "failed")
+        await settled(lambda: not jobs.busy)
+        assert [do for do, _ in worker.asked] == ["warm", "command", "warm"]
+        await jobs.end()
+        jobs.store.close()
+
+    asyncio.run(work())
+
+
+def test_a_method_that_takes_minutes_comes_after_all_that_waits(tmp_path: Path) -> None:
+    async def work() -> None:
+        worker = Worker()
+        jobs = opened(tmp_path, worker)
+        await settled(lambda: not jobs.busy)
+        for method in ("efros-leung", "image-quilting", "graphcut"):
+            jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": {"method": method}})
+        asked = lambda: [words for do, words in worker.asked if do == "command"]  # noqa: E731
+        await settled(lambda: len(asked()) == 3)
+        methods = [word for words in asked() for word in words if word.startswith("--method=")]
+        assert methods == ["--method=image-quilting", "--method=graphcut", "--method=efros-leung"]
+        await jobs.end()
+        jobs.store.close()
+
+    asyncio.run(work())
+
+
+class Late(Worker):
+    """A process that takes a while to start, and hears nothing until it is there."""
+
+    async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
+        """Forget whatever came before it was there."""
+        if do == "warm":
+            await asyncio.sleep(0.2)
+            self.stopped.clear()
+        return await super().ask(do, heard, **given)
+
+
+def test_a_job_that_came_before_the_process_was_there_goes_first(tmp_path: Path) -> None:
+    async def work() -> None:
+        worker = Late()
+        worker.cold = True
+        jobs = opened(tmp_path, worker)
+        await asyncio.sleep(0.05)
+        jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": dict(QUICK)})
+        await settled(lambda: [do for do, _ in worker.asked][:2] == ["warm", "command"])
+        await jobs.end()
+        jobs.store.close()
+
+    asyncio.run(work())
+
+
+class Deaf(Worker):
+    """A process that does not listen."""
+
+    def cancel(self) -> None:
+        """Go on."""
+
+
+def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("intarsia.studio.jobs.PATIENCE", 0.05)
+
+    async def work() -> None:
+        worker = Deaf()
+        jobs = opened(tmp_path, worker)
+        await settled(lambda: not jobs.busy)
+        slow = "0" * 15 + "1"
+        jobs.prepare(slow)
+        await settled(lambda: jobs._preparing == slow)
+        first = jobs.add({"verb": "grow", "exemplars": [slow], "options": dict(QUICK)})
+        assert (first["state"], first["stage"]) == ("queued", "the exemplar is looked at")
+        await asyncio.sleep(0.2)
+        assert not worker.ended  # what is found out serves this job
+        jobs.add({"verb": "tile", "exemplars": [slow], "options": {}})
+        await settled(lambda: worker.ended and jobs.get(first["id"])["state"] == "failed")
+        assert jobs.get(first["id"])["stage"] is None
+        await jobs.end()
+        jobs.store.close()
 
     asyncio.run(work())
 

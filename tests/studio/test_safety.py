@@ -13,7 +13,7 @@ from typing import Any
 import httpx
 import pytest
 from corpus import CASES, OK, REFUSED
-from studio.served import QUICK, Served, children, pixels, png
+from studio.served import QUICK, Served, children, pixels, png, studio
 
 from intarsia.studio import schema, uploads
 
@@ -37,13 +37,18 @@ def asked(served: Served, method: str = "GET", path: str = "/api/jobs", **header
     return httpx.request(method, served.address.rstrip("/") + path, headers=known)
 
 
+def entered(served: Served) -> str:
+    """The cookie of a browser that came in."""
+    return httpx.get(served.entrance()).headers["set-cookie"].partition(";")[0]
+
+
 class TestWhoComesIn:
     def test_the_address_that_is_printed_opens_the_page(self, served: Served) -> None:
-        with httpx.Client(base_url=served.address) as browser:
+        with httpx.Client(base_url=served.address, headers={"Sec-Fetch-Site": "none"}) as browser:
             assert browser.get("/").status_code == 401
-            first = browser.get(f"/?token={served.token}")
-            assert first.status_code == 303
-            assert first.headers["location"] == "/"
+            first = browser.get(served.entrance())
+            assert first.status_code == 200
+            assert 'http-equiv="refresh" content="0;url=/"' in first.text
             cookie = first.headers["set-cookie"].lower()
             assert "httponly" in cookie
             assert "samesite=strict" in cookie
@@ -60,8 +65,11 @@ class TestWhoComesIn:
     @pytest.mark.parametrize("path", ["/", "/api/jobs", "/static/index.html", "/api/events", "/api/nothing"])
     def test_nothing_is_told_without_the_token(self, served: Served, path: str, token: str) -> None:
         refused(asked(served, path=path), 401)
-        refused(asked(served, path=path, Cookie=f"intarsia-{served.port}={token}"), 401)
-        refused(httpx.get(served.address.rstrip("/") + path, params={"token": token}), 401)
+        own = {"Cookie": f"intarsia-{served.port}={token}", "Sec-Fetch-Site": "none"}
+        refused(asked(served, path=path, **own), 401)
+        refused(asked(served, path=path, Authorization=f"Bearer {token or 0}"), 401)
+        for name in ("token", "enter"):
+            refused(httpx.get(served.address.rstrip("/") + path, params={name: token or served.token}), 401)
 
     @pytest.mark.parametrize(
         "host", ["evil.example", "127.0.0.1", "127.0.0.1:1", "localhost.evil.example:{}", "[::1]:{}", "0.0.0.0:{}", ""]
@@ -85,13 +93,53 @@ class TestWhoComesIn:
 
     @pytest.mark.parametrize("site", ["cross-site", "same-site"])
     def test_what_other_pages_embed_is_refused(self, served: Served, site: str) -> None:
-        """A page of another port of this machine is of the same site: cookies come with what it asks for."""
-        own = {"Cookie": f"intarsia-{served.port}={served.token}", "Sec-Fetch-Site": site}
-        for path in ("/", "/api/jobs", "/static/index.html", "/api/events", f"/?token={served.token}"):
+        """A page of another port of the same host is of the same site: cookies come with what it asks for."""
+        own = {"Cookie": entered(served), "Sec-Fetch-Site": site}
+        code = served.entrance().partition("?")[2]
+        for path in ("/", "/api/jobs", "/static/index.html", "/api/events", f"/?{code}"):
             refused(asked(served, path=path, **own, **{"Sec-Fetch-Mode": "no-cors"}), 403)
-        assert asked(served, path="/", **own, **{"Sec-Fetch-Mode": "navigate"}).status_code == 200
         refused(asked(served, path="/api/jobs", **own, **{"Sec-Fetch-Mode": "navigate"}), 403)
+        assert asked(served, path=f"/?{code}", **own, **{"Sec-Fetch-Mode": "navigate"}).status_code == 200
         assert asked(served, **own | {"Sec-Fetch-Site": "none"}).status_code == 200
+
+    def test_an_entrance_lets_one_browser_in_once(self, served: Served) -> None:
+        code, typed = served.entrance().partition("?")[2], {"Sec-Fetch-Site": "none", "Sec-Fetch-Mode": "navigate"}
+        assert asked(served, "HEAD", f"/?{code}", **typed).status_code == 401
+        first = asked(served, path=f"/?{code}", **typed)
+        assert first.status_code == 200
+        own = typed | {"Cookie": first.headers["set-cookie"].partition(";")[0]}
+        assert "printed last" in refused(asked(served, path=f"/?{code}", **typed), 401)
+        assert asked(served, path=f"/?{code}", **own).status_code == 200  # the same browser: a reload, a second tab
+        assert asked(served, path="/", **own).status_code == 200
+
+    def test_a_cookie_alone_is_worth_nothing_to_others(self, served: Served) -> None:
+        """Other ports of the host may see it; it is not the token, and serves the page alone."""
+        cookie = entered(served)
+        assert served.token not in cookie
+        refused(asked(served, Cookie=cookie), 401)
+        refused(asked(served, Authorization=f"Bearer {cookie.partition('=')[2]}"), 401)
+        refused(asked(served, Cookie=cookie.partition("=")[0] + "=" + served.token, **{"Sec-Fetch-Site": "none"}), 401)
+        assert asked(served, Cookie=cookie, **{"Sec-Fetch-Site": "same-origin"}).status_code == 200
+
+    @pytest.mark.skipif(sys.platform != "linux", reason="other systems have one address of loopback")
+    def test_the_page_has_a_host_of_its_own(self, served: Served, tmp_path: Path) -> None:
+        """A browser sends cookies to all ports of a host: no other server has this one. It stays with the folder."""
+        hosts = [served.host]
+        for _ in range(2):
+            with studio(tmp_path / "folder") as other:
+                hosts.append(other.address)
+        assert hosts[1] == hosts[2]
+        assert all(host.startswith("127.") for host in hosts[:1])
+        assert len({*hosts, "127.0.0.1"}) == 3
+
+    def test_a_length_told_in_two_ways_is_refused(self, served: Served) -> None:
+        head = f"POST /api/jobs HTTP/1.1\r\nHost: {served.host}:{served.port}\r\nX-Intarsia: 1\r\n"
+        head += f"Authorization: Bearer {served.token}\r\nContent-Length: 2\r\nTransfer-Encoding: chunked\r\n\r\n"
+        with socket.create_connection((served.host, served.port), 10) as line:
+            line.sendall(head.encode() + b"2\r\n{}\r\n0\r\n\r\n")
+            answer = b"".join(iter(lambda: line.recv(4096), b""))
+        assert answer.startswith(b"HTTP/1.1 400 ")
+        assert b"two ways" in answer
 
     def test_no_other_page_is_allowed_to_read(self, served: Served) -> None:
         answer = served.client.get("/api/jobs")
@@ -134,7 +182,7 @@ class TestNames:
             refused(answer, 400)
             return
         row = answer.json()
-        kept = list((served.folder / "exemplars" / row["id"]).iterdir())
+        kept = [path for path in (served.folder / "exemplars" / row["id"]).iterdir() if path.name != ".told.json"]
         assert len(kept) == 1
         assert kept[0].suffix == ".png"
         assert not kept[0].name.startswith((".", "-"))
@@ -210,9 +258,9 @@ class TestLimits:
                 yield b" " * (1 << 17)
 
         refused(served.client.post("/api/jobs", content=slowly()), 413)
-        head = f"POST /api/images HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\nX-Intarsia: 1\r\n"
+        head = f"POST /api/images HTTP/1.1\r\nHost: {served.host}:{served.port}\r\nX-Intarsia: 1\r\n"
         head += f"Authorization: Bearer {served.token}\r\nContent-Length: {1 << 40}\r\n\r\n"
-        with socket.create_connection(("127.0.0.1", served.port), 10) as line:
+        with socket.create_connection((served.host, served.port), 10) as line:
             line.sendall(head.encode())
             assert line.recv(4096).startswith(b"HTTP/1.1 413 ")
 

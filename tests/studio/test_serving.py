@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import socket
 import subprocess
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from starlette.exceptions import HTTPException
-from studio.served import QUICK, Served, lives, pixels, png
+from studio.served import QUICK, Served, lives, pixels, png, run, studio
 
 from intarsia.cli.commands import studio as command
-from intarsia.studio import safety
-
-
-def run(*words: str) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "intarsia", "studio", "--no-browser", *words]
-    return subprocess.run(line, capture_output=True, text=True, timeout=60)
+from intarsia.studio import connections, safety
 
 
 def test_from_its_first_second_to_an_end_without_a_trace(tmp_path: Path) -> None:
@@ -59,7 +56,7 @@ def test_from_its_first_second_to_an_end_without_a_trace(tmp_path: Path) -> None
 
 def test_a_port_that_is_taken_is_told_in_one_line(tmp_path: Path) -> None:
     with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
+        taken.bind(("0.0.0.0", 0))
         taken.listen()
         port = taken.getsockname()[1]
         done = run("--folder", str(tmp_path / "folder"), "--port", str(port))
@@ -97,11 +94,72 @@ main()
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, cwd=tmp_path)
     assert done.returncode == 1
-    assert "pip install 'intarsia[studio]'" in done.stderr
-    assert "starlette and uvicorn" in done.stderr
+    assert "needs starlette and uvicorn; " in done.stderr
+    assert "pip install starlette uvicorn (in a checkout make studio does it)" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     assert not list(tmp_path.iterdir())
     assert set(command.NEEDED) == {"starlette", "uvicorn", "python_multipart"}
+
+
+def test_the_browser_is_opened_by_a_file_that_nobody_else_reads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Everybody sees what a program is started with: that holds no secret. The file is gone once it was used."""
+    browser, seen = tmp_path / "browser", tmp_path / "seen"
+    browser.write_text(f'#!/bin/sh\nprintf "%s\\n" "$@" > {seen}.part\nmv {seen}.part {seen}\n')
+    browser.chmod(0o755)
+    monkeypatch.setenv("BROWSER", f"{browser} %s")
+    with studio(tmp_path / "folder", browser=True) as served:
+        until = time.monotonic() + 30
+        while not seen.exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        page = Path(seen.read_text().strip().removeprefix("file://"))
+        code = re.search("url=(.*[?]enter=([0-9a-f]{32}))", page.read_text())
+        assert code is not None
+        for secret in (served.token, code[2]):
+            assert secret not in seen.read_text()
+            assert secret not in Path(f"/proc/{served.process.pid}/cmdline").read_text()
+        for path in (page, served.folder / ".authorization"):
+            assert path.stat().st_mode & 0o77 == 0
+        sent = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"}
+        assert httpx.get(code[1], headers=sent).status_code == 200
+        assert not page.exists()
+        assert httpx.get(code[1], headers=sent).status_code == 401
+        assert httpx.get(served.entrance()).status_code == 200  # what was printed is good as well
+        assert "a browser came in" in served.close()
+    assert not (served.folder / ".authorization").exists()
+    assert not list((served.folder / "images").iterdir())
+
+
+def test_connections_on_which_nothing_is_asked_end_and_give_way(tmp_path: Path) -> None:
+    with studio(tmp_path / "folder") as served:
+        place, half = (served.host, served.port), f"GET / HTTP/1.1\r\nHost: {served.host}:{served.port}\r\n".encode()
+        began, lines = time.monotonic(), list[socket.socket]()
+        for number in range(500):
+            lines.append(socket.create_connection(place, 20))
+            lines[-1].sendall(half if number % 2 else b"")
+        with httpx.Client(headers=served.client.headers) as late:
+            assert late.get(f"{served.address}api/jobs").status_code == 200
+            assert len(list(Path(f"/proc/{served.process.pid}/fd").iterdir())) < connections.QUIET + 60
+            assert time.monotonic() - began < connections.SOON
+            slow = socket.create_connection(place, 20)
+            slow.sendall(half + f"Authorization: Bearer {served.token}\r\n\r\n".encode())
+            assert slow.recv(20).startswith(b"HTTP/1.1 200")
+            slow.sendall(half)  # the next one is not waited for, either
+            for line in [*lines, slow]:
+                with line, suppress(ConnectionResetError):  # by what it had sent already
+                    while line.recv(1 << 16):
+                        pass
+            assert time.monotonic() - began < 3 * connections.SOON
+            assert late.get(f"{served.address}api/jobs").status_code == 200
+
+
+def test_what_is_no_http_is_answered_as_all_is(tmp_path: Path) -> None:
+    with studio(tmp_path / "folder") as served, socket.create_connection((served.host, served.port), 20) as line:
+        line.sendall(b"nonsense\r\n\r\n")
+        answer = line.makefile("rb").read().decode()
+    assert answer.startswith("HTTP/1.1 400 ")
+    assert all(f"{name}: {value}\r\n" in answer for name, value in safety.HEADERS.items())
 
 
 @pytest.mark.parametrize("parts", [[True], [False, True]], ids=["slow", "whole"])

@@ -88,13 +88,29 @@ class TestResults:
         for kind in ("albedo", "pieces", "usage", "provenance"):
             assert max(seen(served, result, kind, side=20).shape[:2]) <= 24
 
+    def test_a_part_is_those_pixels(self, served: Served, result: Any, smap: ia.SourceMap) -> None:
+        address = f"/api/results/{result['id']}"
+        whole = seen(served, result, "albedo")
+        part = opened(served.bytes(f"{address}/view/albedo.png?box=20,10,16,8"))
+        assert np.array_equal(part, whole[10:18, 20:36])
+        answer = served.client.get(f"{address}/map.bin?box=20,10,16,8")
+        came = np.frombuffer(answer.content, "<u2").reshape(8, 16, 3)
+        assert np.array_equal(came[..., 1:], smap.yx[10:18, 20:36])
+        assert answer.headers["x-size"] == "48x40"
+        exemplar = f"/api/exemplars/{result['exemplars'][0]}/albedo.png?box=3,5,7,6"
+        assert np.array_equal(opened(served.bytes(exemplar)), pixels()[5:11, 3:10])
+        for box in ("1,2,3", "1,2,0,4", "-1,2,3,4", "1,2,3,4097", "48,0,4,4"):
+            refused = served.client.get(f"{address}/view/albedo.png?box={box}")
+            assert (refused.status_code, refused.json()["error"][:4]) == (400, "box:")
+
     def test_an_archive_holds_all_files_and_leaves_none(self, served: Served, result: Any) -> None:
         answer = served.client.get(f"/api/results/{result['id']}/all.zip")
         assert answer.headers["content-disposition"] == 'attachment; filename="small_grown.zip"'
         archive = zipfile.ZipFile(io.BytesIO(answer.content))
         found = {name: archive.read(name) for name in archive.namelist()}
         assert found.pop("command.txt").decode() == result["command"] + "\n"
-        assert found == served.files(result)
+        assert found.pop("small.png") == png(pixels())
+        assert found == {f"made/{name}": data for name, data in served.files(result).items()}
         assert nothing_is_left(served)
 
     def test_a_report_is_that_of_the_command_and_names_no_folder(self, served: Served, result: Any) -> None:

@@ -19,12 +19,13 @@ from starlette.staticfiles import StaticFiles
 
 from ..arguments import SAMPLES
 from ..errors import ParameterError
-from . import results, uploads
+from . import jobs, results, uploads
+from .bin import Bin
 from .events import Events
-from .jobs import Jobs, Refused
+from .jobs import Jobs
 from .openapi import openapi
 from .processes import Process
-from .refusals import HANDLERS
+from .refusals import HANDLERS, Refused
 from .safety import Safety
 from .schema import LIMITS, schema
 from .showing import FOUND, LABELS, Showing
@@ -48,6 +49,7 @@ class Studio:
         self.store, self.events = Store(folder), Events()
         self.looker = Process(uploads.MOST_BYTES)
         beside = Process(nice=10)  # growing goes first
+        self.bin = Bin(self.store, self.events)
         self.jobs = Jobs(self.store, self.events, Process(), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
@@ -57,6 +59,7 @@ class Studio:
     @asynccontextmanager
     async def living(self, app: Starlette) -> AsyncIterator[None]:
         """Work as long as the server runs; nothing is left afterwards."""
+        self.bin.empty()
         self.jobs.begin()
         try:
             yield
@@ -66,6 +69,7 @@ class Studio:
             await self.looker.end()
             await self.weaves.weaver.end()
             await self.sketches.end()
+            self.bin.empty()
             self.store.close()
 
     def row(self, request: Request, kind: str, word: str = "id") -> dict[str, Any]:
@@ -118,12 +122,15 @@ class Studio:
         return JSONResponse(uploads.told(self.row(request, "exemplars")))
 
     async def drop_exemplar(self, request: Request) -> Response:
-        self.store.drop("exemplars", self.row(request, "exemplars")["id"])
+        self.bin.take("exemplars", self.row(request, "exemplars"))
         return Response(status_code=204)
+
+    async def exemplar_back(self, request: Request) -> Response:
+        return JSONResponse(uploads.told(self.bin.back("exemplars", request.path_params["id"])))
 
     async def exemplar_view(self, request: Request) -> Response:
         row = self.row(request, "exemplars")
-        return picture(await self.showing.exemplar(row, request.path_params["plane"], side_of(request)))
+        return picture(await self.showing.exemplar(row, request.path_params["plane"], sight_of(request)))
 
     async def edit(self, request: Request) -> Response:
         row = self.row(request, "exemplars")
@@ -157,6 +164,20 @@ class Studio:
     async def put_image(self, request: Request) -> Response:
         return JSONResponse(await self.uploads.image(await request.body()), 201)
 
+    async def image(self, request: Request) -> Response:
+        row = self.row(request, "images", "image")
+        return FileResponse(self.store.image(row["id"]), media_type="image/png", headers=KEPT)
+
+    async def kept(self, request: Request) -> Response:
+        return JSONResponse({row["id"]: row["value"] for row in self.store.all("kept")})
+
+    async def keep(self, request: Request) -> Response:
+        key = request.path_params["key"]
+        if key != "page" and self.store.get("exemplars", key) is None:
+            raise Refused(404, "there is no such exemplar; give its id, or page.")
+        self.store.put("kept", {"id": key, "value": await said(request)})
+        return Response(status_code=204)
+
     async def put_job(self, request: Request) -> Response:
         return JSONResponse(self.jobs.add(await said(request)), 202)
 
@@ -173,8 +194,13 @@ class Studio:
         return JSONResponse(self.jobs.again(request.path_params["id"]), 202)
 
     async def drop_job(self, request: Request) -> Response:
-        self.jobs.drop(request.path_params["id"])
+        self.bin.take("jobs", self.row(request, "jobs"))
         return Response(status_code=204)
+
+    async def job_back(self, request: Request) -> Response:
+        row = jobs.told(self.bin.back("jobs", request.path_params["id"]))
+        self.events.tell("job", row)
+        return JSONResponse(row)
 
     async def preview(self, request: Request) -> Response:
         job = self.jobs.get(request.path_params["id"])
@@ -196,11 +222,12 @@ class Studio:
 
     async def view(self, request: Request) -> Response:
         row = self.row(request, "results")
-        return picture(await self.showing.result(row, request.path_params["kind"], side_of(request)))
+        return picture(await self.showing.result(row, request.path_params["kind"], sight_of(request)))
 
     async def origins(self, request: Request) -> Response:
-        data = await self.showing.origins(self.row(request, "results"))
-        return Response(data, media_type="application/octet-stream", headers=KEPT)
+        width, height, data = await self.showing.origins(self.row(request, "results"), box_of(request))
+        headers = KEPT | {"X-Size": f"{width}x{height}"}
+        return Response(data, media_type="application/octet-stream", headers=headers)
 
     async def archive(self, request: Request) -> Response:
         row = self.row(request, "results")
@@ -245,6 +272,7 @@ class Studio:
             ("GET", "/api/exemplars", self.exemplars),
             ("GET", "/api/exemplars/{id}", self.exemplar),
             ("DELETE", "/api/exemplars/{id}", self.drop_exemplar),
+            ("POST", "/api/exemplars/{id}/back", self.exemplar_back),
             ("GET", "/api/exemplars/{id}/{plane}.png", self.exemplar_view),
             ("POST", "/api/exemplars/{id}/edit", self.edit),
             ("GET", "/api/exemplars/{id}/found", self.found),
@@ -252,10 +280,14 @@ class Studio:
             ("GET", "/api/exemplars/{id}/rim/{image}.png", self.rim),
             ("GET", "/api/exemplars/{id}/methods/{method}.png", self.sketch),
             ("POST", "/api/images", self.put_image),
+            ("GET", "/api/images/{image}.png", self.image),
+            ("GET", "/api/kept", self.kept),
+            ("POST", "/api/kept/{key}", self.keep),
             ("POST", "/api/jobs", self.put_job),
             ("GET", "/api/jobs", self.all_jobs),
             ("GET", "/api/jobs/{id}", self.job),
             ("DELETE", "/api/jobs/{id}", self.drop_job),
+            ("POST", "/api/jobs/{id}/back", self.job_back),
             ("POST", "/api/jobs/{id}/cancel", self.cancel),
             ("POST", "/api/jobs/{id}/again", self.again),
             ("GET", "/api/jobs/{id}/preview.png", self.preview),
@@ -294,6 +326,23 @@ def side_of(request: Request) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 6 and 1 <= int(text) <= SIDE):
         raise ParameterError(f"side: give 1 to {SIDE} px.")
     return int(text)
+
+
+def box_of(request: Request) -> list[int] | None:
+    """Which part is asked for: x, y, width, height; None: all of it."""
+    text = request.query_params.get("box")
+    if text is None:
+        return None
+    found = [int(word) if word.isascii() and word.isdigit() and len(word) < 9 else -1 for word in text.split(",")]
+    if len(found) != 4 or min(found) < 0 or not 1 <= min(found[2:]) <= max(found[2:]) <= SIDE:
+        raise ParameterError(f"box: give x,y,width,height in px, at most {SIDE} px a side.")
+    return found
+
+
+def sight_of(request: Request) -> dict[str, Any]:
+    """What of a picture is seen: all of it, reduced, or a part of it, pixel for pixel."""
+    box = box_of(request)
+    return {"side": side_of(request)} if box is None else {"box": box}
 
 
 def app_of(studio: Studio, token: str | None = None) -> Safety:

@@ -14,27 +14,25 @@ from typing import Any
 from ..errors import IntarsiaError, ParameterError
 from .events import Events
 from .processes import FailedError, Process
+from .refusals import Refused
 from .results import result_of
 from .schema import LIMITS
 from .store import OPEN, Row, Store, digest
 from .words import Words, exemplar_words, words_of
 
 PREPARED = 1 << 20  # px: larger exemplars are looked at when they are grown
+SLOW = ("efros-leung",)
+"""Methods that take minutes where others take seconds: their jobs begin when no other job waits."""
+
+CANCELLED = 130  # exit code
+LOOKING = "the exemplar is looked at"
 PATIENCE = 3.0  # s: a worker that does not stop within them is ended
 
 JOB = (
     "id", "verb", "exemplars", "options", "state", "fraction", "stage", "error", "created", "began", "ended", "result",
-    "label", "score",
+    "label", "score", "ready",
 )  # fmt: skip
 """What clients are told of a job."""
-
-
-class Refused(Exception):
-    """A request that cannot be met as things are; the status tells why."""
-
-    def __init__(self, status: int, line: str) -> None:
-        super().__init__(line)
-        self.status = status
 
 
 class Jobs:
@@ -48,7 +46,9 @@ class Jobs:
         self._live: Row = {}  # how far the job is that runs: told, not written
         self._cancelled: set[str] = set()
         self._to_prepare: str | None = None
-        self._preparing = False
+        self._preparing: str | None = None
+        self._warming = self._hurry = False  # whether a job came meanwhile
+        self._warmed: int | None = 0  # the process that is as warm as it gets
         self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker knows, as many as it keeps
         self._wake = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
@@ -86,11 +86,12 @@ class Jobs:
         asked = {"verb": verb, "exemplars": exemplars, "options": options}
         words_of(asked, self.store)
         names = [row["name"] for e in exemplars if (row := self.store.get("exemplars", e)) is not None]
-        empty = dict.fromkeys(("stage", "error", "began", "ended", "result", "score"))
+        empty = dict.fromkeys(("error", "began", "ended", "result", "score"))
         job = {
             "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
-            "label": label or " ".join([verb, *names]),
+            "label": label or " ".join([verb, *names]), "stage": LOOKING if self._preparing else None,
         }  # fmt: skip
+        self._go_first(job)
         return self._tell(job, wake=True)
 
     def prepare(self, name: str) -> None:
@@ -130,17 +131,6 @@ class Jobs:
         job = self.get(name)
         return self.add({key: job[key] for key in ("verb", "exemplars", "options", "label")})
 
-    def drop(self, name: str) -> None:
-        """Take a job away, and what it made unless another job made the same."""
-        job = self.get(name)
-        if job["state"] in OPEN:
-            raise Refused(409, f"this job is {job['state']}; cancel it first.")
-        self.store.drop("jobs", name)
-        made = job["result"]
-        if made is not None and all(other["result"] != made for other in self.store.all("jobs")):
-            self.store.drop("results", made)
-        self.events.tell("gone", {"job": name})
-
     def now(self) -> list[tuple[str, Any]]:
         """How things are, for one who begins to listen."""
         jobs = [("job", self.get(job["id"])) for job in self.store.all("jobs") if job["state"] in OPEN]
@@ -153,9 +143,19 @@ class Jobs:
         self.events.tell("job", told(job))
         if wake:
             self._wake.set()
-            if self._preparing:
-                self.worker.cancel()
         return told(job)
+
+    def _go_first(self, job: Row) -> None:
+        """Have the worker leave what nobody asked for, at once or, where it serves this job, at its next step."""
+        self._hurry = True
+        if self._preparing or self._warming:
+            self.worker.cancel()
+        if self._preparing and not (job["verb"] == "grow" and self._preparing in job["exemplars"]):
+            asyncio.get_running_loop().call_later(PATIENCE, self._end_preparing, self._preparing)
+
+    def _end_preparing(self, name: str) -> None:
+        if self._preparing == name:
+            self._tasks.append(asyncio.create_task(self._kill()))
 
     def _end_worker(self, name: str) -> None:
         if self._running == name and self._cancelled & {name}:
@@ -165,51 +165,59 @@ class Jobs:
         await self.worker.end()
 
     async def warm(self) -> None:
-        """Have the worker load or compile what growing needs."""
+        """Have the worker load or compile what growing needs, until it is needed itself."""
 
         def heard(said: dict[str, Any], data: bytes) -> None:
             if "warm" in said:
                 self.warmth = dict(zip(("done", "total"), said["warm"], strict=True))
                 self.events.tell("warm", self.warmth)
+                if self._hurry:  # it came before the process was there
+                    self.worker.cancel()
 
-        with suppress(FailedError):  # then the first job compiles
+        self._warming = True
+        try:
             await self.worker.ask("warm", heard)
+        except FailedError as e:
+            if e.exit_code == CANCELLED:
+                return
+        finally:
+            self._warming = False
+        self._warmed = self.worker.pid
+        self._prepared.clear()
         self.warmth = {"done": self.warmth["total"], "total": self.warmth["total"]}
         self.events.tell("warm", self.warmth)
 
     async def _work(self) -> None:
-        warmed = None
         while True:
-            if self.worker.pid is None or self.worker.pid != warmed:
-                await self.warm()
-                warmed = self.worker.pid
-                self._prepared.clear()
             self._wake.clear()
+            self._hurry = False
             waiting = [job for job in self.store.all("jobs") if job["state"] == "queued"]
-            if not waiting and self._to_prepare is not None:
+            if waiting:
+                await self._carry_out(min(waiting, key=lambda job: job["options"].get("method") in SLOW))
+            elif self.worker.pid != self._warmed:
+                await self.warm()
+            elif self._to_prepare is not None:
                 await self._prepare(self._to_prepare)
-            elif not waiting:
+            else:
                 await self._wake.wait()
-            for job in waiting[:1]:
-                await self._carry_out(job)
 
     async def _prepare(self, name: str) -> None:
         folder = self.store.under_way("exemplars")
-        self._to_prepare, self._preparing = None, True
+        self._to_prepare, self._preparing = None, name
         try:
             with suppress(IntarsiaError):  # then growing it fails, and tells why
                 words = exemplar_words(name, Words([]), self.store)
                 await self.worker.ask("prepare", words=words, folder=str(folder))
                 self._prepared.append(name)
         finally:
-            self._preparing = False
+            self._preparing = None
             shutil.rmtree(folder, ignore_errors=True)
 
     async def _carry_out(self, job: Row) -> None:
         """Do a job: its state tells how it ended."""
         name, self._live = job["id"], {}
         self._running = name
-        job = job | {"state": "running", "began": time.time(), "fraction": 0.0}
+        job = job | {"state": "running", "began": time.time(), "fraction": 0.0, "stage": None}
         self._tell(job)
         folder = self.store.under_way("results")
         failed: dict[str, Any]
@@ -224,7 +232,7 @@ class Jobs:
         except Exception as e:
             line = str(e) or type(e).__name__
             code = e.exit_code if isinstance(e, FailedError) else 1
-            stopped = name in self._cancelled or code == 130
+            stopped = name in self._cancelled or code == CANCELLED
             line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
         finally:
@@ -245,8 +253,10 @@ class Jobs:
                 number = self.previews.get(name, (0, b""))[0] + 1
                 self.previews[name] = (number, data)
                 self.events.tell("preview", {"id": name, "number": number})
-            elif "fraction" in said:
-                self._live = {"fraction": said["fraction"], "stage": said["stage"]}
+            else:
+                if "ready" in said:
+                    said = {"ready": time.time() + said["ready"]}
+                self._live |= {key: said[key] for key in ("fraction", "stage", "ready") if key in said}
                 self.events.tell("job", told(job | self._live))
 
         return heard
@@ -271,7 +281,7 @@ class Jobs:
                 row = self.store.get("results", row["id"])
                 job = self.store.get("jobs", name)
                 if row is not None and job is not None:
-                    found = {key: answer[key] for key in ("total", "parts", "version") if key in answer}
+                    found = {key: answer[key] for key in ("total", "verdict", "parts", "version") if key in answer}
                     self.store.put("results", row | {"score": found})
                     self._tell(job | {"score": found.get("total")})
 

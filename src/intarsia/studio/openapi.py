@@ -21,7 +21,8 @@ SAYS = {
     "POST /api/exemplars": "Take the files of one exemplar, a built-in one, or a result.",
     "GET /api/exemplars": "All exemplars.",
     "GET /api/exemplars/{id}": "An exemplar.",
-    "DELETE /api/exemplars/{id}": "Take an exemplar away.",
+    "DELETE /api/exemplars/{id}": "Take an exemplar away; it goes for ever a minute later.",
+    "POST /api/exemplars/{id}/back": "Bring an exemplar back that was taken away within a minute.",
     "GET /api/exemplars/{id}/{plane}.png": "What can be seen of a plane of an exemplar, in 8 bits.",
     "POST /api/exemplars/{id}/edit": "Cut, straighten or flatten an exemplar: a new one.",
     "GET /api/exemplars/{id}/found": "What was found in an exemplar, and how to grow it.",
@@ -29,17 +30,21 @@ SAYS = {
     "GET /api/exemplars/{id}/rim/{image}.png": "What `heal --grow auto` adds to a hole; X-Grow: how many px.",
     "GET /api/exemplars/{id}/methods/{method}.png": "What a method makes of an exemplar, 192 px; 204 where it cannot.",
     "POST /api/images": "Keep a picture of numbers, a mask or labels: PNG, one channel, 8 bits.",
+    "GET /api/images/{image}.png": "A picture of numbers.",
+    "GET /api/kept": "What is kept for the page: by the id of an exemplar, and for all of them as page.",
+    "POST /api/kept/{key}": "Keep something for the page: any JSON object, in place of what was kept.",
     "POST /api/jobs": "Queue a job: a command with its options.",
     "GET /api/jobs": "All jobs, in the order in which they came.",
     "GET /api/jobs/{id}": "A job.",
-    "DELETE /api/jobs/{id}": "Take a job away that has ended, and what it made.",
+    "DELETE /api/jobs/{id}": "Take a job away that has ended, and what it made; both go for ever a minute later.",
+    "POST /api/jobs/{id}/back": "Bring a job back that was taken away within a minute, and what it made.",
     "POST /api/jobs/{id}/cancel": "Stop a job.",
     "POST /api/jobs/{id}/again": "Queue the same job anew.",
     "GET /api/jobs/{id}/preview.png": "What a job that runs has grown so far.",
     "GET /api/events": "Server-sent events: warm, job, preview, gone.",
     "GET /api/results/{id}": "A result: its files, what the command told, how it is made again.",
     "GET /api/results/{id}/files/{name}": "A file of a result.",
-    "GET /api/results/{id}/all.zip": "All files of a result.",
+    "GET /api/results/{id}/all.zip": "All files of a result, the command, and the files that it needs.",
     "GET /api/results/{id}/report.html": "A page on how good a result is, as the command `score` writes it.",
     "GET /api/results/{id}/view/{kind}.png": f"What can be seen of a result: a plane, {', '.join(VIEWS)}.",
     "GET /api/results/{id}/map.bin": "Where every pixel comes from: uint16, little-endian: exemplar, row, column.",
@@ -49,6 +54,9 @@ SAYS = {
 }
 
 ANY: dict[str, Any] = {}
+WHOLE = ("weaves", "preview", "found", "methods", "rim", "images")
+"""Pictures that are never reduced."""
+
 SENT = {
     "POST /api/jobs": "JobWanted", "POST /api/exemplars/{id}/edit": "Edit", "POST /api/weaves": "WeaveWanted",
     "POST /api/weaves/{id}/window": "WindowWanted",
@@ -57,6 +65,7 @@ BACK = {
     "POST /api/exemplars": "Exemplar", "GET /api/exemplars/{id}": "Exemplar", "GET /api/exemplars": "Exemplar",
     "POST /api/exemplars/{id}/edit": "Exemplar", "POST /api/images": "Image", "POST /api/jobs": "Job",
     "GET /api/jobs": "Job", "GET /api/jobs/{id}": "Job", "POST /api/jobs/{id}/cancel": "Job",
+    "POST /api/exemplars/{id}/back": "Exemplar", "POST /api/jobs/{id}/back": "Job",
     "POST /api/jobs/{id}/again": "Job", "GET /api/results/{id}": "Result", "POST /api/weaves": "Weave",
     "POST /api/weaves/{id}/window": "Window",
 }  # fmt: skip
@@ -84,9 +93,11 @@ def _operation(method: str, path: str) -> dict[str, Any]:
     route = f"{method} {path}"
     names = re.findall(r"{(\w+)}", path)
     parameters = [{"name": n, "in": "path", "required": True, "schema": {"type": "string"}} for n in names]
-    if path.endswith(".png") and not any(word in path for word in ("weaves", "preview", "found", "methods", "rim")):
+    if path.endswith(".png") and not any(word in path for word in WHOLE):
         side = {"type": "integer", "minimum": 1, "maximum": 4096, "default": 1024}
         parameters.append({"name": "side", "in": "query", "required": False, "schema": side})
+    if path.endswith(("{plane}.png", "{kind}.png", "map.bin")) and "found" not in path:
+        parameters.append({"name": "box", "in": "query", "required": False, "schema": {"type": "string"}})
     if "weaves" in path and method == "GET":
         level = {"type": "integer", "minimum": 0, "maximum": LEVELS - 1, "default": 0}
         parameters.append({"name": "level", "in": "query", "required": False, "schema": level})
@@ -102,6 +113,8 @@ def _operation(method: str, path: str) -> dict[str, Any]:
         either = [{"required": [word], "properties": {word: {"type": "string"}}} for word in ("sample", "result")]
         content = {"multipart/form-data": {"schema": form}, "application/json": {"schema": {"oneOf": either}}}
         told["requestBody"] = {"required": True, "content": content}
+    elif route == "POST /api/kept/{key}":
+        told["requestBody"] = {"required": True, "content": {"application/json": {"schema": {"type": "object"}}}}
     elif route == "POST /api/images":
         told["requestBody"] = {"required": True, "content": {"image/png": ANY}}
     return told
@@ -175,7 +188,7 @@ def _weaves() -> dict[str, Any]:
             levels={"const": LEVELS}, brush={"type": "boolean"},
         ),
         "WindowWanted": _object(["x", "y", "width", "height"], x=whole, y=whole, width=side, height=side),
-        "Window": _object(["job", "command"], job=_named("JobWanted"), command=text),
+        "Window": _object(["job", "command", "needs"], job=_named("JobWanted"), command=text),
     }  # fmt: skip
 
 

@@ -82,6 +82,8 @@ class Process:
                 if heard is not None:
                     heard(said, data)
         except (OSError, asyncio.IncompleteReadError):
+            with suppress(TimeoutError):  # to kill one that has just ended would lose its exit code
+                await asyncio.wait_for(process.wait(), 1)
             code = await self.end()
             why = "out of memory, mostly" if code in (-9, 137, -11) else f"code {code}"
             raise FailedError(f"the process that did the work ended early ({why}); ask again.", 1) from None

@@ -9,8 +9,15 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from ..errors import InputError, IntarsiaError, ParameterError
-from .jobs import Refused
 from .safety import TooLargeError
+
+
+class Refused(Exception):
+    """A request that cannot be met as things are; the status tells why."""
+
+    def __init__(self, status: int, line: str) -> None:
+        super().__init__(line)
+        self.status = status
 
 
 async def refused(request: Request, e: Exception) -> Response:

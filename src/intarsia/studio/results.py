@@ -1,4 +1,4 @@
-"""What is told of a result: its files and what each holds, the command to copy, the score once it is known."""
+"""What is told of a result: its files and what each holds, the command and what it needs, the score once known."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from .snippets import snippet
 from .store import Row
 from .words import MAP, Words, score_words
 
-PUBLIC = ("id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "python", "made", "score")
+PUBLIC = (
+    "id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "python", "needs", "made", "score",
+)  # fmt: skip
 
 
 def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: Sequence[Path]) -> Row:
@@ -29,6 +31,8 @@ def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: 
         "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
         "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
         "command": command, "python": snippet(job, words, clean, command), "made": time.time(), "score": None,
+        "label": job["label"], "began": job["began"],
+        "inputs": {own: path for path, own in words.called.items()},
         "score_words": score_words(words, pictures[0]) if judged else None,
     }  # fmt: skip
 
@@ -37,4 +41,4 @@ def told(row: Row) -> Row:
     """What clients are told of a result."""
     address = f"/api/results/{row['id']}"
     files = [entry | {"url": f"{address}/files/{entry['name']}"} for entry in row["files"]]
-    return {key: row[key] for key in PUBLIC} | {"files": files}
+    return {key: row.get(key) for key in PUBLIC} | {"files": files, "needs": list(row.get("inputs", {}))}

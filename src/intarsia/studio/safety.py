@@ -1,4 +1,4 @@
-"""One layer around all routes: only this machine's own page comes in, with its token, and nothing too large."""
+"""One layer around all routes: only the studio's own page comes in, and who has its token, and nothing too large."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from starlette.datastructures import Headers, MutableHeaders, QueryParams
 from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
-from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse
 
 from .schema import LIMITS
 
@@ -29,6 +29,9 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
 }
+ENTERED = """<!doctype html><title>intarsia</title><link rel="icon" href="data:,">
+<meta http-equiv="refresh" content="0;url=/">
+"""
 READS = ("GET", "HEAD")
 SLOWEST = 20.0  # s between two parts of what comes in
 LARGE = {"/api/exemplars": LIMITS["upload"], "/api/images": LIMITS["image"]}
@@ -43,12 +46,20 @@ class Safety:
 
     def __init__(self, app: App, token: str | None = None) -> None:
         self.app, self.token = app, token or os.urandom(16).hex()
-        self.port = 0
+        self.host, self.port = "127.0.0.1", 0
+        self._cookie = os.urandom(16).hex()  # not the token: a browser shows it to other ports of the same host
+        self._entrances: dict[str, Callable[[], object]] = {}
 
     @property
     def cookie(self) -> str:
         """The name of the cookie: cookies do not know ports."""
         return f"intarsia-{self.port}"
+
+    def entrance(self, used: Callable[[], object]) -> str:
+        """Return an address that lets one browser in, once; `used` is called then."""
+        code = os.urandom(16).hex()
+        self._entrances[code] = used
+        return f"http://{self.host}:{self.port}/?enter={code}"
 
     async def __call__(self, scope: Any, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -76,7 +87,9 @@ class Safety:
     def _refusal(self, scope: Any) -> Any:
         """Return what a request is answered that does not come in; None for one that does."""
         headers = Headers(scope=scope)
-        own = {f"127.0.0.1:{self.port}", f"localhost:{self.port}"}
+        if "content-length" in headers and "transfer-encoding" in headers:
+            return _error(400, "this tells its length in two ways; send Content-Length or Transfer-Encoding.")
+        own = {f"{host}:{self.port}" for host in (self.host, "127.0.0.1", "localhost")}
         if headers.get("host") not in own:
             return _error(403, "this host is not served here.")
         origin, site = headers.get("origin"), headers.get("sec-fetch-site")
@@ -85,26 +98,35 @@ class Safety:
         entering = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"  # by a link, on whatever page
         if site not in (None, "same-origin") and (scope["method"] not in READS or not (site == "none" or entering)):
             return _error(403, "requests from other pages are not served.")
-        if scope["path"] == "/" and scope["method"] == "GET" and (given := _query_token(scope)) is not None:
-            return self._entrance(given)
+        if scope["path"] == "/" and scope["method"] == "GET" and (code := _code(scope)) is not None:
+            return self._entered(code, headers)
         if not self._known(headers):
-            return _asked_for_token(scope["path"])
+            return _not_known(scope["path"])
         if scope["method"] not in READS and headers.get("x-intarsia") != "1":
             return _error(403, "a request that changes something carries the header X-Intarsia: 1.")
         return None
 
     def _known(self, headers: Headers) -> bool:
-        """Whether a request carries the token, in the cookie or as `Authorization: Bearer`."""
-        cookies = cookie_parser(headers.get("cookie", ""))
-        bearer = headers.get("authorization", "")
-        given = cookies.get(self.cookie) or (bearer[7:] if bearer.startswith("Bearer ") else "")
-        return hmac.compare_digest(given.encode(), self.token.encode())
+        """Whether a request carries the token as `Authorization: Bearer`, or comes from the page with its cookie."""
+        if (bearer := headers.get("authorization", "")).startswith("Bearer "):
+            return hmac.compare_digest(bearer[7:].encode(), self.token.encode())
+        given = cookie_parser(headers.get("cookie", "")).get(self.cookie, "")
+        own = headers.get("sec-fetch-site") in ("same-origin", "none")  # browsers say it, and let no page say it
+        return own and hmac.compare_digest(given.encode(), self._cookie.encode())
 
-    def _entrance(self, given: str) -> Any:
-        if not hmac.compare_digest(given.encode(), self.token.encode()):
-            return _asked_for_token("/")
-        answer = RedirectResponse("/", 303)
-        answer.set_cookie(self.cookie, self.token, httponly=True, samesite="strict", path="/")
+    def _entered(self, code: str, headers: Headers) -> Any:
+        """Let a browser in whose code is good, or that is in already.
+
+        It goes on to the page by itself: where it was sent here by a file, the browser would not send the cookie along
+        with a redirect.
+        """
+        used = self._entrances.pop(code, None)
+        if used is None and not self._known(headers):
+            return _not_known("/")
+        if used is not None:
+            used()
+        answer = HTMLResponse(ENTERED)
+        answer.set_cookie(self.cookie, self._cookie, httponly=True, samesite="strict", path="/")
         return answer
 
     def _limited(self, scope: Any, receive: Receive) -> Receive:
@@ -132,12 +154,12 @@ class Safety:
         return limited
 
 
-def _query_token(scope: Any) -> str | None:
-    return QueryParams(scope["query_string"]).get("token")
+def _code(scope: Any) -> str | None:
+    return QueryParams(scope["query_string"]).get("enter")
 
 
-def _asked_for_token(path: str) -> Any:
-    line = "open the address that intarsia studio printed: it carries the token of this studio."
+def _not_known(path: str) -> Any:
+    line = "open the address that intarsia studio printed last: each of them lets one browser in, once."
     return _error(401, line) if path.startswith("/api/") else PlainTextResponse(f"intarsia: {line}\n", 401)
 
 

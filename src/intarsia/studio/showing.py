@@ -43,12 +43,12 @@ class Showing:
         """The files of an exemplar."""
         return self.uploads.paths_of(row)
 
-    async def exemplar(self, row: Row, plane: str, side: int) -> bytes:
+    async def exemplar(self, row: Row, plane: str, sight: Row) -> bytes:
         """What can be seen of a plane of an exemplar."""
         if plane not in [known["name"] for known in row["planes"]]:
             raise InputError(f"this exemplar has no plane {said(plane)}.")
-        key, paths = ("exemplar", row["id"], plane, side), self.paths_of(row)
-        return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=plane, side=side)
+        key, paths = ("exemplar", row["id"], plane, str(sight)), self.paths_of(row)
+        return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=plane, **sight)
 
     async def sample(self, name: str, side: int) -> bytes:
         """What a built-in exemplar looks like."""
@@ -98,17 +98,17 @@ class Showing:
 
     # results
 
-    async def result(self, row: Row, kind: str, side: int) -> bytes:
-        """What can be seen of a result: a plane, or a view of its map."""
+    async def result(self, row: Row, kind: str, sight: Row) -> bytes:
+        """What can be seen of a result: a plane, or a part of it, or a view of its map."""
         place = self.store.folder / "results" / row["id"]
         planes = {e["holds"]: e["name"] for e in row["files"] if e["name"] in row["pictures"]}
-        key = ("result", row["id"], kind, side)
+        key = ("result", row["id"], kind, str(sight))
         if isinstance(kind, str) and kind in planes:
             paths = [str(place / name) for name in row["pictures"]]
-            return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=kind, side=side)
-        if kind not in VIEWS or not (place / MAP).is_file():
+            return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=kind, **sight)
+        if "box" in sight or kind not in VIEWS or not (place / MAP).is_file():
             raise InputError(f"this result has no view {said(kind)}.")
-        given: dict[str, Any] = {"map": str(place / MAP), "kind": kind, "side": side}
+        given: dict[str, Any] = {"map": str(place / MAP), "kind": kind, **sight}
         if kind in ("seams", "damaged"):
             if row["score_words"] is None:
                 raise InputError("this result cannot be judged.")
@@ -116,14 +116,13 @@ class Showing:
             given |= {"words": words, "picture": str(place / row["pictures"][0])}
         return await self._drawn(key, self.beside, "view", **given)
 
-    async def origins(self, row: Row) -> bytes:
-        """Where each pixel comes from."""
+    async def origins(self, row: Row, box: list[int] | None) -> tuple[int, int, bytes]:
+        """Where each pixel of a part comes from; with the width and height of the whole."""
         path = self.store.folder / "results" / row["id"] / MAP
         if not path.is_file():
             raise InputError("this result has no map.")
-        _, data = await self.beside.ask("origins", within=WITHIN, map=str(path))
-        whole: bytes = data
-        return whole
+        told, data = await self.uploads.looker.ask("origins", within=WITHIN, map=str(path), box=box)
+        return told["width"], told["height"], data
 
     async def report(self, row: Row) -> bytes:
         """The page that the command `score` writes with --report on a result."""
@@ -144,14 +143,20 @@ class Showing:
             shutil.rmtree(folder, ignore_errors=True)
 
     async def archive(self, row: Row) -> Path:
-        """Write all files of a result into one archive; whoever asked takes it away."""
-        folder = self.store.under_way("results")
+        """Write the command, what it needs, and all files of a result into one archive; whoever asked takes it away.
+
+        The command writes beside what it needs, so what was made lies in a folder of its own.
+        """
+        folder, place = self.store.under_way("results"), self.store.folder / "results" / row["id"]
 
         def pack() -> Path:
             path = folder / "all.zip"
             with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
                 for entry in row["files"]:
-                    archive.write(self.store.folder / "results" / row["id"] / entry["name"], entry["name"])
+                    archive.write(place / entry["name"], f"made/{entry['name']}")
+                for name, found in row.get("inputs", {}).items():
+                    if (place / found).is_file():  # its exemplar may be gone
+                        archive.write(place / found, name)
                 archive.writestr("command.txt", row["command"] + "\n")
             return path
 

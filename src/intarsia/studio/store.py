@@ -1,26 +1,39 @@
-"""The project folder: exemplars, images, results as files named by content, and the table of them and of jobs."""
+"""The studio's folder: exemplars, images, results as files named by content, a note beside each, and a table of all."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
+import re
 import shutil
 import sqlite3
 import time
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
-from ..errors import ResourceError
+from ..errors import ParameterError, ResourceError, printable
 
 Row = dict[str, Any]
 
-KINDS = ("exemplars", "images", "jobs", "results")
+FILED = ("exemplars", "images", "results")
+"""What is files; jobs, and what is kept for the page, are rows alone."""
+
+KINDS = (*FILED, "jobs", "kept")
+MARKER = ".intarsia-studio"
+"""A folder is the studio's own if this file lies in it."""
+
+TABLE = "studio.sqlite"
+AUTHORIZATION = ".authorization"
+OWN = {*FILED, MARKER, TABLE, f"{TABLE}-wal", f"{TABLE}-shm", f"{TABLE}-journal", AUTHORIZATION, ".lock"}
+
+ID = re.compile("[0-9a-f]{16}")
 HIDDEN = ".under-way-"
+UNDER_WAY = re.compile(re.escape(HIDDEN) + ID.pattern)
 TOLD = ".told.json"
-"""What a result's folder tells of itself, so that a result without a row is found again."""
+"""The note beside files: their row, so that a table which lost them finds them again."""
 
 OPEN = ("queued", "running")
 
@@ -31,17 +44,42 @@ class Store:
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder).absolute()
         try:
-            for name in ("exemplars", "images", "results"):
-                (self.folder / name).mkdir(parents=True, exist_ok=True)
-            self._rows = sqlite3.connect(self.folder / "studio.sqlite", isolation_level=None, check_same_thread=False)
-            self._rows.execute("PRAGMA journal_mode=WAL")
+            self._claim()
+            self._lock()
+            self._rows = sqlite3.connect(self.folder / TABLE, isolation_level=None, check_same_thread=False)
+            self._rows.execute("PRAGMA journal_mode=DELETE")  # so the file is all of the table, whoever copies it
             for kind in KINDS:
                 columns = "number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT UNIQUE NOT NULL, about TEXT NOT NULL"
                 self._rows.execute(f"CREATE TABLE IF NOT EXISTS {kind} ({columns})")
-        except (OSError, sqlite3.Error) as e:
-            raise ResourceError(f"{self.folder}: {e}; name another place with --folder.") from None
-        self._lock()
+            self._keep_to_oneself()
+        except (OSError, sqlite3.OperationalError) as e:
+            raise ResourceError(f"{printable(self.folder)}: {e}; name another place with --folder.") from None
+        except sqlite3.DatabaseError as e:
+            hint = f"move {TABLE} away, and it is made anew from what lies beside it."
+            raise ResourceError(f"{printable(self.folder)}: {e}; {hint}") from None
         self._reconcile()
+
+    def _claim(self) -> None:
+        """Make the folder the studio's own; refuse one that holds other files and is not."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        if not (self.folder / MARKER).is_file():
+            if any(self.folder.iterdir()) and not _is_table(self.folder / TABLE):
+                place = printable(self.folder)
+                raise ParameterError(
+                    f"{place} holds files that are not the studio's, and stays as it is; "
+                    f"name a folder for the studio alone, such as --folder {place}/intarsia-studio."
+                )
+            (self.folder / MARKER).write_text(f"the folder of a studio: {os.urandom(8).hex()}\n", encoding="utf-8")
+        for kind in FILED:
+            (self.folder / kind).mkdir(exist_ok=True)
+
+    def _keep_to_oneself(self) -> None:
+        """Let nobody else on this machine read what lies here."""
+        for kind in FILED:
+            (self.folder / kind).chmod(0o700)
+        (self.folder / TABLE).chmod(0o600)
+        if {path.name for path in self.folder.iterdir()} <= OWN:  # one from before may lie among other files
+            self.folder.chmod(0o700)
 
     def _lock(self) -> None:
         """Refuse a folder in which another studio works."""
@@ -54,7 +92,14 @@ class Store:
             fcntl.flock(self._held, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             self._held.close()
-            raise ResourceError(f"another studio works in {self.folder}; end it, or name another --folder.") from None
+            place = printable(self.folder)
+            raise ResourceError(f"another studio works in {place}; end it, or name another --folder.") from None
+
+    @property
+    def home(self) -> tuple[str, int]:
+        """The loopback address and the port of this folder: they follow from its marker, so browsers know it again."""
+        drawn = hashlib.sha256((self.folder / MARKER).read_bytes()).digest()
+        return f"127.{drawn[0]}.{drawn[1]}.{drawn[2] % 254 + 1}", 20_000 + int.from_bytes(drawn[3:5]) % 10_000
 
     def close(self) -> None:
         """Close the table."""
@@ -65,29 +110,38 @@ class Store:
     # rows
 
     def put(self, kind: str, row: Row) -> Row:
-        """Keep a row, in place of one with the same id."""
+        """Keep a row, in place of one with the same id, and the note beside its files."""
+        note, fresh = self._note(kind, row["id"]), self._fresh(kind)
+        if kind in FILED and note.parent.is_dir():
+            fresh.write_text(json.dumps(row), encoding="utf-8")
+            fresh.replace(note)
         self._rows.execute(
             f"INSERT INTO {kind} (id, about) VALUES (?, ?) ON CONFLICT(id) DO UPDATE SET about = excluded.about",
             (row["id"], json.dumps(row)),
         )
         return row
 
-    def get(self, kind: str, name: str) -> Row | None:
-        """Return the row of this id, or None."""
+    def get(self, kind: str, name: str, gone: bool = False) -> Row | None:
+        """Return the row of this id, or None; one that was taken away only where that is meant."""
         found = self._rows.execute(f"SELECT about FROM {kind} WHERE id = ?", (name,)).fetchone()
-        return None if found is None else json.loads(found[0])
+        row: Row | None = None if found is None else json.loads(found[0])
+        return row if row is not None and ("gone" in row) == gone else None
 
-    def all(self, kind: str) -> list[Row]:
-        """Return all rows, in the order in which they came."""
-        return [json.loads(about) for (about,) in self._rows.execute(f"SELECT about FROM {kind} ORDER BY number")]
+    def all(self, kind: str, gone: bool = False) -> list[Row]:
+        """Return all rows, in the order in which they came; or those that were taken away."""
+        rows = [json.loads(about) for (about,) in self._rows.execute(f"SELECT about FROM {kind} ORDER BY number")]
+        return [row for row in rows if ("gone" in row) == gone]
 
     def drop(self, kind: str, name: str) -> None:
-        """Take a row and its files away: the row first."""
+        """Take a row and its files away: the files first, by a new name, so that no note brings half of them back.
+
+        Nothing else in the studio removes what is kept; what has not the studio's form of an id and its note stays.
+        """
+        if kind in FILED and ID.fullmatch(name) and self._note(kind, name).is_file():
+            for path in (self.place(kind, name), self._note(kind, name)):
+                if path.exists():
+                    _remove(path.rename(self._fresh(kind)))
         self.drop_row(kind, name)
-        if kind == "images":
-            self.image(name).unlink(missing_ok=True)
-        elif kind in ("exemplars", "results"):
-            shutil.rmtree(self.folder / kind / name, ignore_errors=True)
 
     def drop_row(self, kind: str, name: str) -> None:
         """Take a row away, and leave its files."""
@@ -95,25 +149,35 @@ class Store:
 
     # files
 
+    def place(self, kind: str, name: str) -> Path:
+        """Where the files of this id lie: a folder; an image is one file."""
+        return self.folder / kind / (f"{name}.png" if kind == "images" else name)
+
     def image(self, name: str) -> Path:
         """Where the image of this id lies."""
-        return self.folder / "images" / f"{name}.png"
+        return self.place("images", name)
+
+    def _note(self, kind: str, name: str) -> Path:
+        return self.folder / kind / (f"{name}{TOLD}" if kind == "images" else f"{name}/{TOLD}")
+
+    def _fresh(self, kind: str) -> Path:
+        """A name that nothing has, for what is in the making or goes."""
+        return self.folder / kind / f"{HIDDEN}{os.urandom(8).hex()}"
 
     def under_way(self, kind: str) -> Path:
         """Make a folder for files in the making; it becomes one of `kind` by `keep`."""
-        path = self.folder / kind / f"{HIDDEN}{os.urandom(8).hex()}"
+        path = self._fresh(kind)
         path.mkdir()
         return path
 
     def keep(self, kind: str, path: Path, row: Row) -> Row:
-        """Move files that are whole to the folder of their id, then write their row."""
-        place = self.folder / kind / row["id"]
-        if kind == "results":
-            (path / TOLD).write_text(json.dumps(row), encoding="utf-8")
+        """Move files that are whole to the folder of their id, with their note, then write their row."""
+        place = self.place(kind, row["id"])
         if place.exists():
             shutil.rmtree(path, ignore_errors=True)
             return self.get(kind, row["id"]) or self.put(kind, row)
-        os.rename(path, place)
+        (path / TOLD).write_text(json.dumps(row), encoding="utf-8")
+        path.rename(place)
         return self.put(kind, row)
 
     def files(self, kind: str, name: str) -> list[Path]:
@@ -122,44 +186,64 @@ class Store:
         return sorted(p for p in place.iterdir() if p.is_file() and not p.name.startswith("."))
 
     def _reconcile(self) -> None:
-        """Rows without files go, files without rows get them again if they are whole, what ran is interrupted."""
-        for kind in ("exemplars", "results"):
+        """Rows without files go, files with a note get their row again, what ran is interrupted."""
+        for kind in FILED:
             known = {row["id"]: row for row in self.all(kind)}
             for path in (self.folder / kind).iterdir():
-                if path.name.startswith(HIDDEN) or (path.name not in known and not self._adopted(kind, path)):
-                    shutil.rmtree(path, ignore_errors=True)
+                if UNDER_WAY.fullmatch(path.name):
+                    _remove(path)
             for name, row in known.items():
-                if not row.get("sample") and not (self.folder / kind / name).is_dir():
-                    self.drop_row(kind, name)
-        self._reconcile_images()
+                if row.get("sample"):  # of a studio from before, which made no folder for it
+                    self.place(kind, name).mkdir(exist_ok=True)
+                if not self.place(kind, name).exists():
+                    self.drop(kind, name)
+                elif not self._note(kind, name).is_file():
+                    self.put(kind, row)
+            names = {path.name[:16] for path in (self.folder / kind).iterdir()} - set(known)
+            lost = [told for name in names if (told := self._told(kind, name)) is not None]
+            for row in sorted(lost, key=lambda row: row.get("created") or row.get("made") or 0.0):
+                self._adopt(kind, row)
         for job in self.all("jobs"):
             if job["state"] == "running" or (job["state"] == "done" and self.get("results", job["result"]) is None):
                 ended = job["ended"] or time.time()
                 self.put("jobs", job | {"state": "interrupted", "result": None, "error": None, "ended": ended})
 
-    def _reconcile_images(self) -> None:
-        known = {row["id"] for row in self.all("images")}
-        for path in (self.folder / "images").iterdir():
-            if path.stem not in known:
-                path.unlink()
-        for name in known:
-            if not self.image(name).is_file():
-                self.drop("images", name)
+    def _told(self, kind: str, name: str) -> Row | None:
+        """What the note beside files says, if they are there."""
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            row: Row = json.loads(self._note(kind, name).read_text(encoding="utf-8"))
+            whole = kind != "results" or {"job", "made"} <= row.keys()
+            if row["id"] == name and ID.fullmatch(name) and whole and self.place(kind, name).exists():
+                return row
+        return None
 
-    def _adopted(self, kind: str, path: Path) -> bool:
-        """Write the row of a result whose server was killed before it could."""
-        if kind != "results":
-            return False
-        with suppress(OSError, ValueError, KeyError):
-            row = json.loads((path / TOLD).read_text(encoding="utf-8"))
-            if row["id"] == path.name:
-                self.put("results", row)
-                job = self.get("jobs", row["job"])
-                if job is not None:
-                    done = {"state": "done", "result": row["id"], "fraction": 1.0, "ended": row["made"], "error": None}
-                    self.put("jobs", job | done)
-                return True
+    def _adopt(self, kind: str, row: Row) -> None:
+        """Write a row that the table lost, or that its server was killed before it could write; and its job's."""
+        self.put(kind, row)
+        if kind == "results":
+            total = (row.get("score") or {}).get("total")
+            job = {key: row.get(key) for key in ("verb", "exemplars", "options", "label", "began")}
+            job |= {"id": row["job"], "created": row["made"], "stage": "done", "score": total}
+            done = {"state": "done", "result": row["id"], "fraction": 1.0, "ended": row["made"], "error": None}
+            self.put("jobs", (self.get("jobs", row["job"]) or job) | done)
+
+
+def _is_table(path: Path) -> bool:
+    """Whether a file is the table of a studio; one whose rows were in a log that was lost counts, too."""
+    try:
+        with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as rows:
+            found = rows.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+    except sqlite3.Error:
         return False
+    return {name for (name,) in found} <= {*KINDS, "sqlite_sequence"}
+
+
+def _remove(path: Path) -> None:
+    """Remove what was in the making or goes; of a link only the link."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def digest(files: Iterable[Path], *more: str) -> str:

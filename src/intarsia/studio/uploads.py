@@ -80,15 +80,19 @@ class Uploads:
             raise InputError(f"{said(name)} is no built-in exemplar; give one of {', '.join(SAMPLES)}.")
         row = await self._looked([f"sample:{name}"])
         row |= {"id": digest((), f"sample:{name}"), "files": [], "sample": name}
-        return told(self.store.get("exemplars", row["id"]) or self.store.put("exemplars", row))
+        return told(self.store.keep("exemplars", self.store.under_way("exemplars"), row))
 
     async def result(self, name: Any) -> Row:
-        """Take a result as an exemplar."""
+        """Take a result as an exemplar; normals whose green points down stay so, which the name of their file tells."""
         row = self.store.get("results", name) if isinstance(name, str) else None
         if row is None:
             raise InputError(f"{said(name)} is not the id of a result.")
         place = self.store.folder / "results" / row["id"]
-        return await self.exemplar([(name, (place / name).read_bytes()) for name in row["pictures"]])
+        source = self.store.get("exemplars", row["exemplars"][0]) if row["exemplars"] else None
+        down = source is not None and any(plane.get("normals") == "dx" for plane in source["planes"])
+        normals = [entry["name"] for entry in row["files"] if down and entry["holds"] == "normal"]
+        called = {name: f"{Path(name).stem.removesuffix('_normal')}_normal_dx{Path(name).suffix}" for name in normals}
+        return await self.exemplar([(called.get(name, name), (place / name).read_bytes()) for name in row["pictures"]])
 
     async def _looked(self, paths: list[str]) -> Row:
         seen, _ = await self.looker.ask("look", within=WITHIN, paths=paths)
@@ -104,8 +108,9 @@ class Uploads:
             path.write_bytes(data)
             seen, _ = await self.looker.ask("look", within=WITHIN, paths=[str(path)], labels=True)
             row = {**seen, "id": digest([path])}
+            self.store.put("images", row)  # first, as an image without a note is nobody's
             path.replace(self.store.image(row["id"]))
-            return self.store.put("images", row)
+            return row
         except FailedError as e:
             raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
         finally:

@@ -12,9 +12,9 @@ from typing import Any
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError, said
 from ..methods.base import METHODS, Ability, method_class
-from .jobs import Refused
 from .pictures import Pictures
 from .processes import Process
+from .refusals import Refused
 from .store import Row, Store
 from .uploads import Uploads
 from .words import ID, method_values, words_of
@@ -115,7 +115,8 @@ class Weaves:
             options["jitter_output"] = (await self.uploads.image(picture))["id"] if picture else same
         job = {"verb": "weave", "exemplars": [row["exemplar"]], "options": options}
         words, known = words_of(job, self.store), self.store.get("exemplars", row["exemplar"])
-        return {"job": job, "command": words.command(f"{known['name'] if known else 'picture'}_woven.tif")}
+        command = words.command(f"{known['name'] if known else 'picture'}_woven.tif")
+        return {"job": job, "command": command, "needs": list(words.called.values())}
 
 
 def jitter_of(given: Any) -> Row | None:

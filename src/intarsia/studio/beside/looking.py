@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from .worker import Answer, Tell
 if TYPE_CHECKING:
     from ...exemplar import Exemplar
     from ...image import Plane
+    from .pictures import Pixels
 
 def look(said: dict[str, Any], tell: Tell) -> Answer:
     """Read the files of one exemplar, or an image of numbers; return what they are."""
@@ -19,16 +21,30 @@ def look(said: dict[str, Any], tell: Tell) -> Answer:
 
 
 def see(said: dict[str, Any], tell: Tell) -> Answer:
-    """Return a plane as PNG, of 8 bits and at most `side` px."""
-    from ... import files
-    from .pictures import png, reduced, seen
+    """Return a plane as PNG, of 8 bits and at most `side` px, or a part of it, pixel for pixel."""
+    from .pictures import png, reduced
 
-    found = _group(said["paths"])
-    name = said["plane"]
+    pixels = _seen(tuple(said["paths"]), said["plane"])
+    if "side" in said:
+        return {}, png(reduced(pixels, said["side"]))
+    x, y, width, height = said["box"]
+    part = pixels[y : y + height, x : x + width]
+    if not part.size:
+        raise InputError(f"box: nothing lies there; the picture has {pixels.shape[1]}x{pixels.shape[0]} px.")
+    return {}, png(part)
+
+
+@lru_cache(maxsize=1)
+def _seen(paths: tuple[str, ...], name: str) -> Pixels:
+    """What can be seen of a plane; the last one is kept, as large ones are asked for part by part."""
+    from ... import files
+    from .pictures import seen
+
+    found = _group(list(paths))
     if name not in found:
         raise InputError(f"there is no plane {name}.")
     plane = files.read_plane(found[name]) if name == "mask" else files.read_set(found).planes[name]
-    return {}, png(reduced(seen(plane), said["side"]))
+    return seen(plane)
 
 
 def _group(paths: list[str]) -> dict[str, str]:

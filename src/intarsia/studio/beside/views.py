@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import fields
+from functools import lru_cache
 from typing import Any
 
 import click
@@ -44,15 +45,26 @@ def view(said: dict[str, Any], tell: Tell) -> Answer:
 
 
 def origins(said: dict[str, Any], tell: Tell) -> Answer:
-    """Return where every pixel comes from: uint16, little-endian, (H, W, 3): exemplar, row, column; 65535 nowhere."""
-    smap = SourceMap.load(said["map"])
-    if smap.height * smap.width > WIDEST:
-        raise InputError(f"the map has more than {WIDEST} px; look at a part of it.")
-    out = np.empty((smap.height, smap.width, 3), "<u2")
-    which = _which(smap)
-    out[..., 0], out[..., 1:] = which, np.clip(smap.yx, 0, 65534)
+    """Return where every pixel of a box comes from: uint16, little-endian, (H, W, 3): exemplar, row, column.
+
+    65535: from nowhere. Without a box: of all of the map.
+    """
+    smap = _map(said["map"])
+    x, y, width, height = said["box"] or (0, 0, smap.width, smap.height)
+    if width * height > WIDEST:
+        raise InputError(f"the map has more than {WIDEST} px; ask for a box of it.")
+    part = np.s_[y : y + height, x : x + width]
+    which = _which(smap)[part]
+    out = np.empty((*which.shape, 3), "<u2")
+    out[..., 0], out[..., 1:] = which, np.clip(smap.yx[part], 0, 65534)
     out[which == 255] = 65535
     return {"width": smap.width, "height": smap.height}, out.tobytes()
+
+
+@lru_cache(maxsize=1)
+def _map(path: str) -> SourceMap:
+    """The map that was asked for last: a pointer goes over it part by part."""
+    return SourceMap.load(path)
 
 
 def _which(smap: SourceMap) -> NDArray[np.uint8]:
@@ -117,7 +129,7 @@ def _judged(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
         out[..., :3], out[..., 3] = ramp(HEAT, over), 230 * over
         out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
     else:
-        outlines = damaged_at(outcome.judged, size)
+        outlines, _ = damaged_at(outcome.judged, size)
         rows, columns = (np.arange(n) * m // n for n, m in zip(shape, outlines.shape, strict=True))
         out[outlines[np.ix_(rows, columns)]] = (*MAGENTA, 255)
     return out
