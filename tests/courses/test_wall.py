@@ -16,9 +16,10 @@ from intarsia.canvas import Canvas
 from intarsia.courses import chain_kernels, wall_kernels
 from intarsia.courses.bricks import bricks_of
 from intarsia.courses.brickwork import brickwork_of
-from intarsia.courses.wall import Wall
+from intarsia.courses.wall import Wall, courses_of
 from intarsia.courses.wall_kernels import FACE
 from intarsia.exemplar import Exemplar
+from intarsia.files.setts import COURSE
 from intarsia.kernels import paths
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -77,6 +78,14 @@ def test_beds_and_joints_are_found(kind) -> None:
         inner = [x for x in inner if joint < x < 300 - joint]
         assert len(found) == len(inner), k
         assert np.abs(np.array(found) - inner).max(initial=0) <= 1
+
+
+def test_slopes_do_not_draw_beds_to_one_side_of_the_joints() -> None:
+    """Of a material with normals: every bed in the middle of its joint, and ten stones in each course."""
+    work = courses_of(((0.0, COURSE),), None, ia.read("sample:setts"))[0]
+    off = np.median(work.beds, axis=1) / COURSE
+    assert np.abs(off - off.round()).max() * COURSE < 2
+    assert {len(work.of_course[k]) for k in work.courses} <= {10, 11}
 
 
 @pytest.mark.parametrize("kind", WALLS)

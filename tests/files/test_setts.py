@@ -14,15 +14,15 @@ from intarsia import read
 from intarsia.arguments import MATERIALS
 from intarsia.errors import InputError
 from intarsia.files import group, read_plane, sample
-from intarsia.files.setts import DEEP, plane_of
+from intarsia.files.setts import DEEP, SIDE, plane_of
 from intarsia.image import Kind
 from intarsia.rendering.normals import off_unit
 
 SUMS = {
-    "albedo": "e738c49034f7b6a6",
-    "normal": "a78366f11a907b4a",
-    "roughness": "87f4552295a569c8",
-    "height": "de4d94950667dec7",
+    "albedo": "c369ba43c2555f52",
+    "normal": "d94f5a69cf70e526",
+    "roughness": "354065b7dea1410d",
+    "height": "6473971a299a76f8",
 }
 
 
@@ -61,7 +61,7 @@ def test_normals_are_the_slopes_of_the_height() -> None:
 @pytest.mark.parametrize("name", MATERIALS["setts"])
 def test_it_wraps_around(name: str) -> None:
     pixels = plane_of(name).pixels.astype(np.float64)
-    pixels = pixels.reshape(256, 256, -1)
+    pixels = pixels.reshape(SIDE, SIDE, -1)
     for axis in (0, 1):
         steps = np.abs(np.diff(pixels, axis=axis)).mean(axis=(1 - axis, 2))
         closing = np.abs(pixels.take(0, axis) - pixels.take(-1, axis)).mean()

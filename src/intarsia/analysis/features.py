@@ -52,12 +52,22 @@ class Features:
     courses: int | None = None
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
+    def brightness(self, feats: NDArray[np.int16], known: NDArray[np.uint8]) -> int:
+        """Sum of a window's squared features where it is known, counted from black."""
+        above = (feats[:, :, : self.base].astype(np.int64) - self.black[: self.base]) * known[:, :, None]
+        return int((above * above).sum())
+
     def memo(self, key: Any, make: Callable[[], T]) -> T:
         """Return what is known of these pictures under `key`, making it at the first asking."""
         if key not in self._memo:
             self._memo[key] = make()
         value: T = self._memo[key]
         return value
+
+    @property
+    def level(self) -> Int16:
+        """The first picture without slopes, which face opposite ways on the two sides of a joint."""
+        return np.delete(self.pictures[0], [k + axis for k in self.normals for axis in (0, 1)], axis=2)
 
     def posed(self, number: int, pose: int) -> Int16:
         """Return picture `number` as it looks when laid down in isometry `pose`."""

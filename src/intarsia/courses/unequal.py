@@ -89,14 +89,14 @@ def masonry_of(exemplar: Exemplar, weights: tuple[float, ...] | None = None) -> 
 
 def _found(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Masonry:
     feats = features([exemplar], weights)
-    lines, picture = course_lines(feats, [exemplar]), feats.pictures[0]
+    lines, picture, level = course_lines(feats, [exemplar]), feats.pictures[0], feats.level
     if not lines:
         raise MethodError("no lines run across the exemplar between courses.")
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
     upright = lines[0].axis == 1
     if upright:
-        picture, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, usable))
-    work = work_of(picture, usable, lines[0].at)
+        picture, level, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, level, usable))
+    work = work_of(level, usable, lines[0].at)
     bricks = bricks_of(work)
     if bricks is None:
         raise MethodError("the courses of the exemplar hold no whole brick.")

@@ -74,14 +74,15 @@ def courses_of(
 def _courses_of(
     lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
-    picture = features([exemplar], weights).pictures[0]
+    feats = features([exemplar], weights)
+    picture, level = feats.pictures[0], feats.level
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
     vector = cell_of(lattice, picture.shape[:2])[0]
     upright = abs(vector[1]) > abs(vector[0])
     if upright:
-        picture, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, usable))
+        picture, level, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, level, usable))
         vector = (vector[1], vector[0])
-    return brickwork_of(picture, usable, vector), picture, usable, upright
+    return brickwork_of(level, usable, vector), picture, usable, upright
 
 
 def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:

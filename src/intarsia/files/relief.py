@@ -1,6 +1,7 @@
 """Noise, relief and light for painted surfaces, in steps that IEEE 754 rounds alike on every machine.
 
-Only + - * / and square roots of single numbers are used. All fields are SIDE x SIDE and wrap around.
+Only + - * / and square roots of single numbers are used. All fields wrap around, and are SIDE x SIDE px
+unless another side is given.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ LIGHT = (-0.48, -0.62, 0.62)
 """Where the light comes from: x to the right, y down, z to the eye."""
 
 
-def grid() -> tuple[I, I]:
-    y, x = np.mgrid[:SIDE, :SIDE]
+def grid(side: int = SIDE) -> tuple[I, I]:
+    y, x = np.mgrid[:side, :side]
     return y.astype(np.int64), x.astype(np.int64)
 
 
@@ -46,11 +47,11 @@ def smooth(t: NDArray[np.floating[Any]]) -> F:
     return u * u * (3.0 - 2.0 * u)
 
 
-def lattice(tall: int, wide: int, seed: int) -> F:
+def lattice(tall: int, wide: int, seed: int, side: int = SIDE) -> F:
     """Value noise that wraps, with cells of tall x wide px, in 0..1."""
-    ny, nx = max(1, SIDE // tall), max(1, SIDE // wide)
+    ny, nx = max(1, side // tall), max(1, side // wide)
     knots = hashed_share(np.arange(ny * nx), seed).reshape(ny, nx)
-    p, q = np.arange(SIDE) * (ny / SIDE), np.arange(SIDE) * (nx / SIDE)
+    p, q = np.arange(side) * (ny / side), np.arange(side) * (nx / side)
     i, j = p.astype(np.int64), q.astype(np.int64)
     f, g = smooth(p - i)[:, None], smooth(q - j)[None, :]
     rows = knots[i % ny] * (1 - f) + knots[(i + 1) % ny] * f
@@ -62,11 +63,11 @@ def stretched(wide: int, tall: int, seed: int) -> F:
     return 0.65 * lattice(tall, wide, seed) + 0.35 * lattice(max(1, tall // 2), max(1, wide // 2), seed + 1000)
 
 
-def cloud(cell: int, seed: int, octaves: int) -> F:
+def cloud(cell: int, seed: int, octaves: int, side: int = SIDE) -> F:
     """Noise of several octaves, each half as large and half as strong."""
-    total, weight, norm = np.zeros((SIDE, SIDE)), 1.0, 0.0
+    total, weight, norm = np.zeros((side, side)), 1.0, 0.0
     for octave in range(octaves):
-        total = total + weight * lattice(max(1, cell >> octave), max(1, cell >> octave), seed + 100 * octave)
+        total = total + weight * lattice(max(1, cell >> octave), max(1, cell >> octave), seed + 100 * octave, side)
         norm, weight = norm + weight, weight * 0.55
     return total / norm
 

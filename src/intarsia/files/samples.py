@@ -134,13 +134,13 @@ def stones() -> Plane:
     cover = np.clip(inside * 0.5 + 0.5, 0.0, 1.0)
     height = (bulge + 7.0 * (rough - 0.5) + 0.8 * fine + 1.5) * cover + sand * (1.0 - cover)
     palette = [
-        (176, 146, 110), (158, 126, 94), (190, 166, 130), (142, 118, 96), (168, 132, 92),
-        (152, 138, 118), (182, 150, 118), (134, 108, 86), (196, 174, 142),
+        (168, 142, 110), (160, 134, 104), (172, 149, 118), (150, 128, 103), (160, 134, 104),
+        (156, 137, 113), (168, 144, 113), (148, 125, 101), (166, 145, 116),
     ]  # fmt: skip
-    colour = picked(palette, hash_of(number, 2, 50)) * (0.86 + 0.24 * hashed_share(number, 51))[..., None]
+    colour = picked(palette, hash_of(number, 2, 50)) * (0.95 + 0.1 * hashed_share(number, 51))[..., None]
     stain = cloud(64, 52, 4)
-    colour = colour * (0.8 + 0.55 * (rough - 0.5) + 0.26 * fine + 0.14 * stain)[..., None]
-    warm = np.stack([1.0 + 0.1 * (stain - 0.5), np.ones_like(stain), 1.0 - 0.2 * (stain - 0.5)], axis=2)
+    colour = colour * (0.8 + 0.4 * (rough - 0.5) + 0.26 * fine + 0.14 * stain)[..., None]
+    warm = np.stack([1.0 + 0.06 * (stain - 0.5), np.ones_like(stain), 1.0 - 0.12 * (stain - 0.5)], axis=2)
     mortar = np.array([172.0, 160.0, 142.0]) * (0.56 + 0.42 * cloud(4, 53, 3))[..., None]
     mortar = mortar * (0.7 + 0.3 * smooth(-inside / 3.0))[..., None]
     shade, _ = light(height, 0.75)
@@ -232,7 +232,7 @@ def _reached(centre: float, reach: float) -> I:
 
 def _stone_courses(y: F, x: F) -> tuple[F, I]:
     """Lay stones in courses: px inside of the stone's edge, and its number."""
-    rows = np.array([0, 38, 84, 114, 160, 206, 256])
+    rows = np.array([0, 39, 86, 124, 170, 209, 256])
     row = np.searchsorted(rows, y, side="right") - 1
     inside = np.zeros(y.shape)
     number = np.zeros(y.shape, np.int64)

@@ -42,7 +42,7 @@ _CLEAR = frozenset(_NAME) - frozenset(
 """Words that tell a map even where a file stands alone; "old_metal.png" is a picture of metal."""
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
 _TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif", re.IGNORECASE)
-_READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
+READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
 
 
 def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLike]]:
@@ -62,7 +62,7 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
     loose: list[PathLike] = []
     for path in paths:
         if _is_folder(path) and how == "auto":
-            found.append(_one_set(_pictures_in(path), printable(path)))
+            found.append(_one_set(_pictures_in(path), printable(path), "-o FOLDER/ to work on each, --several to mix"))
         else:
             loose.extend(_pictures_in(path) if _is_folder(path) else [path])
     if how == "set":
@@ -185,7 +185,7 @@ def _split(path: PathLike) -> tuple[list[str], str | None]:
     return tokens, None
 
 
-def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
+def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several") -> dict[str, PathLike]:
     if len(files) == 1:
         if found := layered(files[0]):
             return found
@@ -202,7 +202,7 @@ def _one_set(files: list[PathLike], owner: str) -> dict[str, PathLike]:
         else:
             first, second = printable(Path(os.fspath(named[name])).name), printable(Path(os.fspath(path)).name)
             raise InputError(
-                f"{first} and {second} both are the {name} of {printable(owner)}; give one, or ask for --several."
+                f"{first} and {second} both are the {name} of {printable(owner)}; give one, or {more}."
             )
     maps = [path for name, path in named.items() if name != "mask"]
     if "albedo" not in named and len(maps) > 1:
@@ -240,7 +240,7 @@ def _names_in(folder: PathLike) -> list[str]:
 
 
 def _readable_in(folder: PathLike) -> list[PathLike]:
-    return [Path(folder) / n for n in _names_in(folder) if os.path.splitext(n)[1].lower() in _READABLE]
+    return [Path(folder) / n for n in _names_in(folder) if os.path.splitext(n)[1].lower() in READABLE]
 
 
 def _is_below(folder: PathLike, name: str) -> bool:

@@ -5,21 +5,26 @@ Nothing in its colours is lit: light comes from the maps beside it. Painted as t
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..image import Kind, Plane
-from .relief import SIDE, F, I, box_blur, cloud, grid, hash_of, hashed_share, picked, rounded_box, smooth
+from . import relief
+from .relief import F, I, box_blur, hash_of, hashed_share, picked, rounded_box, smooth
+
+SIDE = 512  # room for a hundred stones, so that few are seen to return in what grows from them
 
 DEEP = 16.0
 """Px from the lowest joint to the highest stone: what white of the height stands for."""
 
-ROWS = (0, 53, 103, 156, 204, 256)
+COURSE = 51.2  # px, a tenth of the side
 
 _KINDS = {"albedo": Kind.COLOUR, "normal": Kind.NORMAL, "roughness": Kind.DATA, "height": Kind.DATA}
+
+cloud = partial(relief.cloud, side=SIDE)
 
 
 def plane_of(name: str) -> Plane:
@@ -31,16 +36,16 @@ def plane_of(name: str) -> Plane:
 
 @lru_cache(maxsize=1)
 def _painted() -> dict[str, NDArray[np.generic]]:
-    y, x = grid()
-    wy = y + 0.5 + 5.0 * (cloud(32, 301, 3) - 0.5)
+    y, x = relief.grid(SIDE)
+    wy = y + 0.5 + 3.0 * (cloud(32, 301, 3) - 0.5)
     wx = x + 0.5 + 6.0 * (cloud(32, 302, 3) - 0.5)
     inside, number, u, v = _laid(wy % SIDE, wx % SIDE)
     inside = inside + 2.2 * (cloud(8, 303, 2) - 0.5)
     shift = hash_of(number, 1, 304) % SIDE
     rough = cloud(32, 305, 5)[(y + shift) % SIDE, (x + 3 * shift) % SIDE]
-    fine, grain = cloud(4, 306, 2), cloud(2, 307, 1)
-    moss = smooth((cloud(64, 308, 4) - 0.44) / 0.16)
-    stone = np.clip(inside * 0.5 + 0.5, 0.0, 1.0)
+    fine, grain = cloud(4, 306, 2), cloud(2, 307, 2)
+    moss = smooth((cloud(8, 308, 2) - 0.34) / 0.3)
+    stone = np.clip(inside * 0.7 + 0.5, 0.0, 1.0)
     height = _height(inside, number, u, v, rough, fine, moss, stone)
     planes: dict[str, NDArray[np.generic]] = {
         "albedo": _bytes(_albedo(inside, number, rough, fine, grain, moss, stone)),
@@ -53,19 +58,19 @@ def _painted() -> dict[str, NDArray[np.generic]]:
 
 def _laid(y: F, x: F) -> tuple[F, I, F, F]:
     """Lay stones in rows: px inside of a stone's edge, its number, and the place from its middle, 1 at its border."""
-    row = np.searchsorted(ROWS, y, side="right") - 1
+    row = np.minimum((y / COURSE).astype(np.int64), 9)
     inside, number = np.zeros(y.shape), np.zeros(y.shape, np.int64)
     across, down = np.zeros(y.shape), np.zeros(y.shape)
-    for r in range(len(ROWS) - 1):
-        widths = 40.0 + 20.0 * hashed_share(np.arange(5 if r % 2 else 4), 320 + r)
+    for r in range(10):
+        widths = 36.0 + 32.0 * hashed_share(np.arange(10), 320 + r)
         ends = np.concatenate([[0.0], np.cumsum(widths)])
         ends = ends * (SIDE / ends[-1])
         local = (x + 97.0 * r + 11.0) % SIDE
         stone = np.clip(np.searchsorted(ends, local, side="right") - 1, 0, len(widths) - 1)
-        u, v = local - (ends[stone] + ends[stone + 1]) / 2, y - (ROWS[r] + ROWS[r + 1]) / 2
-        wide, tall = (ends[stone + 1] - ends[stone]) / 2 - 2.6, (ROWS[r + 1] - ROWS[r]) / 2 - 2.6
+        u, v = local - (ends[stone] + ends[stone + 1]) / 2, y - (r + 0.5) * COURSE
+        wide, tall = (ends[stone + 1] - ends[stone]) / 2 - 3.6, COURSE / 2 - 3.6
         mine = row == r
-        inside = np.where(mine, rounded_box(u, v, wide, tall, 11.0), inside)
+        inside = np.where(mine, rounded_box(u, v, wide, tall, 9.0), inside)
         number = np.where(mine, r * 16 + stone, number)
         across, down = np.where(mine, u / wide, across), np.where(mine, v / tall, down)
     return inside, number, across, down
@@ -83,24 +88,24 @@ def _height(inside: F, number: I, u: F, v: F, rough: F, fine: F, moss: F, stone:
 
 def _albedo(inside: F, number: I, rough: F, fine: F, grain: F, moss: F, stone: F) -> F:
     palette = [
-        (136, 134, 132), (118, 120, 126), (150, 144, 136), (126, 116, 110), (104, 108, 114), (158, 150, 146),
-        (140, 124, 114), (112, 114, 112),
+        (136, 134, 132), (124, 125, 128), (146, 141, 135), (130, 123, 118), (116, 118, 122), (150, 145, 141),
+        (138, 127, 118), (120, 121, 119),
     ]  # fmt: skip
-    granite = picked(palette, hash_of(number, 2, 340)) * (0.84 + 0.28 * hashed_share(number, 341))[..., None]
-    granite = granite * (0.86 + 0.3 * (rough - 0.5) + 0.34 * (grain - 0.5) + 0.14 * fine)[..., None]
+    granite = picked(palette, hash_of(number, 2, 340)) * (0.86 + 0.2 * hashed_share(number, 341))[..., None]
+    granite = granite * (0.86 + 0.5 * (rough - 0.5) + 0.4 * (grain - 0.5) + 0.14 * fine)[..., None]
     worn = smooth(inside / 12.0)
     granite = granite * (0.82 + 0.2 * worn)[..., None]
-    earth = np.array([84.0, 72.0, 58.0]) * (0.6 + 0.6 * cloud(4, 342, 2))[..., None]
-    green = np.array([92.0, 112.0, 44.0]) * (0.55 + 0.8 * cloud(6, 334, 2))[..., None]
+    earth = np.array([62.0, 54.0, 42.0]) * (0.6 + 0.6 * cloud(4, 342, 2))[..., None]
+    green = np.array([66.0, 78.0, 30.0]) * (0.55 + 0.8 * cloud(6, 334, 2))[..., None]
     joint = earth * (1.0 - moss)[..., None] + green * moss[..., None]
-    creeping = (moss * smooth(1.0 - inside / 5.0) * 0.7)[..., None]  # over the rims of stones
+    creeping = (moss * smooth(1.0 - inside / 4.0) * 0.5)[..., None]  # over the rims of stones
     granite = granite * (1.0 - creeping) + green * creeping
     return granite * stone[..., None] + joint * (1.0 - stone)[..., None]
 
 
 def _roughness(inside: F, number: I, rough: F, fine: F, moss: F, stone: F) -> F:
     """From 0, a mirror, to 1: the crowns of stones are polished by feet."""
-    worn = smooth(inside / 15.0) * (0.45 + 0.55 * hashed_share(number, 350))
+    worn = box_blur(smooth(inside / 15.0), 4) * (0.45 + 0.55 * hashed_share(number, 350))
     granite = 0.74 - 0.42 * worn + 0.3 * (rough - 0.5) + 0.1 * (fine - 0.5)
     joint = 0.86 + 0.12 * moss
     return np.clip(granite * stone + joint * (1.0 - stone), 0.05, 1.0)
