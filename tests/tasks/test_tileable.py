@@ -17,7 +17,7 @@ from intarsia import files
 from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.methods.base import METHODS, Ability, method_class
-from intarsia.tasks.tileable import _fine_grained, better_size, half_shifted, repeated, scene_to_tile
+from intarsia.tasks.tileable import _fine_grained, closing_size, half_shifted, repeated, scene_to_tile
 from intarsia.testing.cases import as_depth, texture
 from intarsia.testing.maps import looked_up
 
@@ -145,20 +145,44 @@ def test_a_picture_that_continues_in_itself_is_told_of() -> None:
     assert run.notes == ["sample:pebbles looks as if it continued in itself already; then it can stay as it is."]
 
 
-def test_a_better_size_is_proposed_and_taken() -> None:
+def test_a_wall_is_cut_to_whole_periods_unless_a_size_is_given() -> None:
     cell = texture(20, 24, 3, 9)
     cut = ia.Exemplar.of(np.tile(cell, (6, 5, 1))[:110, :107], name="cut")
     run = ia.Run(1)
-    ia.tile(cut, run=run)
-    said = "cut (107x110 px) holds no whole number of its periods; --size 96x100 does, and would close better."
-    assert run.notes == [said]
-    assert better_size(scene_to_tile(cut, (), Wrap.X, None, None)) == run.notes[0].replace("x100", "x110")
-    run = ia.Run(1)
-    made = ia.tile(cut, size=(100, 96), run=run)
-    assert run.notes == []
+    made = ia.tile(cut, run=run)
+    assert run.notes == ["cut (107x110 px) was cut to 96x100 px, where its periods close; --size 107x110 keeps all."]
     assert np.array_equal(made.render().pixels, cut.base.samples[5:105, 5:101])
     assert made.recipe["size"] == [96, 100]
-    assert better_size(scene_to_tile(ia.Exemplar.of(texture(60, 60)), (), Wrap.BOTH, None, None)) is None
+    for size in ((110, 107), (48, 50)):
+        run = ia.Run(1)
+        assert ia.tile(cut, size=size, run=run).recipe["size"] == list(size[::-1])
+        assert run.notes == []
+
+
+def test_what_is_cut_holds_whole_periods_along_the_axes_that_continue() -> None:
+    cut = ia.Exemplar.of(np.tile(texture(20, 24, 3, 9), (6, 5, 1))[:110, :107])
+    assert closing_size(cut, Wrap.X) == (110, 96)
+    assert closing_size(cut, Wrap.Y) == (100, 107)
+    assert closing_size(ia.Exemplar.of(texture(60, 60)), Wrap.BOTH) == (60, 60)
+    whole = ia.Exemplar.of(np.tile(texture(20, 24, 3, 9), (6, 5, 1)))
+    assert closing_size(whole, Wrap.BOTH) == (120, 120)
+
+
+def test_courses_of_unequal_heights_are_cut_to_whole_ones() -> None:
+    """But not where the rest, 18 px, is as high as a course."""
+    wall = texture(150, 170, 1, 4) // 4 + 150
+    wall[[y + k for y in (10, 24, 62, 80, 107, 138) for k in (0, 1, 2)]] = 20
+    assert closing_size(ia.Exemplar.of(wall), Wrap.BOTH) == (128, 170)
+    assert closing_size(ia.Exemplar.of(wall.swapaxes(0, 1)), Wrap.BOTH) == (170, 128)
+    assert closing_size(ia.Exemplar.of(wall), Wrap.X) == (150, 170)
+    assert closing_size(ia.Exemplar.of(wall[:146]), Wrap.BOTH) == (146, 170)
+
+
+def test_a_wall_that_continues_in_itself_is_not_cut() -> None:
+    """Its periods do not close, but its borders are lines that were neighbours."""
+    wall = ia.read("sample:tiles").base.samples[:, :-10]
+    assert closing_size(ia.Exemplar.of(wall), Wrap.X) == (256, 193)
+    assert closing_size(ia.Exemplar.of(np.roll(wall, 70, axis=1)), Wrap.X) == (256, 246)
 
 
 def test_sources_and_masks_are_kept_to() -> None:
@@ -262,13 +286,20 @@ class TestCommand:
             assert old.dtype == new.dtype
             assert old[kept].tobytes() == new[kept].tobytes()
 
-    def test_a_size_is_proposed_once_in_one_line(self) -> None:
+    def test_a_wall_is_cut_to_whole_periods_and_that_is_told_once(self) -> None:
         files.write("t.png", ia.Plane(np.tile(texture(20, 24, 3, 9), (6, 5, 1))[:110, :107]))
         for more in ("", " --dry-run --force", " --seeds 1..2"):
             lines = self.run(f"tile t.png{more}").stderr.splitlines()
-            assert len([line for line in lines if "--size 96x100" in line]) == 1
-        assert "--size" not in self.run("tile t.png --size 96x100 --force").stderr
+            assert len([line for line in lines if "--size 107x110 keeps all" in line]) == 1
+            assert lines[-1].startswith("t_tiled")
+            assert ".png: 96x100 px of 107x110 px, " in lines[-1]
+        answer = json.loads(self.run("tile t.png --json --force").stdout)
+        assert (answer["size"], answer["cut_from"]) == ([96, 100], [107, 110])
+        told = self.run("tile t.png --size 107x110 -o whole.png")
+        assert "--size" not in told.stderr
+        assert "whole.png: 107x110 px, " in told.stderr
         assert "--size" not in self.run("replay t_tiled.png -e t.png -o again.png").stderr
+        assert np.array_equal(files.read_plane("again.png").pixels, files.read_plane("t_tiled.png").pixels)
 
     @pytest.mark.parametrize(
         ("more", "code", "message"),

@@ -27,7 +27,8 @@ from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane
-from ..lattice.closing import closing_length
+from ..lattice.candidates import UNIT
+from ..lattice.closing import allowed, closing_length
 from ..levelling import Levelling
 from ..methods.base import Method, make, traits
 from ..params import AUTO, extent, parameters
@@ -83,14 +84,16 @@ def tile(
         Width of the band that is grown anew, px: half of it at each of two borders that meet. Default: one and a half
         elements of the texture, at most 0.4 of the shorter side.
     size : int or (height, width), optional
-        Cut the picture to this size first, out of its middle; what is cut off is a source still. Default: as it is.
+        Cut the picture to this size first, out of its middle; what is cut off is a source still. Default: where a sure
+        lattice or courses hold no whole number of periods, the largest size that does; else as it is.
     sources : pictures, optional
         Where new pixels are taken from, in place of the picture itself.
 
     Returns
     -------
     Synthesis
-        Of the size of the picture, or of `size`. Beyond the band its pixels are those of the picture, bit for bit.
+        Of the size of the picture, or of what was cut out of it; `run.notes` says which. Beyond the band its pixels are
+        those of the picture, bit for bit.
 
     Raises
     ------
@@ -103,20 +106,20 @@ def tile(
     cut = None if size is None else size_of(size)
     scene = scene_to_tile(first, donors_of(sources), chosen(Wrap, "axes", axes), band, cut)
     plan = planned_to_tile(scene, named(method))
-    run.notes.extend(remarks(scene))
+    run.notes.extend([] if cut else remarks(scene))
     return tiled(plan, seed, run)
 
 
 def scene_to_tile(
     picture: Exemplar, donors: Sequence[Exemplar], axes: Wrap, band: int | None, size: tuple[int, int] | None
 ) -> Scene:
-    """Prepare to make a picture tileable; `size` (height, width) is cut out of its middle first."""
+    """Prepare to make a picture tileable; `size` (height, width) is cut out of its middle first, None: what closes."""
     if axes is Wrap.NONE:
         raise ParameterError("axes=none is not allowed; choose one of x, y, both.")
     if picture.toroidal:
         raise InputError(f"{picture.name} continues in itself already (toroidal); nothing of it is to be tiled.")
     exemplars = shelf_of(picture, donors)
-    top, left, height, width = _cut(picture, size)
+    top, left, height, width = _cut(picture, closing_size(picture, axes) if size is None else size)
     sides = [n for n, closed in ((height, axes.y), (width, axes.x)) if closed]
     if min(sides) < LEAST_SIDE:
         raise InputError(f"{picture.name} is too small to be tiled ({width}x{height} px); give {LEAST_SIDE} px a side.")
@@ -138,14 +141,56 @@ def scene_to_tile(
     part = slice(top, top + height), slice(left, left + width)
     which = None if whole.which is None else whole.which[part]
     start = replace(with_hole(replace(whole, yx=whole.yx[part], which=which), hole), wrap=axes)
-    said = {"axes": axes.value, "band": band} | ({} if size is None else {"size": [width, height]})
+    said = {"axes": axes.value, "band": band}
     return Scene(exemplars, Canvas(height, width, axes, start, rim=rim - level), {"tile": said})
 
 
-def _cut(picture: Exemplar, size: tuple[int, int] | None) -> tuple[int, int, int, int]:
+def closing_size(picture: Exemplar, axes: Wrap) -> tuple[int, int]:
+    """Height and width of what is tiled where no size is given: all, or what holds whole numbers of sure periods
+    or courses.
+
+    A picture that continues in itself already stays whole.
+    """
+    seen = _seen(picture)
+    whole = height, width = picture.height, picture.width
+    if _continues(seen, axes):
+        return whole
+    facts = Facts([seen], Canvas(height, width, axes))
+    found = facts.lattice
+    if found is None or found.verdict != "sure":
+        return _whole_courses(facts, whole, axes, _unit(picture))
+    sides = ((height, axes.y), (width, axes.x))
+    down, across = (
+        closing_length(found.vectors, side, axis, _unit(picture)) if closed else None
+        for axis, (side, closed) in enumerate(sides)
+    )
+    return down or height, across or width
+
+
+def _whole_courses(facts: Facts, whole: tuple[int, int], axes: Wrap, unit: int) -> tuple[int, int]:
+    """The size from the first line between courses to the last, wherever it is cut out; all where that closes, too.
+
+    It does where what lies beyond both lines is as high together as one of the courses.
+    """
+    lines = facts.courses
+    if lines is None or not (axes.y, axes.x)[lines.axis]:
+        return whole
+    heights, length = lines.heights, sum(lines.heights)
+    near = allowed([(min(heights) * UNIT, 0)])
+    if length < whole[lines.axis] / 2 or any(abs(whole[lines.axis] - length - high) <= near for high in heights):
+        return whole
+    cut = length // unit * unit
+    return (cut, whole[1]) if lines.axis == 0 else (whole[0], cut)
+
+
+def _continues(picture: Exemplar, axes: Wrap) -> bool:
+    """Whether a picture looks as if it continued in itself along these axes."""
+    steps = border_of(features([picture]).pictures[0], picture.usable)
+    return max(steps.rows * axes.y, steps.columns * axes.x) <= SEAMLESS
+
+
+def _cut(picture: Exemplar, size: tuple[int, int]) -> tuple[int, int, int, int]:
     """Top, left, height and width of the part that is tiled: the middle, so that no plane's pixel is cut."""
-    if size is None:
-        return 0, 0, picture.height, picture.width
     height, width = size
     unit, described = _unit(picture), f"{picture.name} ({picture.width}x{picture.height} px)"
     if not (0 < height <= picture.height and 0 < width <= picture.width):
@@ -234,31 +279,14 @@ def windows_to_try(plan: Plan) -> list[Method]:
 
 
 def remarks(scene: Scene) -> list[str]:
-    """Say what speaks for doing it otherwise: nothing needs to be done, or another size would close better."""
-    if "size" in scene.recipe["tile"]:
-        return []
-    picture, wrap = _seen(scene.exemplars[0]), scene.canvas.wrap
-    steps = border_of(features([picture]).pictures[0], picture.usable)
-    if max(steps.rows * wrap.y, steps.columns * wrap.x) <= SEAMLESS:
+    """Say what was decided where no size was given: less is tiled, or nothing needs to be done."""
+    picture, canvas = scene.exemplars[0], scene.canvas
+    if _continues(_seen(picture), canvas.wrap):
         return [f"{picture.name} looks as if it continued in itself already; then it can stay as it is."]
-    better = better_size(scene)
-    return [] if better is None else [better]
-
-
-def better_size(scene: Scene) -> str | None:
-    """Say in a line at which size the lattice of a picture would close, if it has one that does not."""
-    picture, canvas = _seen(scene.exemplars[0]), scene.canvas
-    found = Facts([picture], canvas).lattice
-    if found is None:
-        return None
-    sizes = []
-    for axis, (side, closed) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
-        sizes.append((closing_length(found.vectors, side, axis, _unit(picture)) or side) if closed else side)
-    height, width = sizes
-    if (height, width) == (canvas.height, canvas.width):
-        return None
-    where = f"{picture.name} ({canvas.width}x{canvas.height} px)"
-    return f"{where} holds no whole number of its periods; --size {width}x{height} does, and would close better."
+    if (canvas.height, canvas.width) == (picture.height, picture.width):
+        return []
+    whole, part = f"{picture.width}x{picture.height}", f"{canvas.width}x{canvas.height}"
+    return [f"{picture.name} ({whole} px) was cut to {part} px, where its periods close; --size {whole} keeps all."]
 
 
 def _seen(picture: Exemplar) -> Exemplar:
@@ -276,8 +304,7 @@ def repeated(plane: Plane, axes: Wrap, times: int) -> Plane:
 def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
     """Return the picture of a scene as it was, moved by half its size, so that its borders meet in the middle."""
     picture, canvas = scene.exemplars[0], scene.canvas
-    size = scene.recipe["tile"].get("size")
-    top, left, height, width = _cut(picture, None if size is None else (size[1], size[0]))
+    top, left, height, width = _cut(picture, (canvas.height, canvas.width))
     shown = picture.planes[plane or picture.drawn[0]]
     down, across = shown.height / picture.height, shown.width / picture.width
     rows = slice(int(top * down), int((top + height) * down))

@@ -27,7 +27,7 @@ BORDER = (
     ),
     opt(
         "size", "--size", "-s", type=Size(), metavar="WIDTHxHEIGHT",
-        help="Cut its middle out first. A size is proposed where periods do not close.",
+        help="Cut its middle out first. Default: all, or the largest size in which a sure lattice or courses close.",
     ),
 )  # fmt: skip
 METHOD = tuple(o for o in method_options("How to grow the band.") if o.field != "wrap")
