@@ -46,7 +46,8 @@ PICTURES = SHARED | {"many", "sheet", "depth", "save_map", "st_map", "distance_m
 RESULT = {"files", "size", "seed", "wrap", "method", "parameters", "pitch", "footprint", "blend", "exemplars", "auto",
           "timings", "warnings"}  # fmt: skip
 PLAN = RESULT - {"timings"} | {"dry_run", "patches", "pixels_bytes", "memory_mib"}
-OWN = {"weave": ({"origin"}, {"origin", "cells", "seconds"})}
+OVERLAPS = ({"energy", "overlaps"}, set[str]())
+OWN = {"grow": OVERLAPS, "paint": OVERLAPS, "weave": ({"origin"}, {"origin", "cells", "seconds"})}
 """What the JSON of a result and of a plan hold, and what one command adds to each; the others tell an energy."""
 
 
@@ -256,9 +257,9 @@ class TestNames:
 
 
 def test_the_line_names_the_method_that_led_to_the_end() -> None:
-    """Courses that fit no canvas of 512 px are left for the next method: the line tells what the recipe tells."""
-    done = run("grow sample:setts --size 512 --wrap both -o left.png")
+    """Courses that fit no canvas of 490 px are left for the next method: the line tells what the recipe tells."""
+    done = run("grow sample:setts --size 490 --wrap both -o left.png")
     assert "near-regular was left" in done.stderr
-    made = told("grow sample:setts --size 512 --wrap both -o left.png --force")["method"]
+    made = told("grow sample:setts --size 490 --wrap both -o left.png --force")["method"]
     assert made != "near-regular"
     assert f" px, {made}, seed 0" in done.stderr + done.stdout

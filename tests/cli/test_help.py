@@ -146,3 +146,16 @@ def test_suggestions_know_what_the_short_help_leaves_out(words: str, right: str)
     said = told("grow", "a.png", *words.split(), code=2)
     assert said.count("\n") == 1
     assert right in said
+
+
+@pytest.mark.parametrize("word", ["--tileable", "--seamless"])
+def test_what_others_call_it_leads_to_wrap(word: str) -> None:
+    for command in ("grow", "extend", "heal"):
+        assert "Did you mean '--wrap both'? (see " in told(command, "a.png", word, code=2)
+    assert "--wrap" not in told("tile", "a.png", word, code=2)
+
+
+def test_wrap_without_a_value_means_both() -> None:
+    for words in ("--wrap -o o.png --json", "-o o.png --json --wrap"):
+        answer = told("grow", "sample:stones", "--dry-run", "--quiet", "--size", "200", *words.split())
+        assert '"wrap": "both"' in answer

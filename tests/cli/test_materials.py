@@ -151,6 +151,14 @@ class TestGrown:
         assert tree("out") == tree("in")
         assert "names no format" in run("grow", "in/slate_col.png", "-o", "out", code=2).stderr
 
+    def test_a_name_without_an_ending_is_a_folder_where_one_is_read(self) -> None:
+        run("grow", "in", "-o", "out", *GROW[4:], "-q")
+        assert tree("out") == tree("in")
+
+    def test_one_file_for_unrelated_pictures_leads_to_a_folder(self) -> None:
+        said = run("grow", "in/wood/a", "in", "-o", "one.png", code=3).stderr
+        assert "both are the albedo of in; give one, or -o FOLDER/ to work on each, --several to mix" in said
+
     def test_files_beside_folders(self) -> None:
         run("grow", "in/moss", "in/slate_col.png", "sample:tiles", "-o", "out/", *GROW[4:], "-q")
         assert tree("out") == ["albedo.png", "normal.png", "slate_col.png", "tiles.png"]

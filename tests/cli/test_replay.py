@@ -185,3 +185,68 @@ def test_a_start_map_is_named_again(guided: bool) -> None:
     told = run(f"replay made.png -o other.png {given} --start other.npz", 3).stderr
     assert "other.npz is another map" in told
     assert "made with --start FILE" in run(f"replay made.png -o other.png {given}", 2).stderr
+
+
+class TestBeside:
+    """What lies beside a picture under its usual name is found; the recipe's hash decides whether it is the same."""
+
+    @pytest.fixture(autouse=True)
+    def _in_folders(self) -> None:
+        for folder in ("box", "box/deep", "away"):
+            Path(folder).mkdir()
+
+    def put(self, **found: str) -> None:
+        for name, source in found.items():
+            Path("box", f"{name}.png").write_bytes(Path(f"{source}.png").read_bytes())
+
+    def test_exemplar_and_mask(self) -> None:
+        run("heal a.png --mask h.png --patch 14 -o box/wall_healed.png")
+        self.put(wall="a", mask="h")
+        told = CliRunner().invoke(cli, ["replay", "box/wall_healed.png", "-o", "again.png"])
+        assert told.exit_code == 0
+        assert "taken from beside it: box/mask.png, box/wall.png" in told.stderr
+        assert Path("again.png").read_bytes() == Path("box/wall_healed.png").read_bytes()
+        self.put(wall_mask="h2")  # what bears the exemplar's name goes first, and is another hole
+        assert "wall_mask.png marks another hole" in run("replay box/wall_healed.png -o once.png", 3).stderr
+        run("replay box/wall_healed.png -o once.png --mask h.png")
+
+    def test_labels_and_target(self) -> None:
+        run(f"paint e.png -l l.png -t t.png {SMALL} -o box/field_painted_3.png")
+        self.put(field="e", labels="l", target="t")
+        run("replay box/field_painted_3.png -o again.png")
+        assert Path("again.png").read_bytes() == Path("box/field_painted_3.png").read_bytes()
+
+    def test_planes_of_a_set(self) -> None:
+        self.put(brick_albedo="a", brick_height="b", brick_mask="h", moss_albedo="c")
+        run(f"grow box/brick_albedo.png box/brick_height.png --size 60 {SMALL} -o box/brick_grown.png")
+        run("replay box/brick_grown.png -o again.png")
+        for end in ("", "_height"):
+            assert Path(f"again{end}.png").read_bytes() == Path(f"box/brick_grown{end}.png").read_bytes()
+
+    def test_a_picture_of_a_parameter(self) -> None:
+        write("box/jitter_output.png", np.tile(np.arange(60, dtype=np.uint8), (60, 1)))
+        self.put(a="a")
+        more = "-m parallel-controllable --jitter-output box/jitter_output.png"
+        run(f"grow box/a.png --size 60 {more} -o box/a_grown.png")
+        run("replay box/a_grown.png -o again.png")
+        assert Path("again.png").read_bytes() == Path("box/a_grown.png").read_bytes()
+
+    def test_all_that_is_missing_is_told_of_at_once(self) -> None:
+        run("heal a.png --mask h.png --patch 14 --from b.png -o healed.png")
+        run(f"paint e.png -l l.png -t t.png {SMALL} -o painted.png")
+        for name, asked in (("healed", "--exemplar FILE, --mask FILE, --from FILE:"),
+                            ("painted", "--exemplar FILE, --labels FILE, --target FILE:")):  # fmt: skip
+            told = run(f"replay {name}.png -o again.png", 2).stderr
+            assert f"{name}.png was made with {asked}" in told
+            assert len(told.splitlines()) == 1
+
+    def test_another_picture_is_refused_and_none_is_looked_for_elsewhere(self) -> None:
+        run(f"grow a.png --size 60 {SMALL} -o box/wall_grown.png")
+        self.put(**{"deep/wall": "a", "../away/wall": "a"})
+        Path("wall.png").write_bytes(Path("a.png").read_bytes())
+        Path("box/wall.png").symlink_to(Path("a.png").resolve())
+        assert "made with --exemplar FILE" in run("replay box/wall_grown.png -o again.png", 2).stderr
+        Path("box/wall.png").unlink()
+        self.put(wall="b")
+        assert "wall is another exemplar" in run("replay box/wall_grown.png -o again.png", 3).stderr
+        assert not Path("again.png").exists()

@@ -229,3 +229,41 @@ def test_warming_refuses_what_names_no_method_and_ends_when_cancelled() -> None:
     cancel.set()
     with pytest.raises(ia.CancelledError):
         ia.warm("repeat", run=ia.Run(1, cancel=cancel))
+
+
+GIVES_WAY = """
+import threading, time
+from intarsia.errors import CancelledError
+from intarsia.kernels.listed import compile_line
+from intarsia.run import Run
+from intarsia.tasks import ahead, warming
+
+cancel, told = threading.Event(), []
+take_from = ahead.Beside.take_from
+
+def take(self, work):
+    take_from(self, work)
+    told.append(self.process)
+    threading.Timer(0.1, lambda: [told.append(time.monotonic()), cancel.set()]).start()
+
+ahead.Beside.take_from = take
+with warming.made_beside(run := Run(1, cancel=cancel)):
+    try:
+        compile_line(next(line for line in ahead.every_kernel() if line.startswith("seams.recut_kernels.recut(")))
+    except CancelledError:
+        took = time.monotonic() - told[1]
+assert warming.missing_kernels("auto") > 40
+print(told[0], took)
+"""
+
+
+def test_a_kernel_that_is_made_beside_holds_up_nobody(tmp_path: Path) -> None:
+    """To compile it takes seconds; the run that is cancelled meanwhile ends at once, and so does the process beside."""
+    done = subprocess.run(
+        [sys.executable, "-c", GIVES_WAY], env=os.environ | {"INTARSIA_CACHE": str(tmp_path)}, check=True,
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    process, took = done.stdout.split()
+    assert float(took) < 1
+    assert gone(int(process))
+    assert not list(tmp_path.rglob("*.kernel*"))

@@ -16,7 +16,7 @@ from PIL import Image
 import intarsia as ia
 from intarsia.files.lettering import lettered
 from intarsia.tasks.outcome import Outcome
-from intarsia.tasks.report_page import index_of, page_of, ranked, thumbnailed
+from intarsia.tasks.report_page import index_of, page_of, thumbnailed
 from intarsia.tasks.report_pictures import LARGE, looked, pictures_of, stretched
 from intarsia.tasks.report_sheet import SIDE, WORD, fitted, index_sheet, sheet_of, shortened
 from intarsia.tasks.scoring import outcome_of
@@ -83,7 +83,11 @@ def test_a_page_holds_all_and_needs_nothing(made: ia.Synthesis) -> None:
     assert not re.search(r"https?:|<script|url\(|@import|<link", text)
     assert "prefers-color-scheme: dark" in text
     assert "stones <grown>.png" in page.text
-    for name, one in ia.score(STONES, made).parts.items():
+    found = ia.score(STONES, made)
+    assert f"of 100, {found.verdict}" in page.text
+    assert "strange" not in page.text
+    for name in found.ranked:
+        one = found.parts[name]
         for said in (name, f"{one.measured:.1f} {one.part.unit}", one.part.says, f"worth {one.worth:.2f}"):
             assert said in page.text
         assert f"good {one.good:.1f}" in page.text
@@ -118,7 +122,7 @@ def test_the_output_on_the_page_is_the_output(made: ia.Synthesis) -> None:
 
 def test_parts_come_by_what_they_take(made: ia.Synthesis) -> None:
     found = ia.score(STONES, made)
-    names = ranked(found)
+    names = found.ranked
     losses = [found.loss(name) for name in names]
     assert losses == sorted(losses, reverse=True)
     weights = [found.parts[name].part.weight > 0 for name in names]

@@ -139,5 +139,5 @@ def _begun(begin: Begin, lot: int) -> list[str]:
         size = None if border.size is None else "x".join(map(str, border.size))
         return given(axes=border.axes, band=border.band, size=size)
     said = ["--mask", begin.holes[lot if len(begin.holes) > 1 else 0]]
-    said += ["--grow", "auto" if begin.grow is None else str(begin.grow)] * (begin.grow != 0)
+    said += given(grow=begin.grow)
     return said + ["--edge", str(begin.edge)] * (begin.edge != 0)

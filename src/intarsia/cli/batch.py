@@ -77,7 +77,7 @@ class Batch:
             targets = replace(targets, page=None)
         for lot in range(len(shelf.lots)):
             found = orders_of(shelf, lot, wish, seeds, targets, check)
-            if check is None and wish.begin is not None and wish.begin.border is not None:
+            if wish.begin is not None and wish.begin.border is not None and wish.begin.border.size is None:
                 shelf.warn(*tileable.remarks(scene_of(shelf, lot, wish)))
             if batch.judging.wanted:
                 found = [replace(o, memory=o.memory + memory_of(o.size)) for o in found]
@@ -214,7 +214,7 @@ class Batch:
     def _tell(self, order: Order, about: dict[str, Any]) -> None:
         """Say that an output is there."""
         self.shelf.warn(*order.warnings)
-        self.report.note(f"{order.made_by(about['method'])}, {about['timings']['total']:.1f} s")
+        self.report.note(f"{order.made_by(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s")
         explain(self.report, about, order.warnings)
 
     def _command(self, order: Order, grown: Synthesis) -> str:
@@ -228,10 +228,13 @@ class Batch:
         files = [{"path": path, "holds": held} for path, held in order.files]
         about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": self.wish.wrap}
         about |= method_as_json(order.method if grown is None else grown.method, order.blend)
+        if order.cut_from is not None:
+            about["cut_from"] = list(order.cut_from)
         if order.times > 1:
             about["magnify"] = order.times
         if grown is not None:
             about |= {"exemplars": grown.recipe["exemplars"], "energy": grown.energy}
+            about |= {name: grown.recipe[name] for name in ("overlaps",) if name in grown.recipe}
         if order.choice is None:
             return about
         choice = order.choice if grown is None or grown.choice is None else grown.choice
@@ -287,6 +290,16 @@ class Batch:
             write(staging.place(order.preview), many, depth=depth)
         if order.offset is not None:
             write(staging.place(order.offset), tileable.half_shifted(scene), depth=depth)
+
+
+def _laid(about: dict[str, Any]) -> str:
+    """What patches really share, where it is more than was said."""
+    found = about.get("overlaps", {})
+    said = {name: about["footprint"][n] - about["pitch"][n] for n, name in enumerate("xy")} if found else {}
+    if all(found[name] == [px, px] for name, px in said.items()):
+        return ""
+    low, high = min(v[0] for v in found.values()), max(v[1] for v in found.values())
+    return f", overlaps of {low} px" if low == high else f", overlaps of {low} to {high} px"
 
 
 def write_sheet(path: str, thumbnails: list[Plane], force: bool, report: Report) -> None:

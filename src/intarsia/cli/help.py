@@ -41,6 +41,9 @@ GROUPS = (
 
 MOST_USED = ("patch",)
 
+MEANT = dict.fromkeys(("--tileable", "--seamless", "--tiling", "--tile"), "--wrap both")
+"""What people call an option that has another name here."""
+
 WIDEST = 26  # characters: a longer list of values gives way to a name
 WHOLE, METHOD = f"{__name__}.whole", f"{__name__}.method"
 SENTENCE = re.compile(r"(?<=[^.]\.) |; automatic:")
@@ -59,13 +62,20 @@ class HelpfulCommand(click.Command):
         return [*super().get_params(ctx), whole]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Note which method the help is about, wherever on the line it is named."""
+        """Note which method the help is about, wherever on the line it is named; lead from usual words to options."""
         if not ctx.resilient_parsing and set(args) & set(ctx.help_option_names):
             given, _, _ = self.make_parser(ctx).parse_args(list(args))
             option = next((p for p in self.params if p.name == "method"), None)
             if option is not None and given.get("method") not in (None, AUTO_METHOD):
                 ctx.meta[METHOD] = option.type.convert(given["method"], option, ctx)
-        return super().parse_args(ctx, args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as e:
+            meant = MEANT.get(e.option_name, "")
+            if meant.partition(" ")[0] in {name for p in self.params for name in p.opts}:
+                line = f"No such option '{e.option_name}'. Did you mean '{meant}'?"
+                raise click.NoSuchOption(e.option_name, line, ctx=ctx) from None
+            raise
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         if METHOD not in ctx.meta:

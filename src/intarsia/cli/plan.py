@@ -56,6 +56,7 @@ class Order:
     choice: Choice | None
     guide: Guide | None
     size: tuple[int, int]  # width, height
+    cut_from: tuple[int, int] | None  # width, height of the picture of which less is tiled
     times: int  # larger than the map
     patches: int | None
     memory: int
@@ -94,8 +95,9 @@ class Order:
 
     def made_by(self, slug: str) -> str:
         """The same, once it is known which method led to the end."""
-        width, height = self.size
-        return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px, {slug}, seed {self.seed}"
+        (width, height), whole = self.size, self.cut_from
+        cut = "" if whole is None else f" of {whole[0]}x{whole[1]} px"
+        return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px{cut}, {slug}, seed {self.seed}"
 
 
 def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
@@ -172,9 +174,11 @@ def orders_of(
     exemplars, canvas, method = scene.exemplars, scene.canvas, plan.method
     times = exemplars[0].times
     size = (canvas.width * times, canvas.height * times)
+    tiled, whole = wish.begin is not None and wish.begin.border is not None, (exemplars[0].width, exemplars[0].height)
+    cut_from = whole if tiled and whole != size else None
     fields |= {"w": size[0], "h": size[1], "method": method.slug}
     memory = plan.memory(targets.depth)
-    kept = (method, plan.joined, plan.choice, canvas.guide, size, times, plan.patches, memory, tuple(sets))
+    kept = (method, plan.joined, plan.choice, canvas.guide, size, cut_from, times, plan.patches, memory, tuple(sets))
     orders = []
     for seed in seeds:
         fields["seed"] = seed

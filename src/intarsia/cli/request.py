@@ -86,7 +86,8 @@ class Labels:
 class Border:
     """The band along the borders of a picture that is to continue in itself along `axes`.
 
-    `band` is its width in px, None: one that suits; `size` (width, height) is cut out of the picture's middle first.
+    `band` is its width in px, None: one that suits; `size` (width, height) is cut out of the picture's middle first,
+    None: what holds whole numbers of its periods.
     """
 
     axes: str = "both"
@@ -211,7 +212,8 @@ class Targets:
         """True where `out` is a folder, to hold a result for every material of `sources`."""
         if self.out.endswith(("/", os.sep)):
             return True
-        return os.path.isdir(self.out) and any(os.path.isdir(path) for path in sources)
+        plain = self.out not in ("", "-") and not os.path.splitext(self.out)[1]
+        return (plain or os.path.isdir(self.out)) and any(os.path.isdir(path) for path in sources)
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def heal(
     method: Method | Auto | str = AUTO_METHOD,
     *,
     sources: Sequence[ExemplarLike] = (),
-    grow: int | None = 0,
+    grow: int | None = None,
     seed: int = 0,
     wrap: Wrap | str = Wrap.NONE,
     run: Run | None = None,
@@ -99,7 +99,7 @@ def heal(
     sources : pictures, optional
         Where new pixels are taken from, in place of the picture itself.
     grow : int, optional
-        Enlarge the hole by so many px first; None: as far as a rim of the defect is seen outside of it.
+        Enlarge the hole by so many px first. Default: as far as a rim of the defect is seen outside of it.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) ->
 
 
 def healed_scene(
-    picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar], wrap: Wrap, grow: int | None = 0
+    picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar], wrap: Wrap, grow: int | None
 ) -> Scene:
     """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
     scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)

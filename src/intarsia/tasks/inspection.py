@@ -103,6 +103,10 @@ class Findings:
     suggested: Suggestion
     straight: tuple[Straight, Lattice] | None = None
 
+    def __repr__(self) -> str:
+        kind = "no lattice" if self.lattice is None else f"a {self.lattice.kind} lattice"
+        return f"<findings: {self.exemplar.name}, {kind}, elements of {self.elements.size} px, {self.suggested.method}>"
+
     @property
     def segments(self) -> Segments:
         """Its segments, the groups of those that look alike, and the patch and boundary zone that suit one of them."""

@@ -86,9 +86,7 @@ def _scene(recipe: Mapping[str, Any], exemplars: tuple[Exemplar, ...]) -> Scene:
     if "extend" in recipe:
         return extension(first, Margins(*recipe["extend"]), donors, wrap)
     if "tile" in recipe:
-        said = recipe["tile"]
-        size = (int(said["size"][1]), int(said["size"][0])) if "size" in said else None
-        return scene_to_tile(first, donors, wrap, said["band"], size)
+        return scene_to_tile(first, donors, wrap, recipe["tile"]["band"], (height, width))
     return Scene(exemplars, canvas_of(exemplars, (height, width), wrap, None, None))
 
 

@@ -120,7 +120,8 @@ def index_of(outcomes: Sequence[tuple[Outcome, Pixels]]) -> str:
     cards = [
         f'<section class="card">{_image(small, outcome.name)}'
         f'<div><h2>{_text(outcome.name)}</h2><p class="total">{outcome.score.total:.0f}</p>'
-        f"<small>of 100</small>{_missed(outcome.missed)}{_parts(outcome.score)}{_again(outcome)}</div></section>"
+        f"<small>of 100, {outcome.score.verdict}</small>{_missed(outcome.missed)}"
+        f"{_parts(outcome.score)}{_again(outcome)}</div></section>"
         for outcome, small in ranked
     ]
     return _page(title, [f"<header><div><h1>{_text(title)}</h1></div></header>", *cards])
@@ -143,11 +144,12 @@ def _text(words: object) -> str:
 
 def _head(outcome: Outcome) -> str:
     found = outcome.score
-    taken = [f"{name} takes {100 * found.loss(name):.0f}" for name in ranked(found)[:3] if found.loss(name) >= 0.005]
+    taken = [f"{name} takes {100 * found.loss(name):.0f}" for name in found.ranked[:3] if found.loss(name) >= 0.005]
     said = ", ".join(taken) or "nothing speaks against it"
     return (
         f'<header><div><h1>{_text(outcome.name)}</h1><p class="quiet">{_text(said)}</p></div>'
-        f'<p><span class="total">{found.total:.0f}</span> <span class="quiet">of 100</span></p></header>'
+        f'<p><span class="total">{found.total:.0f}</span> '
+        f'<span class="quiet">of 100, {found.verdict}</span></p></header>'
     )
 
 
@@ -167,18 +169,13 @@ def _image(pixels: Pixels, name: str) -> str:
     return f'<img src="data:image/png;base64,{data}" width="{width}" height="{height}" alt="{_text(name)}">'
 
 
-def ranked(found: Score) -> list[str]:
-    """The names of the parts: what takes most from the total comes first, what has no weight last."""
-    return sorted(found.parts, key=lambda name: (not found.parts[name].part.weight, -found.loss(name)))
-
-
 def quality(one: Worth) -> str:
     """A word for the worth of a part."""
     return "good" if one.worth >= 0.8 else "fair" if one.worth >= 0.4 else "bad"
 
 
 def _parts(found: Score) -> str:
-    return "".join(_part(name, found) for name in ranked(found))
+    return "".join(_part(name, found) for name in found.ranked)
 
 
 def _part(name: str, found: Score) -> str:

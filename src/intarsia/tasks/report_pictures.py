@@ -122,11 +122,10 @@ def _joins(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
 
 
 def _damaged(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
-    outlines = damaged_at(outcome.judged, size)
+    outlines, share = damaged_at(outcome.judged, size)
     rows, columns = (np.arange(n) * m // n for n, m in zip(picture.shape[:2], outlines.shape, strict=True))
     pixels = (picture * (1 - PALE / 2) + PALE / 2 * 226).astype(np.uint8)
     pixels[outlines[np.ix_(rows, columns)]] = MAGENTA
-    share = outcome.score.parts["damaged"].measured
     said = f"Outlined: {share:.0f} of 100 segments, cut, merged or of two colours, are like none of the exemplar"
     return Drawn("damaged", "Damaged elements", said, pixels)
 

@@ -11,7 +11,7 @@ from ..image import Plane
 from ..judging.score import Score
 from ..rendering.mixers import averaged
 from .outcome import Outcome
-from .report_page import quality, ranked
+from .report_page import quality
 from .report_pictures import Pixels, pictures_of, stretched
 
 SIDE, GAP = 512, 24  # px of a panel, and between panels
@@ -27,7 +27,7 @@ def sheet_of(outcome: Outcome) -> Plane:
     drawn = pictures_of(outcome)
     rows = -(-len(drawn) // COLUMNS)
     deep = SIDE + WORD + 2 * GAP
-    needed = NUMBER + 5 * GAP + ROW * len(outcome.score.parts)
+    needed = NUMBER + 5 * GAP + ROW * len(outcome.score.ranked)
     paper = _paper(max(rows * deep, needed) + GAP, (COLUMNS + 1) * (SIDE + GAP) + GAP)
     for number, one in enumerate(drawn):
         row, column = divmod(number, COLUMNS)
@@ -43,7 +43,7 @@ def index_sheet(outcomes: Sequence[tuple[Outcome, Pixels]]) -> Plane:
     """Return several outputs with their parts as one picture, the worst first."""
     found = sorted(outcomes, key=lambda one: one[0].score.total)
     columns = max(1, min(len(found), 4))
-    most = max(len(outcome.score.parts) for outcome, _ in found)
+    most = max(len(outcome.score.ranked) for outcome, _ in found)
     deep = SIDE // 2 + 2 * WORD + 4 * GAP + NUMBER + ROW * most
     paper = _paper(-(-len(found) // columns) * deep + GAP, columns * (SIDE + GAP) + GAP)
     for number, (outcome, small) in enumerate(found):
@@ -83,11 +83,12 @@ def _paper(height: int, width: int) -> Pixels:
 def _numbers(paper: Pixels, y: int, x: int, found: Score, missed: Sequence[str]) -> None:
     """The total, and a bar from bad to good for each part."""
     _write(paper, y, x, f"{found.total:.0f}", NUMBER)
+    _write(paper, y + NUMBER - WORD, x + SIDE // 4 + GAP, found.verdict, WORD)
     y += NUMBER + GAP
     if missed:
         _write(paper, y, x, "falls short: " + ", ".join(missed), WORD, BARS["bad"])
     y += 2 * GAP
-    for name in ranked(found):
+    for name in found.ranked:
         one = found.parts[name]
         ink = INK if one.part.weight else QUIET
         _write(paper, y, x, name, WORD, ink)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from typing import Any
 
 from ..arguments import expect
 from ..choosing.auto import AUTO_METHOD
 from ..methods.base import method_class
 from ..run import Run, cores, run_of
-from .ahead import GROW, Beside, beside, every_kernel, lists
+from .ahead import GROW, Beside, beside, every_kernel, lists, lists_for
 from .helper import do
 from .tiny_textures import kinds
 
@@ -37,6 +40,47 @@ def warm(*methods: str, run: Run | None = None) -> int:
         do(line, run)
     run.tick(len(kernels), len(kernels))
     return len(kernels)
+
+
+@contextmanager
+def made_beside(run: Run) -> Iterator[None]:
+    """Have a process beside make each kernel that is on no disk: a run that is cancelled stops at once then."""
+    from ..kernels.cache import cache_folder
+    from ..kernels.compiling import before_each
+    from ..kernels.listed import line_of
+
+    helpers: list[Beside | None] = []
+
+    def make(kernel: Any, types: tuple[Any, ...]) -> None:
+        if cache_folder() is None or not kernel.is_missing(types):
+            return
+        if not helpers:
+            helpers.append(beside())
+        if (helper := helpers[0]) is not None:
+            helper.take_from(deque([line_of(kernel, types)]))
+            while helper.taken and helper.running():
+                run.check()
+                time.sleep(0.01)
+
+    before_each(make)
+    try:
+        yield
+    finally:
+        before_each(None)
+        for helper in filter(None, helpers):
+            helper.close()
+
+
+def missing_kernels(slug: str) -> int:
+    """Count the kernels that growing by a method needs, most likely, and that are neither loaded nor on disk."""
+    from ..kernels.listed import kernel_of
+
+    missing = 0
+    for line in dict.fromkeys(line for name in lists_for(slug) for line in lists().get(name, ())):
+        with suppress(ValueError):  # of a list that is older than the kernel
+            kernel, types = kernel_of(line)
+            missing += kernel.is_missing(types)
+    return missing
 
 
 def warm_up(run: Run) -> int:

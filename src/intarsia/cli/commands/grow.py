@@ -67,7 +67,8 @@ OWN = (
     EXPLAIN,
     opt(
         "wrap", "--wrap", type=click.Choice([w.value for w in Wrap]), default=Wrap.NONE.value, show_default=True,
-        help="Axes along which the output tiles. It continues in itself there.",
+        is_flag=False, flag_value=Wrap.BOTH.value,
+        help="Axes along which the output tiles. It continues in itself there; without a value along both.",
     ),
     *JOINS,
     opt(

@@ -25,8 +25,8 @@ HOLES = (
         "pictures, or one for each.",
     ),
     opt(
-        "grow", "--grow", type=EnlargedSize(MOST_GROWN), default="0", metavar="N|auto",
-        help="Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside of it.",
+        "grow", "--grow", type=EnlargedSize(MOST_GROWN), default="auto", metavar="N|auto",
+        help="Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside. Default: auto.",
     ),
     opt(
         "edge", "--edge", type=click.IntRange(0, MOST_EDGE), default=0, metavar="N",

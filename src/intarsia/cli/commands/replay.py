@@ -26,7 +26,7 @@ from ..options import (
     opt,
     report_options,
 )
-from ..pictures import with_pictures
+from ..pictures import asked_pictures, with_pictures
 from ..report import Report
 from ..request import Begin, Border, Inputs, Labels, Targets, Wish
 from ..values import PLANE_WEIGHT, Channels, Colour, NamedFile, Rectangle, Scale
@@ -94,7 +94,8 @@ def command(
     intarsia replay island.png -o again.png --exemplar coast.png --labels coast_labels.png --target map.png
 
     Give the files again that were used, --map, --mask, --from, --labels and --target too, and pictures of parameters
-    as --picture: they are checked against the recipe. Everything else is in it, such as --crop, --flatten, --avoid and
+    as --picture: they are checked against the recipe. Of planks_grown.png planks.png is found beside it, and so are
+    mask.png, labels.png, target.png and PARAMETER.png. Everything else is in it, such as --crop, --flatten, --avoid and
     --depth, and a hole that was the picture's own alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
     check_stdout(targets, report)
@@ -108,6 +109,7 @@ def command(
         raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
     if "advected" in recipe:
         raise InputError(f"{picture} was moved by a flow that no recipe holds; run again the program that moved it.")
+    inputs, beside = found_beside(picture, recipe, inputs, beside, report)
     recipe = with_pictures(recipe, dict(beside.pictures), picture)
     wish, seed = wish_of(recipe, picture)
     if recipe.get("intarsia") != VERSION:
@@ -127,6 +129,50 @@ def command(
         wish = replace(wish, size=(wish.size[0] * inputs.magnify, wish.size[1] * inputs.magnify))
     batch = Batch.plan(inputs, targets, wish, (seed,), report, lambda scene: check_scene(recipe, scene, wish))
     batch.carry_out(threads)
+
+
+def found_beside(
+    picture: str, recipe: dict[str, Any], inputs: Inputs, beside: Beside, report: Report
+) -> tuple[Inputs, Beside]:
+    """Add what is not named and lies beside the picture; ParameterError that tells of all that is still missing."""
+    from ..beside import Neighbours
+
+    try:
+        near = Neighbours(picture)
+        names = [str(entry.get("name", "")) for entry in recipe["exemplars"]]
+        mine = not all(name.startswith("sample:") for name in names)
+        healed, painted = "heal" in recipe and recipe["heal"].get("mask") != "alpha", "guide" in recipe
+        begun = healed or "extend" in recipe or "tile" in recipe
+        asked = [key for key, was in asked_pictures(recipe).items() if "function" not in was]
+        exemplar = inputs.files or (near.exemplar(recipe) if mine else ())
+    except (KeyError, TypeError, AttributeError):
+        return inputs, beside  # a damaged recipe is told of by what reads all of it
+
+    def one(needed: bool, given: tuple[str, ...], word: str) -> tuple[str, ...]:
+        found = near.called(word) if needed and not given else None
+        return given if found is None else (found,)
+
+    masks, labels = one(healed, inputs.masks, "mask"), one(painted, beside.labels, "labels")
+    target = next(iter(one(painted, () if beside.target is None else (beside.target,), "target")), None)
+    drawn = dict(beside.pictures)
+    drawn |= {key: path for key in asked if key not in drawn and (path := near.called(key)) is not None}
+    missing = [
+        ("--exemplar FILE", mine and not exemplar), ("--mask FILE", healed and not masks),
+        ("--labels FILE", painted and not labels), ("--target FILE", painted and target is None),
+        ("--from FILE", begun and len(names) > 1 and not inputs.donors),
+        ("--start FILE", "start" in recipe and not begun and "heal" not in recipe and beside.start is None),
+        *((f"--picture {key}=FILE", key not in drawn) for key in asked),
+    ]  # fmt: skip
+    if lacking := [option for option, lacks in missing if lacks]:
+        raise ParameterError(
+            f"{picture} was made with {', '.join(lacking)}: its recipe holds their hashes alone; name the files."
+        )
+    now = {*exemplar, *masks, *labels, *([] if target is None else [target]), *drawn.values()}
+    before = {*inputs.files, *inputs.masks, *beside.labels, beside.target, *dict(beside.pictures).values()}
+    if added := sorted(now - before):
+        report.note(f"taken from beside it: {', '.join(added)}")
+    inputs = replace(inputs, files=exemplar, masks=masks)
+    return inputs, replace(beside, labels=labels, target=target, pictures=tuple(drawn.items()))
 
 
 def wish_of(recipe: dict[str, Any], name: str) -> tuple[Wish, int]:
@@ -172,8 +218,6 @@ def with_files(wish: Wish, recipe: dict[str, Any], inputs: Inputs, beside: Besid
         ("--mask", healed and not (begin and begin.holes), inputs.masks),
     )  # fmt: skip
     for option, needed, given in asked:
-        if needed and not given:
-            raise ParameterError(f"{name} was made with {option} FILE, which its recipe does not hold; name the file.")
         if given and not needed and (healed or option != "--mask"):
             raise ParameterError(f"{name} was made without {option}; drop it.")
     try:
@@ -194,16 +238,11 @@ def with_files(wish: Wish, recipe: dict[str, Any], inputs: Inputs, beside: Besid
 def inputs_of(recipe: dict[str, Any], given: Inputs, beside: Beside, name: str) -> Inputs:
     """Return the inputs as the recipe had them; what is given now goes first."""
     named = [entry.get("name", "") for entry in recipe["exemplars"]]
-    sources = given.files
-    if not sources:
-        if not all(isinstance(n, str) and n.startswith("sample:") for n in named):
-            raise ParameterError(f"{name} was grown from pictures of yours; name them with --exemplar FILE.")
-        sources = tuple(named)
     said = recipe.get("inputs", {})
     try:
         return replace(
             given,
-            files=sources,
+            files=given.files or tuple(named),
             masks=beside.usable + (() if "heal" in recipe else given.masks),
             alpha=ALPHA.convert(said.get("alpha", "auto"), None, None) if given.alpha == "auto" else given.alpha,
             avoid=given.avoid or (Colour()(said["avoid"]) if "avoid" in said else None),
@@ -271,10 +310,8 @@ def _begin(recipe: dict[str, Any]) -> Begin | None:
         left, right, top, bottom = (_whole(n) for n in recipe["extend"])
         return Begin((left, right, top, bottom))
     if "tile" in recipe:
-        tiled = recipe["tile"]
-        size, axes = tiled.get("size"), Wrap(recipe["wrap"]).value
-        cut = None if size is None else (_whole(size[0], 1), _whole(size[1], 1))
-        return Begin(border=Border(axes, _whole(tiled["band"], 1), cut))
+        width, height = (_whole(n, 1) for n in recipe["size"])
+        return Begin(border=Border(Wrap(recipe["wrap"]).value, _whole(recipe["tile"]["band"], 1), (width, height)))
     if "heal" in recipe:
         healed = recipe["heal"]
         holes = ("alpha",) if healed.get("mask") == "alpha" else ()

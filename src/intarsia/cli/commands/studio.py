@@ -18,7 +18,8 @@ NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "p
 @click.command(name="studio")
 @click.argument("files", nargs=-1, type=FILE, metavar="[FILES]...")
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Listen there. By default at a free port."
+    "--port", type=click.IntRange(0, 65535), default=0, metavar="N",
+    help="Listen there. By default at a free port that the folder keeps.",
 )
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 @click.option(
@@ -38,7 +39,8 @@ def command(files: tuple[str, ...], port: int, no_browser: bool, folder: str) ->
     missing = [name for module, name in NEEDED.items() if find_spec(module) is None]
     if missing:
         raise ResourceError(
-            f"the studio needs {' and '.join(missing)}; install what is missing: pip install 'intarsia[studio]'"
+            f"the studio needs {' and '.join(missing)}; install what is missing: pip install {' '.join(missing)} "
+            "(in a checkout make studio does it)."
         )
     from ...studio.serving import serve
 
