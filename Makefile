@@ -24,7 +24,7 @@ help:
 	@echo "make studio    open a page on this machine to see, grow, paint and keep; what is made lies in intarsia-studio/"
 	@echo "make test      check style and types, then run the tests"
 	@echo "make test-long run what make test leaves out: more cases of the slow tests"
-	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows only)"
+	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows; SHARE=10: a tenth)"
 	@echo "make lint      check style and types only"
 	@echo "make format    put imports in order and repair what ruff can repair"
 	@echo "make fuzz      try N=1000 mutated files of each format, hostile documents, kills and damaged caches (now N=$(N))"
@@ -43,12 +43,12 @@ $(BIN)/python:
 	@$(PYTHON) -m venv --clear $(VENV)
 
 # Installing is remembered by a stamp for each set of packages.
-$(VENV)/.installed $(VENV)/.installed-studio $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+$(VENV)/.installed-studio $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
 	@$(BIN)/python -c '$(NEW_ENOUGH)' || { rm -rf $(VENV); $(MAKE) --no-print-directory $(BIN)/python; }
 	@$(PIP) --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip >/dev/null || { rm -rf $(VENV); $(MAKE) --no-print-directory $(BIN)/python; }
 	@echo "installing intarsia and what it needs into $(VENV), once"
-	@$(PIP) install -e '.$(if $(findstring dev,$@),[dev],$(if $(findstring studio,$@),[studio]))'
-	@touch $@ $(if $(findstring -,$(notdir $@)),$(VENV)/.installed) $(if $(findstring dev,$@),$(VENV)/.installed-studio)
+	@$(PIP) install -e '.[$(if $(findstring dev,$@),dev,studio)]'
+	@touch $@ $(VENV)/.installed-studio
 
 # A stamp cannot know that the environment was moved, or that something was removed from it since.
 define check
@@ -57,8 +57,8 @@ define check
 endef
 HERE := import intarsia, os; assert os.path.samefile(os.path.dirname(intarsia.__file__), "src/intarsia")
 
-demo: $(VENV)/.installed
-	$(call check,)
+demo: $(VENV)/.installed-studio
+	$(call check,-studio)
 	@mkdir -p demo
 	@$(INTARSIA) grow sample:stones -o demo/stones.png --size 1024 --force
 	@$(INTARSIA) grow sample:brick -o demo/brick.png --size 1024 --force
@@ -83,7 +83,7 @@ test-long: lint
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m long
 
 mutants: lint
-	@WORKERS=$(WORKERS) $(BIN)/python tests/mutants.py $(RULES)
+	@WORKERS=$(WORKERS) $(BIN)/python tests/mutants.py $(RULES) $(if $(SHARE),--share $(SHARE)) $(if $(SEED),--seed $(SEED))
 
 lint: $(VENV)/.installed-dev
 	$(call check,-dev)

@@ -2,17 +2,21 @@
 
     python tests/mutants.py              every row of mutants.toml
     python tests/mutants.py axes cuts    the rows whose file or rule holds one of these words
+    python tests/mutants.py --share 10   a tenth of the rows, drawn by the commit, or by --seed WORD
 
 A row names a file of the package, a text that occurs in it exactly once, what to put in its place, the tests that must
 fail then, and the rule in words. Rows are tried in copies of the package, one for each worker, which are kept between
 runs: a file is written only where it changed, so that compiled kernels stay valid, and is put back with its old time.
-A changed kernel is compiled into a cache of its own. Exit code 1 where a mutation survives, or breaks more than a test.
+Kernels as they are come from the user's cache, changed ones from a cache of their own. Exit code 1 where a mutation
+survives, or breaks more than a test.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import queue
+import random
 import shutil
 import subprocess
 import sys
@@ -77,12 +81,13 @@ class Copy:
                 shutil.copy2(here, there)
         return copy
 
-    def run(self, tests: Iterable[str], cache: str, limit: int | None = None) -> subprocess.CompletedProcess[str]:
-        """Run tests on the copy; TimeoutExpired where they do not end within a limit of s."""
-        environment = {
-            **os.environ, "PYTHONPATH": str(self.home), "INTARSIA_CACHE": str(self.home / cache),
-            "PYTHONDONTWRITEBYTECODE": "1", "OPENBLAS_NUM_THREADS": "1",
-        }  # fmt: skip
+    def run(
+        self, tests: Iterable[str], kernels: bool = False, limit: int | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        """Run tests on the copy, whose `kernels` may be changed; TimeoutExpired where they take more than `limit` s."""
+        environment = os.environ | {
+            "PYTHONPATH": str(self.home), "PYTHONDONTWRITEBYTECODE": "1", "OPENBLAS_NUM_THREADS": "1",
+        } | ({"INTARSIA_CACHE": str(self.home / "cache")} if kernels else {})  # fmt: skip
         options = ("-x", "-q", "--no-header", "-p", "no:cacheprovider", "-p", "no:xdist", "--timeout=0")
         return subprocess.run(
             [sys.executable, "-m", "pytest", *options, *(str(TESTS / t) for t in tests)],
@@ -96,7 +101,7 @@ class Copy:
         try:
             path.write_text(text.replace(mutant.old, mutant.new), encoding="utf-8")
             for test in mutant.tests:
-                done = self.run([test], "cache-mutants" if "kernels" in mutant.file else "cache", LIMIT)
+                done = self.run([test], "kernels" in mutant.file, LIMIT)
                 if done.returncode != 1:  # 1: a test failed; anything else: no test was there, or none could run
                     return SURVIVED if done.returncode == 0 else BROKEN, f"{test}\n{done.stdout[-2000:]}{done.stderr}"
         except subprocess.TimeoutExpired:
@@ -107,13 +112,28 @@ class Copy:
         return CAUGHT, ""
 
 
-def main(words: list[str], workers: int) -> int:
-    """Try the rows that hold one of the words, print a table, and return the exit code."""
+def drawn(rows: list[Mutant], share: int, seed: str) -> list[Mutant]:
+    """One of so many rows, rounded up, by a seed: the same for the same, and over many seeds each as often."""
+    return random.Random(seed).sample(rows, -(-len(rows) // share))
+
+
+def commit() -> str:
+    """What stands for the code as it is; the day where there is no repository."""
+    asked = ["git", "-C", str(ROOT), "rev-parse", "--short=12", "HEAD"]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    return done.stdout.strip() or time.strftime("%Y-%m-%d")
+
+
+def main(words: list[str], share: int, seed: str, workers: int) -> int:
+    """Try the rows that hold one of the words, or a share of them, print a table, and return the exit code."""
     rows = [m for m in mutants() if not words or any(word in m.name for word in words)]
+    if share > 1:
+        listed, rows = len(rows), drawn(rows, share, seed)
+        print(f"{len(rows)} of {listed} rows; again: python tests/mutants.py --share {share} --seed {seed}", flush=True)
     copies = [Copy.of(number) for number in range(max(1, min(workers, len(rows))))]
     begun = time.monotonic()
     tests = dict.fromkeys(test for mutant in rows for test in mutant.tests)
-    whole = copies[0].run(tests, "cache")
+    whole = copies[0].run(tests)
     if whole.returncode:
         print(f"Without any mutation the tests must pass:\n{whole.stdout[-4000:]}{whole.stderr}")
         return 1
@@ -139,4 +159,10 @@ def main(words: list[str], workers: int) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(sys.argv[1:], int(os.environ.get("WORKERS", "1"))))
+    parser = argparse.ArgumentParser(description="Break the package line by line, and see that the tests notice.")
+    parser.add_argument("words", nargs="*", help="rows whose file or rule holds one of these")
+    parser.add_argument("--share", type=int, default=1, metavar="N", help="try one of N rows only")
+    parser.add_argument("--seed", default="", help="which; by default the commit says")
+    given = parser.parse_args()
+    workers = int(os.environ.get("WORKERS", "1"))
+    raise SystemExit(main(given.words, given.share, given.seed or commit(), workers))

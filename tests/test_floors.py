@@ -35,7 +35,7 @@ HOMES = {
 HIDING = {"kernels/cache.py": {"pickle"}}
 """What compiled kernels are kept as; opened after its place, its length and its digest are found right."""
 
-ROOM_FILES, FILE_LINES, FUNCTION_LINES, KERNEL_LINES = 20, 320, 60, 90
+FILE_LINES, FUNCTION_LINES, KERNEL_LINES = 500, 60, 90
 PARAMETERS, KERNEL_PARAMETERS = 8, 12
 
 MANY = {
@@ -104,9 +104,8 @@ def test_kernels_of_a_room_use_its_own_and_the_shared_ones_alone(path: Path) -> 
 
 
 @pytest.mark.parametrize("room", sorted({p.parent for p in modules()}), ids=named)
-def test_rooms_stay_small(room: Path) -> None:
-    """At most 20 files, and no `__init__` that hands on names, but where others than this package look."""
-    assert len(list(room.glob("*.py"))) <= ROOM_FILES
+def test_rooms_hand_on_no_names(room: Path) -> None:
+    """No `__init__` hands on names, but where others than this package look."""
     if named(room).replace(".", "") not in PUBLIC:
         body = tree(room / "__init__.py").body
         assert not [n for n in body if isinstance(n, ast.ImportFrom) and n.module != "__future__"]
@@ -146,7 +145,7 @@ def test_functions_take_few_parameters() -> None:
 
 @pytest.mark.parametrize("path", modules(), ids=named)
 def test_files_and_functions_stay_short(path: Path) -> None:
-    """At most 320 lines a file, 60 a function (90 a kernel), its docstring not counted."""
+    """At most 500 lines a file, 60 a function (90 a kernel), its docstring not counted."""
     assert len(path.read_text(encoding="utf-8").splitlines()) <= FILE_LINES
     kernels = is_kernel(path)
     for node in ast.walk(tree(path)):

@@ -182,3 +182,22 @@ def test_an_unknown_method_or_parameter_is_refused() -> None:
         ia.synthesize(Plane(np.zeros((4, 4), np.uint8)), 4, "quilt")
     with pytest.raises(ia.ParameterError, match="colour: image-quilting has no such parameter"):
         make("image-quilting", {"colour": 1})
+
+
+def test_what_is_printed_is_one_line_without_pixels() -> None:
+    """As a shell shows it; within another object, too."""
+    exemplar = ia.Exemplar.of(np.arange(1200, dtype=np.uint8).reshape(20, 20, 3), name="moss")
+    made = ia.synthesize(exemplar, (30, 40), ia.ImageQuilting(patch=8), seed=5)
+    labels = Plane(np.zeros((20, 20), np.uint8), ia.Kind.LABEL)
+    assert repr(made) == "<texture: 40x30 px, image-quilting, seed 5>"
+    assert repr(made.map) == "<map: 40x30 px, of moss>"
+    assert repr(exemplar) == "<exemplar moss: 20x20 px, albedo>"
+    assert repr(exemplar.base) == "<plane: 20x20 px, colour, uint8 x 3>"
+    for longer in (
+        ia.Guide(labels, labels), ia.Canvas(30, 40, start=made.map), ia.analyze(exemplar), ia.score(exemplar, made),
+        made.canvas, ia.weave(exemplar, ia.Repeat()),
+    ):  # fmt: skip
+        assert len(str(longer)) < 250
+        assert "array(" not in str(longer)
+        assert "\n" not in str(longer)
+    assert str(ia.score(exemplar, exemplar)).startswith("<score: ")
