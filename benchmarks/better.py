@@ -59,7 +59,25 @@ class Spread(ia.PatchSampling):
     @property
     def patch_settings(self) -> Any:
         """As the method lays, but inside the canvas."""
-        return replace(super().patch_settings, hangs=False)
+        return replace(super().patch_settings, hangs=None)
+
+
+class AsThere(ia.PatchSampling):
+    """Patch sampling with all as in the source: also colours that count alike, and seams mixed as numbers of the file.
+
+    Without prevention of repetitions the order does not matter: windows see the same whether by rows or by diagonals.
+    """
+
+    @property
+    def blend(self) -> ia.Blend:
+        """The method's, mixed as in the source."""
+        return super().blend.but(mixing="source")
+
+    def synthesize(self, exemplars: Any, canvas: Any, seed: int, run: ia.Run) -> ia.SourceMap:
+        """As the method does, with weights for as many channels as there are."""
+        alike = (1.0,) * exemplars[0].base.channels
+        plain = ia.PatchSampling.synthesize
+        return plain(replace(self, channel_weights=alike), exemplars, canvas, seed, run)
 
 
 @dataclass(frozen=True)
@@ -79,7 +97,7 @@ PLAIN = ((growth, "striking", lambda feats, finder: None),)
 DRIFTING = ((repetition, "DRIFT", 1e9),)
 SAMPLING = {
     "default": Switch(SOURCE),
-    "all as in the source": Switch(replace(SOURCE, repetition="none", search="exact")),
+    "all as in the source": Switch(AsThere(patch=25, overlap=5, search="exact", repetition="none")),
     "repetition: none": Switch(replace(SOURCE, repetition="none")),
     "repetition: counter": Switch(replace(SOURCE, repetition="counter")),
     "repetition: marks": Switch(replace(SOURCE, repetition="marks")),
@@ -91,6 +109,7 @@ SAMPLING = {
     "bound: epsilon 0.1": Switch(replace(SOURCE, bound="epsilon")),
     "bound: relative 0.1": Switch(replace(SOURCE, bound="relative")),
     "search: exact": Switch(replace(SOURCE, search="exact")),
+    "search: pyramid, drawn": Switch(replace(SOURCE, search="pyramid", pyramid_draws="every")),
     "search: pyramid, 1 kept": Switch(replace(SOURCE, search="pyramid", pyramid_kept=1)),
     "search: pyramid, 8 kept": Switch(replace(SOURCE, search="pyramid")),
     "search: pyramid, 8 kept, gaussian": Switch(replace(SOURCE, search="pyramid", pyramid_filter="gaussian")),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib.util
 import re
 import shlex
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -303,3 +305,10 @@ def test_examples_run(path: Path, tmp_path: Path) -> None:
     for written in made if isinstance(made, list) else [made]:
         assert written.parent == tmp_path
         assert written.stat().st_size > 0
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="there is no make")
+def test_the_environment_of_the_demo_can_start_the_studio(tmp_path: Path) -> None:
+    command = ["make", "-n", "demo", f"VENV={tmp_path / 'none'}", f"PYTHON={sys.executable}"]
+    said = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=True).stdout
+    assert "install -e '.[studio]'" in said

@@ -241,16 +241,16 @@ GOLDEN = {
         "18ba22bee0fd67c38cb3ef4a7cf29d2ca236385bece61d5cdf82daf73e82f122",
     ),
     "by_rows": (
-        "af13e56f825144bc29c1f7fb4e188f12098077f63a1362b9e75c9659f4472ade",
-        "ce572b98d8ebced73c7a792e8a98cdb3c41385f6e85dc23af9ea5ec5c6edb87f",
+        "33baa199ac6f0413cfff4bd6a7cabf0822b9daa01258c4c91c913a8ffa5d1c96",
+        "33217768fa422832ee6f1406fcc3200ac064e5b140cb78e2a0b04819c30df23a",
     ),
     "coherent": (
         "b1a365775e5c2e1bb04472e5223981898c838719e4a057a29290e3929b2e9cb5",
         "53d6b34aebafd31357ec13120d4f1c5f28d7c2175e68f3d2c53f547c7ebe92b5",
     ),
     "by_segments": (
-        "a0770d2104f0c5446687e6305e1d20709a90e17fd141579b52625d74578a963f",
-        "061e8e021d4ecc27bf1a1b1e223f254fd47cc4bc61c1e0e1e2cc47755e847dca",
+        "9ea94250689e24e9ce4af89817e598b3c1c8877072ce07988f9511b6cea4e4f7",
+        "796739906ebbf9842bf35ad04f72512d5ebcf5bd3f825267b266691cb47c229e",
     ),
     "chosen": (
         "988bd5cc01d5bfc0ac27e829ea6c2fea4af0a05fbfd1dc467b5b0fdbeb0cd45d",

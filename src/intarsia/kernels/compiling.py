@@ -166,6 +166,10 @@ class Kernel(CPUDispatcher):
             called = self._called.pop(types, None) if _depth == 1 else None
             return entry if called is None else self._opened(sig, called)
 
+    def is_missing(self, types: tuple[Any, ...]) -> bool:
+        """Tell whether this must be compiled for such types: it is neither loaded nor on disk."""
+        return types not in self.overloads and not self._cache.holds(types, self.targetctx)
+
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Say what a call from another kernel returns; a written number is one of its type, not a type of its own."""
         return super().get_call_template([unliteral(a) for a in args], {n: unliteral(a) for n, a in kws.items()})
