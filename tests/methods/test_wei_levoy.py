@@ -58,7 +58,7 @@ CASES: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n == "two levels" else n for n in CASES])
 def test_it_takes_what_the_plain_version_takes(name: str, thorough: bool) -> None:
     """Multrus 2003, 2.2.1: every pixel of the map is the same."""
     case = {"size": (9, 11), "window": (3, 5), "levels": 1, "wrap": "none"} | CASES[name]

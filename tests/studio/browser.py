@@ -52,7 +52,7 @@ class Desk:
 
     def __init__(self, context: BrowserContext, served: Served, fresh: bool = True) -> None:
         self.served, self.page = served, context.new_page()
-        self.page.set_default_timeout(20_000)
+        self.page.set_default_timeout(60_000)
         self.wrong: list[str] = []
         self.jobs: list[Any] = []
         self.hosts: set[str] = set()

@@ -38,7 +38,7 @@ def axe() -> Any:
     return Axe()
 
 
-@pytest.fixture(scope="module", params=["dark", "light"])
+@pytest.fixture(scope="module", params=["dark", pytest.param("light", marks=pytest.mark.long)])
 def filled(request: pytest.FixtureRequest, browser: Browser, served: Served) -> Iterator[Desk]:
     """A page on which something was made: a material, a result with its score, a job that failed."""
     setts = served.post("/api/exemplars", {"sample": "setts"})["id"]

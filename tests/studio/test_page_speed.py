@@ -33,7 +33,7 @@ def test_the_page_begins_with_few_small_files(browser: Any, served: Served) -> N
         assert sum(files) < 400_000
 
 
-@pytest.mark.parametrize("size", [32, 512])
+@pytest.mark.parametrize("size", [pytest.param(32, marks=pytest.mark.long), 512])
 def test_strokes_over_2048_px_never_ask_the_server(page: Desk, size: int) -> None:
     large = np.broadcast_to(np.arange(2048, dtype=np.uint8)[:, None, None], (2048, 2048, 3))
     page.drop(large=png(np.ascontiguousarray(large)))

@@ -150,7 +150,8 @@ def test_a_wall_is_cut_to_whole_periods_unless_a_size_is_given() -> None:
     cut = ia.Exemplar.of(np.tile(cell, (6, 5, 1))[:110, :107], name="cut")
     run = ia.Run(1)
     made = ia.tile(cut, run=run)
-    assert run.notes == ["cut (107x110 px) was cut to 96x100 px, where its periods or courses close; --size 107x110 keeps all."]
+    told = "cut (107x110 px) was cut to 96x100 px, where its periods or courses close; --size 107x110 keeps all."
+    assert run.notes == [told]
     assert np.array_equal(made.render().pixels, cut.base.samples[5:105, 5:101])
     assert made.recipe["size"] == [96, 100]
     for size in ((110, 107), (48, 50)):
