@@ -17,7 +17,10 @@ from giant.giants import needs
 
 import intarsia as ia
 from intarsia.cli.app import cli
-from intarsia.files import read_plane
+from intarsia.cli.exits import Interrupted
+from intarsia.disk import memory
+from intarsia.files import read_plane, read_recipe
+from intarsia.giant.held import HeldStore
 from intarsia.testing import as_depth, texture
 
 LAID = ["--method", "near-regular", "--lattice", "20,0 0,17", "--block", "16", "--border", "4"]
@@ -51,6 +54,70 @@ def test_what_it_writes_is_what_the_library_draws(here: Path) -> None:
     assert (height == woven.plane("height")[99:189, -7:143].reshape(90, 150, 1)).all()
     assert run("wall.png", "-o", "o", "--size", "64", "--quiet", *LAID).exit_code == 0
     assert (read_plane("o/image_files/6/0_0.png").pixels == ia.weave("wall.png", method)[0:64, 0:64]).all()
+
+
+def test_a_picture_is_what_the_other_stores_are(here: Path) -> None:
+    """All planes in their depth, by any number of threads, with the recipe; it replaces others only if asked."""
+    words = ["wall.png", "--map", "height=wall_h.png", "--size", "1300x1100", "--origin", "-7,99", "-q", *LAID]
+    for out, threads in (("o.tif", "2"), ("o.png", "1"), ("p.png", "3")):
+        done = run(*words, "-o", out, "--threads", threads)
+        assert done.exit_code == 0, done.stderr
+    for name in ("", "_height"):
+        tiff, png = read_plane(f"o{name}.tif"), read_plane(f"o{name}.png")
+        assert png.pixels.dtype == tiff.pixels.dtype
+        assert (png.samples == tiff.samples).all()
+        assert read_recipe(f"o{name}.png") == read_recipe(f"o{name}.tif")
+        assert (here / f"o{name}.png").read_bytes() == (here / f"p{name}.png").read_bytes()
+    assert read_recipe("o.png")["origin"] == [-7, 99]
+    assert run(*words, "-o", "o.png").exit_code == 2
+    assert run(*words, "-o", "o.png", "--force", "--seed", "1").exit_code == 0
+    assert (read_plane("o.png").samples != read_plane("p.png").samples).any()
+    again = CliRunner().invoke(cli, ["replay", "o.png", "-o", "r.png", "--exemplar", "wall.png"])
+    assert "o.png was woven; make it again with intarsia weave" in again.stderr
+
+
+def test_a_picture_that_does_not_fit_into_memory_is_refused(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything is drawn; a TIFF of this size goes."""
+    enough = memory.SURE * (memory.taken() + (40 << 20))
+    monkeypatch.setattr(memory, "_limits", lambda: iter([(int(enough), "one has")]))
+    before = sorted(os.listdir(here))
+    done = run("wall.png", "-o", "o.png", "--size", "2000", "--threads", "1", *LAID)
+    assert done.exit_code == 1
+    assert "o.png: 2000x2000 px, near-regular, seed 0 takes about" in done.stderr
+    assert "MiB; name a .zarr or a .tif, which need not fit." in done.stderr
+    assert sorted(os.listdir(here)) == before
+    assert run("wall.png", "-o", "o.tif", "--size", "2000", "--threads", "1", "-q", *LAID).exit_code == 0
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGKILL"])
+def test_a_picture_that_is_stopped_leaves_nothing(name: str, here: Path) -> None:
+    before = sorted(os.listdir(here))
+    words = ["wall.png", "-o", "o.png", "--size", "6000", "--threads", "1", "--progress", "json", *LAID]
+    command = [sys.executable, "-m", "intarsia", "weave", *words]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as begun:
+        assert begun.stderr is not None
+        assert any('"weave"' in line for line in begun.stderr)
+        begun.send_signal(getattr(signal, name))
+        told = begun.stderr.read()
+    assert sorted(os.listdir(here)) == before
+    if name == "SIGINT":
+        assert begun.returncode == 130
+        assert told.splitlines()[-1] == "intarsia: stopped; nothing was written, and the same command begins anew."
+
+
+def test_of_planes_that_are_stopped_none_is_left(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first is whole by then."""
+    before, finish = sorted(os.listdir(here)), HeldStore.finish
+
+    def finished(store: HeldStore, how: ia.Run) -> None:
+        if store.path.name == "o_height.png":
+            raise Interrupted
+        finish(store, how)
+
+    monkeypatch.setattr(HeldStore, "finish", finished)
+    done = run("wall.png", "--map", "height=wall_h.png", "-o", "o.png", "--size", "64", *LAID)
+    assert done.exit_code == 130
+    assert sorted(os.listdir(here)) == before
 
 
 def test_zarr_by_processes_and_dask(here: Path) -> None:
@@ -87,7 +154,11 @@ def test_progress_is_told_as_json(here: Path) -> None:
 
 
 REFUSED = [
-    (["-o", "o.png"], 2, "-o o.png: name a .zarr, a .tif, or a folder (without an ending) for tiles."),
+    (["-o", "o.jp2"], 2, "-o o.jp2: name a .zarr, a .tif, a picture such as .png, or a folder (no ending) for tiles."),
+    (["-o", "wall.png"], 2, "wall.png exists; name another file, or allow to replace it with --force"),
+    (["-o", "missing/o.png"], 3, "missing does not exist; make it first, or name another."),
+    (["-o", "o.png", "--chunk", "64"], 2, "o.png: a picture in one piece has no chunks; drop --chunk, or name a .zarr"),
+    (["-o", "o.pfm"], 2, "o.pfm: pfm holds float, not 8 bit; name a .zarr or a .tif."),
     (["-o", "-"], 2, "-o -: a giant picture does not fit into a pipe"),
     (["-o", "o{colour}.tif"], 2, "{colour} is unknown"),
     (["-o", "missing/o.tif"], 3, "the folder of missing/o.tif does not exist; make it first, or name another."),

@@ -9,8 +9,10 @@ from typing import Any
 
 from ..disk.memory import check_fits
 from ..errors import CancelledError, ParameterError
+from ..files.formats import SUFFIXES
 from ..giant.cells import gigabytes
 from ..giant.executors import check_executor
+from ..giant.held import HeldStore
 from ..giant.picture import Store
 from ..giant.stream import estimated, memory_of, store_of, stream
 from ..giant.texture import Weave, planned_windows, woven
@@ -20,12 +22,12 @@ from .again import weave_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted
-from .outputs import filled_name, usual_name
+from .outputs import Staging, filled_name, usual_name
 from .plan import method_as_json, with_joins
 from .report import Report
 from .request import Inputs, Loom, Wish
 
-ENDINGS = {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
+ENDINGS = dict.fromkeys(SUFFIXES, "picture") | {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
 USUAL = ".tif"
 """How the name ends that is given where none is: a TIFF needs no further package."""
 
@@ -52,7 +54,9 @@ class Weaving:
         check_executor(loom.who)
         ending = os.path.splitext(loom.out)[1].lower() if loom.out else USUAL
         if ending not in ENDINGS:
-            raise ParameterError(f"-o {loom.out}: name a .zarr, a .tif, or a folder (without an ending) for tiles.")
+            raise ParameterError(
+                f"-o {loom.out}: name a .zarr, a .tif, a picture such as .png, or a folder (no ending) for tiles."
+            )
         width, height = wish.size
         if any(side % inputs.magnify for side in (*wish.size, *loom.origin)):
             raise ParameterError(
@@ -109,22 +113,33 @@ class Weaving:
     def carry_out(self, threads: int | None) -> None:
         """Stream every plane, and report it; what cannot fit into memory is refused before anything is made."""
         workers = Run(threads).workers
-        for path, store in self.stores.items():
-            check_fits(memory_of(store, workers), f"{path}: {self._line()}")
+        for name, store in self.stores.items():
+            instead = "name a .zarr or a .tif, which need not fit" if store.held else "use fewer --threads"
+            check_fits(memory_of(store, workers), f"{self.names[name]}: {self._line()}", instead)
         began = time.perf_counter()
-        try:
-            with self.report.watching(len(self.stores)) as meter:
-                for store in self.stores.values():
-                    stream(store, self.loom.who, Run(threads, meter.stage("weave", 0.0, 1.0), CANCEL))
-                    meter.next_part()
-        except (Interrupted, CancelledError):
-            raise CancelledError("stopped; the same command goes on where it was.") from None
+        with Staging(self.loom.force) as staging:
+            self._fill(threads, staging)
+            staging.commit()
         spent = time.perf_counter() - began
         self._warn()
         self.report.note(f"{', '.join(self.names.values())}: {self._line()}, {spent:.1f} s")
         explain(self.report, self._about(), self.warnings)
         timings = {"read": self.read, "weave": spent, "total": self.read + spent}
         self.report.result(self._about() | {"timings": {k: round(v, 3) for k, v in timings.items()}})
+
+    def _fill(self, threads: int | None, staging: Staging) -> None:
+        """Stream every plane; of pictures the files take their places together, when all of them are whole."""
+        try:
+            with self.report.watching(len(self.stores)) as meter:
+                for store in self.stores.values():
+                    if isinstance(store, HeldStore):
+                        store.place = staging.place
+                    stream(store, self.loom.who, Run(threads, meter.stage("weave", 0.0, 1.0), CANCEL))
+                    meter.next_part()
+        except (Interrupted, CancelledError):
+            if any(store.held for store in self.stores.values()):
+                raise CancelledError("stopped; nothing was written, and the same command begins anew.") from None
+            raise CancelledError("stopped; the same command goes on where it was.") from None
 
     def _warn(self) -> None:
         for line in self.warnings:

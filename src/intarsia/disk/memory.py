@@ -55,13 +55,12 @@ def address_space() -> int | None:
     return None if limit == resource.RLIM_INFINITY else limit
 
 
-def check_fits(needed: int, what: str) -> None:
+def check_fits(needed: int, what: str, instead: str = "choose a smaller --size, or weave it") -> None:
     """Refuse a work for which there is not enough memory; `needed` is what the whole process will take, in bytes."""
     for there, whose in _limits():
         if needed * SURE > there:
             raise ResourceError(
-                f"{what} takes about {needed >> 20} MiB of memory, and {whose} {max(there, 0) >> 20} MiB; choose a "
-                "smaller --size, or weave it."
+                f"{what} takes about {needed >> 20} MiB of memory, and {whose} {max(there, 0) >> 20} MiB; {instead}."
             )
 
 

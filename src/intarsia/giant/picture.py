@@ -191,6 +191,10 @@ class Store(Protocol):
     def printable(self) -> str:
         """Its name in messages."""
 
+    @property
+    def held(self) -> int:
+        """Bytes of memory that it takes besides the cells under way, until it is whole."""
+
     def look(self) -> None:
         """Refuse, before any work, a place where this store cannot be; writes nothing."""
 
@@ -219,6 +223,11 @@ class Kept:
     header: dict[str, Any]
     force: bool
     _ledger: Ledger | None = field(default=None, init=False)
+
+    @property
+    def held(self) -> int:
+        """Bytes of memory that it takes besides the cells under way: none, as every piece goes to the disk."""
+        return 0
 
     @property
     def ledger(self) -> Ledger:

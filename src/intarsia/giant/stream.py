@@ -17,15 +17,17 @@ from .bigtiff import TiffStore
 from .cells import Cell
 from .deepzoom import TileStore
 from .executors import AHEAD, ExecutorLike, check_sendable, executor_of
+from .held import HeldStore
 from .picture import Packer, Picture, Store
 from .zarrays import ZarrStore
 
-STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore], int]] = {
+STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore] | type[HeldStore], int]] = {
     "zarr": (ZarrStore, 512),
     "tiff": (TiffStore, 512),
     "tiles": (TileStore, 256),
+    "picture": (HeldStore, 0),
 }
-"""Name -> the store, and the usual side of its chunks or tiles."""
+"""Name -> the store, and the usual side of its chunks or tiles; 0: it has none."""
 
 
 PER_PX, BETWEEN = 16, 140
@@ -59,7 +61,7 @@ class Needed:
 
 def memory_of(store: Store, workers: int) -> int:
     """Bytes that this process takes at least while so many workers fill a store."""
-    return taken() + min(workers, len(store.grid)) * _drawn(store)
+    return taken() + store.held + min(workers, len(store.grid)) * _drawn(store)
 
 
 def estimated(store: Store, workers: int) -> Needed:
@@ -67,11 +69,13 @@ def estimated(store: Store, workers: int) -> Needed:
     task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
     task(cell)
     began = time.perf_counter()
-    packed = sum(map(len, task(cell)))
-    share = cell.box.height * cell.box.width * workers / (store.grid.height * store.grid.width)
+    pieces = task(cell)
+    spent, packed = time.perf_counter() - began, sum(map(len, pieces))
+    share = cell.box.height * cell.box.width / (store.grid.height * store.grid.width)
+    after = store.packing(cell, pieces) if isinstance(store, HeldStore) else 0.0
     others = min(workers, len(store.grid)) - 1  # the first was measured just now
-    memory = taken() + others * _drawn(store) + AHEAD * (others + 1) * packed
-    return Needed((time.perf_counter() - began) / share, memory)
+    memory = taken() + store.held + others * _drawn(store) + AHEAD * (others + 1) * packed
+    return Needed((spent / workers + after) / share, memory)
 
 
 def _drawn(store: Store) -> int:

@@ -20,6 +20,8 @@ alike, by saying how one is made:
         def read(self, path):
             return pixels_of(path)
 
+(`StorePromises` for one that does not go on where it was stopped.)
+
 Needs pytest and hypothesis; a line ``pytest.register_assert_rewrite("intarsia.testing")`` in conftest.py makes failures
 tell more.
 """
@@ -28,7 +30,7 @@ from .cases import Case, as_depth, cases, exemplars, noise, texture
 from .contract import MethodContract
 from .maps import looked_up, replayed, same_map, same_pixels, unbroken
 from .search import SearchContract, SearchScene
-from .store import StoreContract
+from .store import StoreContract, StorePromises
 
 __all__ = [
     "Case",
@@ -36,6 +38,7 @@ __all__ = [
     "SearchContract",
     "SearchScene",
     "StoreContract",
+    "StorePromises",
     "as_depth",
     "cases",
     "exemplars",

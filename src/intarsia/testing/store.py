@@ -1,4 +1,7 @@
-"""The promises of a store, as tests of whatever makes one: see `intarsia.giant.picture.Store`."""
+"""The promises of a store, as tests of whatever makes one: see `intarsia.giant.picture.Store`.
+
+`StorePromises` are those of every store; `StoreContract` adds those of a store that goes on where it was stopped.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +31,8 @@ def endless(seed: int = 0, dtype: str = "uint8", channels: int = 3) -> Weave:
     return weave(as_depth(texture(29, 31, channels, seed), dtype), Repeat(), seed)
 
 
-class StoreContract:
-    """The promises of :class:`intarsia.giant.picture.Store`; subclass it and say how one is made, and read.
+class StorePromises:
+    """What every :class:`intarsia.giant.picture.Store` promises; subclass it and say how one is made, and read.
 
     Attributes
     ----------
@@ -37,10 +40,13 @@ class StoreContract:
         Of the picture that is stored, px: several cells along both axes, the last ones smaller.
     origin : (y, x)
         Its first pixel on the endless plane.
+    ending : str
+        How the names of such stores end.
     """
 
     sides: ClassVar[tuple[int, int]] = (150, 170)
     origin: ClassVar[tuple[int, int]] = (3, -8)
+    ending: ClassVar[str] = ""
 
     def make(self, picture: Weave, path: Path, force: bool = False) -> Store:
         """Plan a store of a picture at a place; ParameterError where it cannot hold such pixels."""
@@ -58,7 +64,7 @@ class StoreContract:
 
     def test_its_cells_are_the_picture_once_over(self, tmp_path: Path) -> None:
         """Several, numbered row by row; no pixel belongs to two of them or to none."""
-        store = self.make(endless(), tmp_path / "o")
+        store = self.make(endless(), tmp_path / f"o{self.ending}")
         assert (store.grid.height, store.grid.width) == self.sides
         assert store.origin == self.origin
         times = np.zeros(self.sides, int)
@@ -74,7 +80,7 @@ class StoreContract:
         """Every depth and number of channels is read as it was drawn, or refused before anything is written."""
         held = 0
         for dtype, channels in DEPTHS:
-            path = tmp_path / f"{dtype}-{channels}"
+            path = tmp_path / f"{dtype}-{channels}{self.ending}"
             picture = endless(4, dtype, channels)
             try:
                 store = self.make(picture, path)
@@ -90,10 +96,78 @@ class StoreContract:
 
     def test_looking_and_planning_write_nothing(self, tmp_path: Path) -> None:
         """Only `open` begins."""
-        store = self.make(endless(), tmp_path / "o")
+        store = self.make(endless(), tmp_path / f"o{self.ending}")
         store.look()
         store.close()
         assert not list(tmp_path.iterdir())
+
+    def test_who_draws_and_how_many_changes_no_byte(self, tmp_path: Path) -> None:
+        """One thread or three; a packer is sent to other processes, and packs a cell the same there."""
+        self._fill(tmp_path / f"one{self.ending}")
+        store = self.make(endless(), tmp_path / f"three{self.ending}")
+        packer = ForkingPickler.loads(ForkingPickler.dumps(store.packer))
+        for cell in store.grid:
+            pixels = endless().draw(cell.box.moved(*self.origin))
+            pixels = pixels.reshape(*pixels.shape[:2], -1)
+            assert packer(pixels, cell) == store.packer(pixels.copy(), cell)
+        stream(store, None, Run(3))
+        assert self.files(tmp_path / f"three{self.ending}") == self.files(tmp_path / f"one{self.ending}")
+
+    def test_what_is_not_its_own_is_never_touched(self, tmp_path: Path) -> None:
+        """A folder with somebody's work, with `force`, too; a file without it. A folder that is missing is not made."""
+        folder, file = tmp_path / f"folder{self.ending}", tmp_path / f"file{self.ending}"
+        folder.mkdir()
+        (folder / "thesis.txt").write_text("years")
+        file.write_text("work")
+        missing = tmp_path / "missing" / f"o{self.ending}"
+        for path, force in ((folder, False), (folder, True), (file, False), (missing, False)):
+            for attempt in ("look", "open"):
+                store = self.make(endless(), path, force)
+                with pytest.raises(IntarsiaError) as caught:
+                    getattr(store, attempt)()
+                store.close()
+                assert "\n" not in str(caught.value)
+                assert (path.parent if path is missing else path).name in str(caught.value)
+        assert self.files(folder) == {"/thesis.txt": b"years"}
+        assert file.read_text() == "work"
+        assert not missing.parent.exists()
+
+    def test_closing_lets_go_of_every_file(self, tmp_path: Path) -> None:
+        """At any time, and twice; then the store can be moved."""
+        store = self.make(endless(), tmp_path / f"o{self.ending}")
+        store.close()
+        assert list(store.open())
+        store.close()
+        store.close()
+        for path in list(tmp_path.iterdir()):
+            path.rename(path.with_name(path.name.replace("o", "p", 1)))
+        assert self._fill(tmp_path / f"p{self.ending}") == len(store.grid)
+
+    def _fill(self, path: Path, stop: int | None = None, seed: int = 0, force: bool = False) -> int:
+        """Fill a store, and finish it; or stop before a cell. Return how many cells were drawn."""
+        picture = endless(seed)
+        store, drawn = self.make(picture, path, force), 0
+        try:
+            for number in list(store.open()):
+                if drawn == stop:
+                    return drawn
+                cell = store.grid.cell(number)
+                pixels = picture.draw(cell.box.moved(*self.origin))
+                store.put(cell, store.packer(pixels.reshape(*pixels.shape[:2], -1), cell))
+                drawn += 1
+            if stop is None:
+                store.finish(Run(1))
+        finally:
+            store.close()
+        return drawn
+
+    def _window(self, picture: Weave) -> Any:
+        (y, x), (height, width) = self.origin, self.sides
+        return picture.draw(Box(y, x, y + height, x + width))
+
+
+class StoreContract(StorePromises):
+    """What a :class:`intarsia.giant.picture.Store` promises that goes on where it was stopped, as `StorePromises`."""
 
     def test_a_new_store_misses_every_cell_a_whole_one_none(self, tmp_path: Path) -> None:
         """Rising; opened again and finished again it is the same in every byte."""
@@ -141,18 +215,6 @@ class StoreContract:
                     mended += 1
         assert mended
 
-    def test_who_draws_and_how_many_changes_no_byte(self, tmp_path: Path) -> None:
-        """One thread or three; a packer is sent to other processes, and packs a cell the same there."""
-        self._fill(tmp_path / "one")
-        store = self.make(endless(), tmp_path / "three")
-        packer = ForkingPickler.loads(ForkingPickler.dumps(store.packer))
-        for cell in store.grid:
-            pixels = endless().draw(cell.box.moved(*self.origin))
-            pixels = pixels.reshape(*pixels.shape[:2], -1)
-            assert packer(pixels, cell) == store.packer(pixels.copy(), cell)
-        stream(store, None, Run(3))
-        assert self.files(tmp_path / "three") == self.files(tmp_path / "one")
-
     def test_another_picture_is_refused_not_mixed(self, tmp_path: Path) -> None:
         """With `force` it gives way as a whole."""
         self._fill(tmp_path / "o", 2)
@@ -166,52 +228,6 @@ class StoreContract:
             assert self.files(tmp_path / "o") == before
         self._fill(tmp_path / "o", seed=1, force=True)
         assert self.files(tmp_path / "o") == self.files(tmp_path / "other")
-
-    def test_what_is_not_its_own_is_never_touched(self, tmp_path: Path) -> None:
-        """A folder with somebody's work, with `force`, too; a file without it. A folder that is missing is not made."""
-        (tmp_path / "folder").mkdir()
-        (tmp_path / "folder" / "thesis.txt").write_text("years")
-        (tmp_path / "file").write_text("work")
-        for name, force in (("folder", False), ("folder", True), ("file", False), ("missing/o", False)):
-            for attempt in ("look", "open"):
-                store = self.make(endless(), tmp_path / name, force)
-                with pytest.raises(IntarsiaError) as caught:
-                    getattr(store, attempt)()
-                store.close()
-                assert "\n" not in str(caught.value)
-                assert name.rpartition("/")[2] in str(caught.value)
-        assert self.files(tmp_path / "folder") == {"/thesis.txt": b"years"}
-        assert (tmp_path / "file").read_text() == "work"
-        assert not (tmp_path / "missing").exists()
-
-    def test_closing_lets_go_of_every_file(self, tmp_path: Path) -> None:
-        """At any time, and twice; then the store can be moved."""
-        store = self.make(endless(), tmp_path / "o")
-        store.close()
-        assert list(store.open())
-        store.close()
-        store.close()
-        for path in list(tmp_path.iterdir()):
-            path.rename(path.with_name(path.name.replace("o", "p", 1)))
-        assert self._fill(tmp_path / "p") == len(store.grid)
-
-    def _fill(self, path: Path, stop: int | None = None, seed: int = 0, force: bool = False) -> int:
-        """Fill a store, and finish it; or stop before a cell. Return how many cells were drawn."""
-        picture = endless(seed)
-        store, drawn = self.make(picture, path, force), 0
-        try:
-            for number in list(store.open()):
-                if drawn == stop:
-                    return drawn
-                cell = store.grid.cell(number)
-                pixels = picture.draw(cell.box.moved(*self.origin))
-                store.put(cell, store.packer(pixels.reshape(*pixels.shape[:2], -1), cell))
-                drawn += 1
-            if stop is None:
-                store.finish(Run(1))
-        finally:
-            store.close()
-        return drawn
 
     def _go_on(self, path: Path, before: dict[str, bytes]) -> bool:
         """Fill a store that was damaged, with a second call where the first asks for it; False: it is refused."""
@@ -233,7 +249,3 @@ class StoreContract:
             place = Path(str(path) + name)
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(data)
-
-    def _window(self, picture: Weave) -> Any:
-        (y, x), (height, width) = self.origin, self.sides
-        return picture.draw(Box(y, x, y + height, x + width))

@@ -38,8 +38,9 @@ UNION, PARAMETERS = offered(ABLE, *OWN)
 LOOM = (
     opt(
         "out", "-o", "--output", type=FILE, metavar="OUT",
-        help="OUT.zarr, OUT.tif, or a folder of tiles. A .tif is a tiled BigTIFF; a name without an ending is a folder "
-        "of DeepZoom tiles. Further planes lie beside it as OUT_NAME. Default: NAME_woven.tif in the working folder.",
+        help="OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .tif is a tiled BigTIFF; a name without an ending "
+        "is a folder of DeepZoom tiles; a .png, or another picture, must fit into memory. Further planes lie beside it "
+        "as OUT_NAME. Default: NAME_woven.tif in the working folder.",
     ),
     opt(
         "origin", "--origin", type=Position(), default="0,0", metavar="X,Y",
@@ -57,7 +58,7 @@ LOOM = (
         "dask", "--dask", metavar="local|ADDRESS",
         help="A dask cluster draws. One that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
     ),
-    opt("force", "--force", is_flag=True, help="Begin anew where another texture was woven."),
+    opt("force", "--force", is_flag=True, help="Begin anew where another texture or picture lies."),
 )  # fmt: skip
 
 
@@ -71,8 +72,8 @@ def loom_of(out: str | None, seed: int | None, **given: Any) -> Loom:
 @click.command(
     name="weave",
     cls=HelpfulCommand,
-    epilog="What a stopped or killed command began, the same command goes on with. OUT may hold {stem}, {seed}, "
-    "{method}, {w} and {h}.",
+    epilog="What a stopped or killed command began, the same command goes on with; only pictures such as OUT.png begin "
+    "anew. OUT may hold {stem}, {seed}, {method}, {w} and {h}.",
 )
 @gathered(*OWN, *PARAMETERS, into="wish", make=partial(wish_of, union=UNION))
 @gathered(SEED, *LOOM, into="loom", make=loom_of)
