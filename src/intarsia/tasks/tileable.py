@@ -286,7 +286,8 @@ def remarks(scene: Scene) -> list[str]:
     if (canvas.height, canvas.width) == (picture.height, picture.width):
         return []
     whole, part = f"{picture.width}x{picture.height}", f"{canvas.width}x{canvas.height}"
-    return [f"{picture.name} ({whole} px) was cut to {part} px, where its periods or courses close; --size {whole} keeps all."]
+    said = f"{picture.name} ({whole} px) was cut to {part} px, where its periods or courses close"
+    return [f"{said}; --size {whole} keeps all."]
 
 
 def _seen(picture: Exemplar) -> Exemplar:
