@@ -148,8 +148,8 @@ class Desk:
         assert box is not None
         return box["x"] + how["x"] + x * how["scale"], box["y"] + how["y"] + y * how["scale"]
 
-    def stroke(self, *places: tuple[float, float], number: int = 0) -> list[tuple[float, float]]:
-        """Draw with the pointer from place to place of the picture; the places where the pointer really was."""
+    def stroke(self, *places: tuple[float, float], number: int = 0, held: bool = False) -> list[tuple[float, float]]:
+        """Draw with the pointer from place to place of the picture, and hold it; the places where it really was."""
         real = []
         shown = "async s => { while (!s.size.width) await new Promise(requestAnimationFrame); }"
         self.stage(number).evaluate(shown)  # a person sees what is painted on
@@ -162,7 +162,8 @@ class Desk:
             real.append(((x - box["x"] - how["x"]) / how["scale"], (y - box["y"] - how["y"]) / how["scale"]))
             if n == 0:
                 self.page.mouse.down()
-        self.page.mouse.up()
+        if not held:
+            self.page.mouse.up()
         return real
 
 

@@ -54,9 +54,10 @@ def test_strokes_over_2048_px_never_ask_the_server(page: Desk, size: int) -> Non
         }"""
     )
     page.page.evaluate(WATCH)
-    page.stroke(*[(600 + 4 * n, 1000 + 300 * np.sin(n / 9)) for n in range(150)])
+    page.stroke(*[(600 + 4 * n, 1000 + 300 * np.sin(n / 9)) for n in range(150)], held=True)
     gaps, painted = page.page.evaluate("() => { cancelAnimationFrame(watch); return [gaps, painted]; }")
     print(f"\nbrush of {size} px: {len(gaps)} frames, median {np.median(gaps):.1f} ms, longest {max(gaps):.1f} ms")
     assert asked == []
+    page.page.mouse.up()
     assert len(painted) >= 150
     assert max(painted) < (size + 80) ** 2

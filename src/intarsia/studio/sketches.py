@@ -36,11 +36,9 @@ class Sketches:
             raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
         key = ("sketch", row["id"], method)
         while (found := self.pictures.get(key)) is None:
-            try:
-                found = self.pictures.keep(key, await self._grown(row, method, wanted))
-            except FailedError:
-                if not self.busy() or not await wanted():
-                    raise
+            grown = await self._grown(row, method, wanted)
+            if grown is not None:
+                return self.pictures.keep(key, grown)
         return found
 
     async def end(self) -> None:
@@ -49,7 +47,8 @@ class Sketches:
             self._rest.cancel()
         await self.process.end()
 
-    async def _grown(self, row: Row, method: str, wanted: Wanted) -> bytes:
+    async def _grown(self, row: Row, method: str, wanted: Wanted) -> bytes | None:
+        """A sketch; none where it gave way to something else, which may have ended since."""
         watch: list[asyncio.Task[None]] = []
 
         async def free() -> bool:
@@ -65,6 +64,10 @@ class Sketches:
             _, data = await self.process.ask("sketch", within=WITHIN, wanted=free, paths=paths, method=method)
             picture: bytes = data
             return picture
+        except FailedError:
+            if any(task.done() for task in watch):
+                return None
+            raise
         finally:
             for task in watch:
                 task.cancel()
