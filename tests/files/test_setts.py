@@ -19,10 +19,10 @@ from intarsia.image import Kind
 from intarsia.rendering.normals import off_unit
 
 SUMS = {
-    "albedo": "c369ba43c2555f52",
-    "normal": "d94f5a69cf70e526",
-    "roughness": "354065b7dea1410d",
-    "height": "6473971a299a76f8",
+    "albedo": "d5c37f5a98004c64",
+    "normal": "6e3286bf26f178bc",
+    "roughness": "470775a19cc534cd",
+    "height": "36f0a32adb7a118e",
 }
 
 

@@ -80,6 +80,33 @@ def rounded_box(u: F, v: F, wide: F | float, tall: F | float, radius: float) -> 
     return distance
 
 
+def laid(
+    y: F, x: F, counts: Sequence[int], widths: tuple[float, float], gap: float, radius: float, seed: int,
+    side: int = SIDE,
+) -> tuple[F, I, F, F]:
+    """Lay rows of stones: px inside of an edge, a number, and the place in a stone, -1 to 1, across and down.
+
+    As many in each row as is said; their widths, the least and how much more is drawn, are stretched to fill it.
+    Stones end ``gap`` px before the middle of joints, with corners of a radius.
+    """
+    tall = side / len(counts)
+    row = np.minimum((y / tall).astype(np.int64), len(counts) - 1)
+    inside, number = np.zeros(y.shape), np.zeros(y.shape, np.int64)
+    across, down = np.zeros(y.shape), np.zeros(y.shape)
+    for r, count in enumerate(counts):
+        ends = np.concatenate([[0.0], np.cumsum(widths[0] + widths[1] * hashed_share(np.arange(count), seed + r))])
+        ends = ends * (side / ends[-1])
+        local = (x + 97.0 * r + 11.0) % side
+        stone = np.clip(np.searchsorted(ends, local, side="right") - 1, 0, count - 1)
+        u, v = local - (ends[stone] + ends[stone + 1]) / 2, y - (r + 0.5) * tall
+        wide, high = (ends[stone + 1] - ends[stone]) / 2 - gap, tall / 2 - gap
+        mine = row == r
+        inside = np.where(mine, rounded_box(u, v, wide, high, radius), inside)
+        number = np.where(mine, r * 16 + stone, number)
+        across, down = np.where(mine, u / wide, across), np.where(mine, v / high, down)
+    return inside, number, across, down
+
+
 def light(height: F, strength: float) -> tuple[F, F]:
     """Light a relief from the upper left: shade (1 is flat), and gloss."""
     gx = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) * (0.5 * strength)

@@ -26,6 +26,7 @@ from .relief import (
     grid,
     hash_of,
     hashed_share,
+    laid,
     lattice,
     light,
     picked,
@@ -120,32 +121,25 @@ def pebbles() -> Plane:
 
 
 def stones() -> Plane:
-    """A wall of rough stones in uneven courses, warm, with sandy mortar."""
+    """A wall of dressed stones in courses, of sandy tones that each have many, in wide joints of dark mortar."""
     y, x = grid()
-    wy = y + 0.5 + 7.0 * (cloud(32, 41, 3) - 0.5)
-    wx = x + 0.5 + 8.0 * (cloud(32, 42, 3) - 0.5)
-    inside, number = _stone_courses(wy % SIDE, wx % SIDE)
-    inside = inside + 2.6 * (cloud(8, 43, 2) - 0.5)
+    wy = y + 0.5 + 1.6 * (cloud(32, 41, 2) - 0.5)
+    wx = x + 0.5 + 3.0 * (cloud(32, 42, 3) - 0.5)
+    inside, number, _, _ = laid(wy % SIDE, wx % SIDE, (6, 5, 5, 6, 5, 5, 6), (36.0, 16.0), 2.6, 6.0, 200)
+    inside = inside + 1.8 * (cloud(8, 43, 2) - 0.5)
     shift = hash_of(number, 1, 44) % SIDE
-    rough = cloud(32, 45, 5)[(y + shift) % SIDE, (x + 3 * shift) % SIDE]
+    rough = cloud(16, 45, 4)[(y + shift) % SIDE, (x + 3 * shift) % SIDE]
     fine = cloud(4, 46, 2)
-    bulge = 6.0 * smooth(inside / 9.0)
-    sand = 1.4 * cloud(4, 49, 2)
-    cover = np.clip(inside * 0.5 + 0.5, 0.0, 1.0)
-    height = (bulge + 7.0 * (rough - 0.5) + 0.8 * fine + 1.5) * cover + sand * (1.0 - cover)
-    palette = [
-        (168, 142, 110), (160, 134, 104), (172, 149, 118), (150, 128, 103), (160, 134, 104),
-        (156, 137, 113), (168, 144, 113), (148, 125, 101), (166, 145, 116),
-    ]  # fmt: skip
-    colour = picked(palette, hash_of(number, 2, 50)) * (0.95 + 0.1 * hashed_share(number, 51))[..., None]
-    stain = cloud(64, 52, 4)
-    colour = colour * (0.8 + 0.4 * (rough - 0.5) + 0.26 * fine + 0.14 * stain)[..., None]
-    warm = np.stack([1.0 + 0.06 * (stain - 0.5), np.ones_like(stain), 1.0 - 0.12 * (stain - 0.5)], axis=2)
-    mortar = np.array([172.0, 160.0, 142.0]) * (0.56 + 0.42 * cloud(4, 53, 3))[..., None]
-    mortar = mortar * (0.7 + 0.3 * smooth(-inside / 3.0))[..., None]
+    bulge = 3.4 * smooth(inside / 7.0)
+    cover = np.clip(inside * 0.6 + 0.5, 0.0, 1.0)
+    height = (bulge + 4.0 * (rough - 0.5) + 0.8 * fine + 1.5) * cover + 0.8 * cloud(4, 49, 2) * (1.0 - cover)
+    palette = [(176, 148, 112), (164, 142, 116), (172, 152, 124), (156, 134, 106), (168, 140, 109)]
+    colour = picked(palette, number) * (0.96 + 0.08 * hashed_share(number, 51))[..., None]
+    colour = colour * (0.86 + 0.4 * (rough - 0.5) + 0.24 * fine)[..., None]
+    mortar = np.array([112.0, 104.0, 92.0]) * (0.7 + 0.24 * cloud(4, 53, 2))[..., None]
     shade, _ = light(height, 0.75)
-    open_sky = np.clip(1.0 + (height - box_blur(height, 8)) * 0.035, 0.55, 1.1)
-    lit = (colour * warm * cover[..., None] + mortar * (1 - cover)[..., None]) * (shade * open_sky)[..., None]
+    shade = shade * cover + (0.94 + 0.06 * shade) * (1.0 - cover)
+    lit = (colour * cover[..., None] + mortar * (1 - cover)[..., None]) * shade[..., None]
     return _painted(lit)
 
 
@@ -228,27 +222,6 @@ def _heap(cell: int, seed: int) -> tuple[F, tuple[F, F, F], I, F]:
 
 def _reached(centre: float, reach: float) -> I:
     return np.arange(int(centre - reach - 1), int(centre + reach + 2))
-
-
-def _stone_courses(y: F, x: F) -> tuple[F, I]:
-    """Lay stones in courses: px inside of the stone's edge, and its number."""
-    rows = np.array([0, 39, 86, 124, 170, 209, 256])
-    row = np.searchsorted(rows, y, side="right") - 1
-    inside = np.zeros(y.shape)
-    number = np.zeros(y.shape, np.int64)
-    for r in range(len(rows) - 1):
-        widths = 34.0 + 46.0 * hashed_share(np.arange(5 if r % 2 else 4), 200 + r)
-        ends = np.concatenate([[0.0], np.cumsum(widths)])
-        ends = ends * (SIDE / ends[-1])
-        local = (x + 61.0 * r + 17.0) % SIDE
-        stone = np.clip(np.searchsorted(ends, local, side="right") - 1, 0, len(widths) - 1)
-        u = local - (ends[stone] + ends[stone + 1]) / 2
-        v = y - (rows[r] + rows[r + 1]) / 2
-        wide, tall = (ends[stone + 1] - ends[stone]) / 2 - 2.4, (rows[r + 1] - rows[r]) / 2 - 2.4
-        mine = row == r
-        inside = np.where(mine, rounded_box(u, v, wide, tall, 8.0), inside)
-        number = np.where(mine, r * 16 + stone, number)
-    return inside, number
 
 
 def _knots(along: I, across: F, board: I) -> tuple[F, F, F]:

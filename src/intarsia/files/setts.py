@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..image import Kind, Plane
 from . import relief
-from .relief import F, I, box_blur, hash_of, hashed_share, picked, rounded_box, smooth
+from .relief import F, I, box_blur, hash_of, hashed_share, picked, smooth
 
 SIDE = 512  # room for a hundred stones, so that few are seen to return in what grows from them
 
@@ -39,12 +39,13 @@ def _painted() -> dict[str, NDArray[np.generic]]:
     y, x = relief.grid(SIDE)
     wy = y + 0.5 + 3.0 * (cloud(32, 301, 3) - 0.5)
     wx = x + 0.5 + 6.0 * (cloud(32, 302, 3) - 0.5)
-    inside, number, u, v = _laid(wy % SIDE, wx % SIDE)
+    inside, number, u, v = relief.laid(wy % SIDE, wx % SIDE, (10,) * 10, (36.0, 32.0), 3.6, 9.0, 320, SIDE)
     inside = inside + 2.2 * (cloud(8, 303, 2) - 0.5)
     shift = hash_of(number, 1, 304) % SIDE
     rough = cloud(32, 305, 5)[(y + shift) % SIDE, (x + 3 * shift) % SIDE]
     fine, grain = cloud(4, 306, 2), cloud(2, 307, 2)
-    moss = smooth((cloud(8, 308, 2) - 0.34) / 0.3)
+    moss = 0.3 + 0.35 * smooth(-inside / 3.0) + 0.9 * (cloud(4, 308, 2) - 0.5)  # too fine for a cut to be seen
+    moss = np.clip(moss, 0.0, 1.0)
     stone = np.clip(inside * 0.7 + 0.5, 0.0, 1.0)
     height = _height(inside, number, u, v, rough, fine, moss, stone)
     planes: dict[str, NDArray[np.generic]] = {
@@ -56,33 +57,13 @@ def _painted() -> dict[str, NDArray[np.generic]]:
     return planes
 
 
-def _laid(y: F, x: F) -> tuple[F, I, F, F]:
-    """Lay stones in rows: px inside of a stone's edge, its number, and the place from its middle, 1 at its border."""
-    row = np.minimum((y / COURSE).astype(np.int64), 9)
-    inside, number = np.zeros(y.shape), np.zeros(y.shape, np.int64)
-    across, down = np.zeros(y.shape), np.zeros(y.shape)
-    for r in range(10):
-        widths = 36.0 + 32.0 * hashed_share(np.arange(10), 320 + r)
-        ends = np.concatenate([[0.0], np.cumsum(widths)])
-        ends = ends * (SIDE / ends[-1])
-        local = (x + 97.0 * r + 11.0) % SIDE
-        stone = np.clip(np.searchsorted(ends, local, side="right") - 1, 0, len(widths) - 1)
-        u, v = local - (ends[stone] + ends[stone + 1]) / 2, y - (r + 0.5) * COURSE
-        wide, tall = (ends[stone + 1] - ends[stone]) / 2 - 3.6, COURSE / 2 - 3.6
-        mine = row == r
-        inside = np.where(mine, rounded_box(u, v, wide, tall, 9.0), inside)
-        number = np.where(mine, r * 16 + stone, number)
-        across, down = np.where(mine, u / wide, across), np.where(mine, v / tall, down)
-    return inside, number, across, down
-
-
 def _height(inside: F, number: I, u: F, v: F, rough: F, fine: F, moss: F, stone: F) -> F:
     """Px above the lowest joint."""
     lean = (hashed_share(number, 330) - 0.5) * u + (hashed_share(number, 331) - 0.5) * v
     crown = box_blur(smooth(inside / 17.0), 4)  # no ridges where the distances to two borders meet
     top = 4.5 + 6.5 * crown + 2.0 * hashed_share(number, 332) + 2.4 * lean
     top = top + 4.0 * (rough - 0.5) + 0.5 * (fine - 0.5)
-    joint = 1.0 + 1.8 * cloud(4, 333, 2) + moss * (2.2 * cloud(6, 334, 2) + 1.0)
+    joint = 1.0 + 1.8 * cloud(4, 333, 2) + moss * (2.2 * cloud(3, 334, 2) + 1.0)
     return box_blur(top * stone + joint * (1.0 - stone), 1)
 
 
@@ -91,12 +72,12 @@ def _albedo(inside: F, number: I, rough: F, fine: F, grain: F, moss: F, stone: F
         (136, 134, 132), (124, 125, 128), (146, 141, 135), (130, 123, 118), (116, 118, 122), (150, 145, 141),
         (138, 127, 118), (120, 121, 119),
     ]  # fmt: skip
-    granite = picked(palette, hash_of(number, 2, 340)) * (0.86 + 0.2 * hashed_share(number, 341))[..., None]
+    granite = picked(palette, hash_of(number, 2, 340)) * (0.89 + 0.14 * hashed_share(number, 341))[..., None]
     granite = granite * (0.86 + 0.5 * (rough - 0.5) + 0.4 * (grain - 0.5) + 0.14 * fine)[..., None]
     worn = smooth(inside / 12.0)
     granite = granite * (0.82 + 0.2 * worn)[..., None]
-    earth = np.array([62.0, 54.0, 42.0]) * (0.6 + 0.6 * cloud(4, 342, 2))[..., None]
-    green = np.array([66.0, 78.0, 30.0]) * (0.55 + 0.8 * cloud(6, 334, 2))[..., None]
+    earth = np.array([62.0, 54.0, 42.0]) * (0.7 + 0.4 * cloud(4, 342, 2))[..., None]
+    green = np.array([66.0, 78.0, 34.0]) * (0.65 + 0.6 * cloud(3, 334, 2))[..., None]
     joint = earth * (1.0 - moss)[..., None] + green * moss[..., None]
     creeping = (moss * smooth(1.0 - inside / 4.0) * 0.5)[..., None]  # over the rims of stones
     granite = granite * (1.0 - creeping) + green * creeping
