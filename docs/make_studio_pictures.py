@@ -101,7 +101,7 @@ def main() -> None:
         grown(page)
         keep(page, "studio-grow")
         press(page, "4", "Grow")
-        captions = page.locator(".sheet .caption").filter(has_text=re.compile(r"seed \d+ · \d\d"))
+        captions = page.locator(".sheet .caption").filter(has_text=re.compile(r"seed \d\D*\d\d"))
         captions.nth(3).wait_for(timeout=WAIT)
         page.wait_for_timeout(1000)
         keep(page, "studio-sheet")
