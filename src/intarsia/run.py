@@ -29,8 +29,8 @@ def cores() -> int:
 class Probe:
     """A question to a run: how well did every patch of the exemplar fit when output pixel (y, x) was filled?
 
-    ``maps``: the answer, one float32 array for every exemplar in every pose (in that order), over the first
-    pixels of patches; root mean squares on the 0..1 scale, -1 where no patch may begin. None until then.
+    ``maps``: the answer, one float32 array for every exemplar, over the first pixels of patches, each in the pose that
+    fits best; root mean squares on the 0..1 scale, -1 where no patch may begin. None until then.
     """
 
     y: int

@@ -11,6 +11,7 @@ from pixels.naive_pixels import NaiveScan
 
 import intarsia as ia
 from intarsia.canvas import Canvas
+from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.methods.wei_levoy import STAGE
 from intarsia.pixels import raster_kernels
@@ -86,6 +87,39 @@ def test_on_a_canvas_that_ends_every_pixel_is_the_best_by_the_l_alone() -> None:
             far = ((others - own[:, None, None]) ** 2).sum(axis=0)
             u, s = out[i, j]
             assert far[u - 2, s - 3] == far.min()
+
+
+def test_from_white_noise_it_is_the_method_of_the_source() -> None:
+    """Multrus 2003, 2.2.1 and figure 2.3, from the text: noise, rows, an L of 7x3 px on a torus, the best of all."""
+    sample = smooth(6, 24, 27).astype(np.int64)
+    sample = (sample - sample.min()) * 1023 // np.ptp(sample)  # features are whole numbers up to 1023
+    method = ia.WeiLevoy(window=(3, 7), matching="exact", noise="white")
+    out = ia.synthesize(sample.astype(np.uint16), (13, 15), method, seed=9, wrap="both").map.yx
+    image = np.array([[below(1024, draw(9, STAGE, 64, i, j)) for j in range(15)] for i in range(13)])
+    legs = [(a, b) for a in (-2, -1) for b in range(-3, 4)] + [(0, b) for b in (-3, -2, -1)]
+    y, x = np.mgrid[2:24, 3:24]  # neighbourhoods wholly inside the exemplar
+    others = np.stack([sample[y + a, x + b] for a, b in legs])
+    for i in range(13):
+        for j in range(15):
+            own = np.array([image[(i + a) % 13, (j + b) % 15] for a, b in legs])
+            far = ((others - own[:, None, None]) ** 2).sum(axis=0)
+            best = np.unravel_index(far.argmin(), far.shape)
+            assert tuple(out[i, j]) == (best[0] + 2, best[1] + 3)
+            image[i, j] = sample[tuple(out[i, j])]
+
+
+@pytest.mark.parametrize("matching", ["exact", "tree"])
+def test_white_noise_is_gone_in_the_end(matching: str) -> None:
+    """Whatever the canvas, levels, channels and start: every pixel is one of the exemplar, and starts stay."""
+    e = Exemplar.of(np.stack([smooth(c, 20, 19) for c in range(3)], axis=-1))
+    start, holes = with_hole(e)
+    for levels, wrap in ((1, "none"), (2, "both"), (2, "x")):
+        method = ia.WeiLevoy(window=(2, 5), levels=levels, matching=matching, noise="white")
+        free = ia.synthesize([e, e], (30, 33), method, wrap=wrap).map
+        assert set(np.unique(free.which).tolist()) <= {0, 1}
+        begun = ia.synthesize(e, None, method, start=start, wrap=wrap).map
+        assert begun.which is None
+        assert (begun.yx[~holes] == start.yx[~holes]).all()
 
 
 @pytest.mark.parametrize("levels", [1, 2])

@@ -108,7 +108,7 @@ class PatchSampling(MethodBase):
     boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
     boundary_slack: int | None = parameters.boundary_slack()
     boundary_candidates: int = param(
-        1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=MOST
+        1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=99_999
     )
     boundary_join: str = param(
         "cut", "choice", "how such patches meet: along the cheapest seam, or like all others", choices=("cut", "same")
@@ -180,7 +180,8 @@ class PatchSampling(MethodBase):
         """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
         if self.bound != "best" and not self.of_all:
             return LISTED_BY_EPSILON
-        most = max(1 if self.of_all else self.candidates, self.boundary_candidates)
+        at_bounds = self.boundary_candidates if self.search == "pyramid" else min(self.boundary_candidates, MOST)
+        most = max(1 if self.of_all else self.candidates, at_bounds)
         return max(LEAST_LISTED, most, 3 * min(most, MOST)) * (2 if self.search == "exact" else 1)
 
     @property
@@ -216,6 +217,8 @@ class PatchSampling(MethodBase):
             best = int(prices[0]) if len(prices) else UNLIMITED
             found = published.every_within(growth, window, found, max(best, self._limit(prices, brightness)))
             rows, prices = self._priced(growth, window, found)
+        if at_boundary and self.boundary_candidates > MOST and self.search != "pyramid" and not found.permitted:
+            rows, prices = self._priced(growth, window, published.every_at_boundary(growth, window, found))
         if not len(rows):
             return None
         many = self.boundary_candidates if at_boundary else self._admitted(prices, brightness)

@@ -3,11 +3,12 @@
 Wei and Levoy, "Fast Texture Synthesis using Tree-structured Vector Quantization", SIGGRAPH 2000, as Multrus 2003
 describes it (chapter 2).
 
-Departures: the noise at the beginning is made of exemplar pixels, so that it has the texture's own colours; where the
-last rows and columns see the first ones across the border, these count, too, and the first ones, which saw noise, are
-filled a second time at the end, so that the border fits; pixels of a start count on all sides; a canvas that does not
-wrap is cut from a slightly larger torus; finer levels begin with what the coarser one shows; the tree is a kd-tree
-whose best few are compared exactly, together with the continuations of the pixels beside, in place of a quantiser.
+Departures, all but the last three off with ``noise="white"``: the noise at the beginning is made of exemplar pixels, so
+that it has the texture's own colours; where the last rows and columns see the first ones across the border, these
+count, too, and the first ones, which saw noise, are filled a second time at the end, so that the border fits; pixels of
+a start count on all sides; a canvas that does not wrap is cut from a slightly larger torus; finer levels begin with
+what the coarser one shows; the tree is a kd-tree whose best few are compared exactly, together with the continuations
+of the pixels beside, in place of a quantiser.
 
 Cost: exact, all neighbourhoods of the exemplar for each pixel; with the tree, 24 of its leaves.
 """
@@ -66,6 +67,11 @@ class WeiLevoy(MethodBase):
     matching: str = param(
         "tree", "choice", "ask a tree for a few similar places, or compare all of them", choices=("tree", "exact")
     )
+    noise: str = param(
+        "exemplar", "choice", "what the canvas is before: pixels of the exemplar, or white noise; white: as published, "
+        "only what lies above and to the left counts, and no pixel is filled twice",
+        choices=("exemplar", "white"),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         check(self)
@@ -86,7 +92,8 @@ class WeiLevoy(MethodBase):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Fill level after level, row after row."""
         method = self.resolved(exemplars, canvas)
-        scan = raster_scan.Scan(exemplars, canvas, extent(method.window or 3), method.levels, (seed, STAGE))
+        side, white = extent(method.window or 3), method.noise == "white"
+        scan = raster_scan.Scan(exemplars, canvas, side, method.levels, (seed, STAGE), white)
         for _ in range(method.levels):
             torus, exemplar = scan.enter()
             fill = method.filler(scan, torus, exemplar)

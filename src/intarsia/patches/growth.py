@@ -195,7 +195,8 @@ class Growth:
             dx = dx % self.canvas.width if self.canvas.wrap.x else dx
             if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
                 scale = distance_map.full_scale(self.exemplars[0], self.settings.weights)
-                probe.maps = distance_map.distance_maps(candidates, self.variants, scale)
+                every = distance_map.distance_maps(candidates, self.variants, scale)
+                probe.maps = distance_map.best_of_poses(every, self.variants, self.layout.patch)
                 if candidates.free:
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
                 return

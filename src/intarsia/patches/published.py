@@ -12,7 +12,7 @@ import numpy as np
 
 from ..search import exhaustive_kernels
 from ..search.candidates import Candidates
-from ..search.fourier_kernels import Among
+from ..search.fourier_kernels import FAR, Among
 from .repeats import Table
 
 if TYPE_CHECKING:
@@ -36,3 +36,20 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
     return growth.weighed(
         np.array(growth.at(window), np.int64), replace(found, rows=rows[np.argsort(rows[:, 0], kind="stable")])
     )
+
+
+def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
+    """Return all patches that a window may take where labels meet, by seam and guide together, cheapest first."""
+    guided, at = growth.guided, np.array([growth.at(window)], np.int64)
+    assert guided is not None, "labels meet under a guide"
+    table = Table(guided.allowed_at(window))
+    among, uses = Among(table.flat, table.offsets), np.zeros(len(table.flat), np.int32)
+    seam, apart = np.empty((2, len(table.flat)), np.int64)
+    (wanted,), inside = guided.guidance.wanted(at)
+    exhaustive_kernels.within(found.feats, found.known, growth.variants.posed, among, uses, int(FAR), seam)
+    exhaustive_kernels.within(wanted, inside[0], guided.guidance.pictures.posed, among, uses, int(FAR), apart)
+    allowed = seam >= 0
+    rows = table.rows(allowed)
+    share = guided.shares(found.known[None], inside)[0]
+    rows[:, 0] = np.floor((np.sqrt(seam[allowed]) + share * np.sqrt(apart[allowed])) ** 2 + 0.5)
+    return growth.weighed(at[0], replace(found, rows=rows[np.argsort(rows[:, 0], kind="stable")]))

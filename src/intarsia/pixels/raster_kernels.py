@@ -43,7 +43,7 @@ class Torus(NamedTuple):
     coarse: NDArray[np.int16]  # (P, H, W): what the coarser level shows here
     taps: NDArray[np.int64]  # (n, 3): row, column, kind; the nearest first
     channels: int  # planes of this level; those of the coarser one follow
-    whole: bool  # whether neighbourhoods all around find room in the exemplar
+    whole: bool  # whether neighbourhoods all around count, and find room in the exemplar
     wraps: tuple[bool, bool]  # whether the canvas, too, continues in itself, down and along
     choices: NDArray[np.int64]  # (m, 2): every (variant, position) that a neighbourhood of kind 0 fits
     seed: np.uint64
@@ -235,3 +235,12 @@ def start_from_noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any
         for x in range(variant.shape[1]):
             k = below(len(choices), draw(seed, stage, 64 + level, y, x))
             show(ground, variant, yx, y, x, choices[k, 0], choices[k, 1])
+
+
+@kernel
+def white_noise(low: Any, high: Any, seed: Any, stage: int, out: Any) -> None:
+    """Fill planes (P, H, W) with numbers drawn evenly from `low` to `high`, (P,) each."""
+    for c in range(out.shape[0]):
+        for y in range(out.shape[1]):
+            for x in range(out.shape[2]):
+                out[c, y, x] = low[c] + below(high[c] - low[c] + 1, draw(seed, stage, 64 + c, y, x))

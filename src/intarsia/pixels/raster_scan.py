@@ -80,7 +80,8 @@ class Scan:
     """The map of a method that goes row by row, level by level.
 
     A canvas that does not wrap is part of a larger torus. The margin above it takes the first rows, which see
-    nothing but noise, and that at its side keeps its left and right edges apart.
+    nothing but noise, and that at its side keeps its left and right edges apart. `white`: it begins as white noise,
+    and nothing but what lies above and to the left counts, as published.
     """
 
     def __init__(
@@ -90,8 +91,10 @@ class Scan:
         window: tuple[int, int],
         levels: int,
         draws: tuple[int, int],
+        white: bool = False,
     ) -> None:
         self.exemplars, self.canvas, self.window, self.levels, self.draws = exemplars, canvas, window, levels, draws
+        self.white = white
         shown = () if canvas.start is None else canvas.start.poses
         self.variants = posed_exemplars(exemplars, features(exemplars), (0,), (1, 1), shown)
         self.pyramid = pyramid(layers(self.variants, exemplars), levels)
@@ -126,6 +129,8 @@ class Scan:
                 )
                 for one, two in zip(given, above, strict=True)
             ]
+        elif self.white:
+            given = [*given, self._noise(shape)]
         exemplar = ground(given, *(reach_of(self.window, coarse, whole) for whole in (False, True)))
         places = choices(exemplar, 0)
         if not len(places):
@@ -133,7 +138,10 @@ class Scan:
                 f"no window={words(self.window)} of the exemplar is free of masked pixels at level {self.level + 1}; "
                 "choose fewer levels, a smaller window, or mask less."
             )
-        if self.torus is None:
+        if self.torus is None and self.white:
+            variant = np.full(shape, len(given) - 1, np.uint8)
+            yx = np.ascontiguousarray(np.moveaxis(np.indices(shape, dtype=np.int32), 0, 2))
+        elif self.torus is None:
             variant, yx = np.zeros(shape, np.uint8), np.zeros((*shape, 2), np.int32)
             raster_kernels.start_from_noise(variant, yx, exemplar, places, seed, stage, self.level)
         else:
@@ -142,7 +150,8 @@ class Scan:
         self.given = done.copy()
         taps = np.array(taps_of(self.window, coarse), np.int64)
         self.torus = Torus(
-            variant, yx, done, context, taps, self.variants.channels, bool((exemplar.closed[1] == 0).any()),
+            variant, yx, done, context, taps, self.variants.channels,
+            not self.white and bool((exemplar.closed[1] == 0).any()),
             (self.canvas.wrap.y, self.canvas.wrap.x), places, seed, stage, self.level,
         )  # fmt: skip
         return self.torus, exemplar
@@ -175,6 +184,8 @@ class Scan:
     def first_ones(self, most: int) -> list[NDArray[np.int64]]:
         """List the pixels (n, 2), at most so many together, that saw noise across a wrapped border."""
         torus = self._current()
+        if self.white:
+            return []
         saw = np.zeros(torus.variant.shape, bool)
         if self.canvas.wrap.y:
             saw[: self.window[0] - 1] = True
@@ -195,6 +206,14 @@ class Scan:
     def _current(self) -> Torus:
         assert self.torus is not None
         return self.torus
+
+    def _noise(self, shape: tuple[int, ...]) -> PixelPlanes:
+        """White noise as large as the torus, over the range of each channel: read like an exemplar, but never used."""
+        every = np.concatenate([one.planes.reshape(len(one.planes), -1) for one in self.pyramid[self.level]], axis=1)
+        planes = np.empty((len(every), *shape), np.int16)
+        low, high = every.min(axis=1).astype(np.int64), every.max(axis=1).astype(np.int64)
+        raster_kernels.white_noise(low, high, np.uint64(self.draws[0]), self.draws[1], planes)
+        return PixelPlanes(planes, np.zeros(shape, bool), False)
 
     def _refined(self, shape: tuple[int, ...]) -> tuple[Any, Any]:
         """Show at every pixel what the coarser level shows there, in finer steps."""

@@ -1,4 +1,4 @@
-"""The distance map: how well every patch of the exemplar fits at one place of the output (Multrus 2003, Fig. 3.12)."""
+"""The distance map: how well every patch of the exemplar fits at one place (Multrus 2003, Figs. 3.12 and 4.2)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.features import pose_array
 from ..analysis.stretched import RANGE, channel_shares
 from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES
 from ..image import Kind
 from . import pyramid_kernels
 from .candidates import Candidates
@@ -35,6 +37,23 @@ def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> 
     return out
 
 
+def best_of_poses(
+    maps: list[NDArray[np.float32]], variants: PosedExemplars, patch: tuple[int, int]
+) -> list[NDArray[np.float32]]:
+    """Return for every exemplar the distance of its patch at each first pixel in the pose that fits best (Fig. 4.2)."""
+    best: dict[int, NDArray[np.float32]] = {}
+    for v, one in enumerate(maps):
+        pose = int(variants.pose[v])
+        upright = pose_array(one, {5: 7, 7: 5}.get(pose, pose))
+        if variants.toroidal[v]:  # blocks that lie upside down begin at their other end
+            turned = [min(row) < 0 for row in ISOMETRIES[pose].j]
+            upright = np.roll(upright, [-t * (side - 1) for t, side in zip(turned, patch, strict=True)], (0, 1))
+        upright = np.where(upright < 0, np.float32(np.inf), upright)
+        number = int(variants.exemplar[v])
+        best[number] = np.minimum(best.get(number, upright), upright)
+    return [np.where(np.isinf(one), np.float32(FAR), one) for one in best.values()]
+
+
 def full_scale(exemplar: Exemplar, weights: tuple[float, ...] | None) -> float:
     """Return the squared length, in features, of the step from the darkest to the brightest value in all channels.
 
@@ -46,7 +65,7 @@ def full_scale(exemplar: Exemplar, weights: tuple[float, ...] | None) -> float:
 
 
 def side_by_side(maps: list[NDArray[np.float32]]) -> NDArray[np.float32]:
-    """Put the maps of several exemplars or poses into one picture, in their order, top edges level."""
+    """Put the maps of several exemplars into one picture, in their order, top edges level."""
     height = max(m.shape[0] for m in maps)
     padded: list[Any] = [np.pad(m, ((0, height - len(m)), (0, 0)), constant_values=FAR) for m in maps]
     return np.concatenate(padded, axis=1)

@@ -75,7 +75,7 @@ class Guided(ABC, Generic[AnySearch]):
     def _weighed(self, search: AnySearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
         """Where patches differ in what the guide says, count that too: d + alpha g, squared (Multrus 2003, 5.3.1)."""
 
-    def _shares(self, known: Array, inside: Array) -> Array:
+    def shares(self, known: Array, inside: Array) -> Array:
         """By what the root of the guide's squared difference is multiplied, window by window.
 
         With n known pixels of a window of A, both of them means: sqrt(seam / (n u)) + alpha sqrt(apart / (A g)),
@@ -98,7 +98,7 @@ class GuidedSearch(Guided[PatchSearch]):
         n, guide = len(at), self.guide
         feats, known = search.windows(variant, yx, at, self.guidance.layout.wraps)
         wanted, inside = self.guidance.wanted(at)
-        shares = self._shares(known, inside)
+        shares = self.shares(known, inside)
         coarse_shares = shares * (search.scale / guide.scale)
         pixels, over = search.reduce(feats, known), guide.reduce(wanted, inside)
         cells = search.cells[0] * search.cells[1]
@@ -146,7 +146,7 @@ class GuidedPyramid(Guided[PyramidSearch]):
         for number in range(LEVELS, -1, -1):
             (feats, known), (wanted, inside) = stack[number], beside[number]
             level, labels = search.levels[number], guide.levels[number]
-            shares = self._shares(known, inside)
+            shares = self.shares(known, inside)
             here = usual if number == LEVELS else to_level(usual, sums, number)
             kept, many = best, found
             best = np.empty((n, (search.kept if number else search.listed) + 1, 4), np.int64)
