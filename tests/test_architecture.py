@@ -126,7 +126,7 @@ def grown(folder: Path, *words: str) -> list[Step]:
 
 
 def test_a_pixel_goes_this_way(tmp_path: Path) -> None:
-    ia.write(tmp_path / "brick.png", np.asarray(ia.read("sample:stones").base.pixels)[:160, :160])
+    ia.write(tmp_path / "brick.png", np.asarray(ia.read("sample:pebbles").base.pixels)[:160, :160])
     ways = steps("## The way of one pixel")
     made = grown(tmp_path)
     assert [step for step in made if step in ways] == ways
