@@ -54,8 +54,8 @@ def test_grays_have_no_tint(page: Desk) -> None:
     ids=["desk", "tablet", "large"],
 )
 def test_every_room_fits_and_every_control_has_a_name(browser: Browser, served: Served, how: Any) -> None:
-    stones = served.post("/api/exemplars", {"sample": "stones"})["id"]
-    assert served.ended(served.job("grow", [stones], method="best-tile", wrap="both"))["state"] == "failed"
+    pebbles = served.post("/api/exemplars", {"sample": "pebbles"})["id"]
+    assert served.ended(served.job("grow", [pebbles], method="best-tile", wrap="both"))["state"] == "failed"
     with desk(browser, served, **how) as page:
         page.sample("tiles")
         for room in ROOMS:
