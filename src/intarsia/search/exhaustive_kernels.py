@@ -31,6 +31,21 @@ def best_of(feats: Any, known: Any, posed: Any, rows: Any, found: Any) -> int:
 
 
 @kernel
+def measure(feats: Any, known: Any, posed: Any, rows: Any) -> None:
+    """Write the squared distance of every patch into its row of `rows` (n, 4), which are as candidates."""
+    flat, table = posed
+    h, w = known.shape
+    channels = feats.shape[2]
+    window = feats.reshape(h * w * channels)
+    spans = np.empty((h, 3), np.int64)
+    row_spans(known, spans)
+    for k in range(len(rows)):
+        v, stride = rows[k, 1], table[rows[k, 1], 3] * channels
+        start = table[v, 0] + rows[k, 2] * stride + rows[k, 3] * channels
+        rows[k, 0] = window_distance(window, known, spans, flat, start, stride, 1, FAR)
+
+
+@kernel
 def within(feats: Any, known: Any, posed: Any, among: Any, uses: Any, limit: int, squared: Any) -> None:
     """Write the squared distance of every patch into its row; -1 where none may begin or it is above `limit`.
 

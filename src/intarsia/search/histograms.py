@@ -103,9 +103,9 @@ class SegmentSearch:
             if known[k].any():
                 index = np.ix_(np.arange(y, y + h) % variant.shape[0], np.arange(x, x + w) % variant.shape[1])
                 groups = np.where(variant[index] != HOLE, self.groups[yx[index][..., 0], yx[index][..., 1]], -1)
-                drawn = self.drawn(groups, known[k], (y, x))
-                rows = np.empty((len(drawn), 4), np.int64)
-                rows = rows[: exhaustive_kernels.best_of(feats[k], known[k], self.variants.posed, drawn, rows)]
+                rows = self.drawn(groups, known[k], (y, x))
+                exhaustive_kernels.measure(feats[k], known[k], self.variants.posed, rows)
+                rows = rows[np.argsort(rows[:, 0], kind="stable")]
             usual = int(rows[len(rows) // USUAL, 0]) if len(rows) else 0
             found.append(Candidates(rows, usual, feats[k], known[k], free=not known[k].any()))
         return found
