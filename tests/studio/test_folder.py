@@ -119,6 +119,7 @@ class TestTheTable:
     def test_what_the_table_lost_is_found(self, tmp_path: Path, filled: tuple[Path, Filled], how: str) -> None:
         folder, before = tmp_path / "copy", filled[1]
         shutil.copytree(filled[0], folder, ignore=shutil.ignore_patterns(".lock"))
+        kept = {name: data for name, data in all_of(folder).items() if name.startswith(("exem", "images", "results"))}
         (folder / "studio.sqlite").unlink()
         if how == "old":  # of the day before, when there was one exemplar more
             store = Store(tmp_path / "other")
@@ -134,7 +135,6 @@ class TestTheTable:
             (folder / ".intarsia-studio").unlink()
         with studio(folder) as served:
             assert before.listed(served) == before.known
-        kept = {name: data for name, data in before.files.items() if name.startswith(("exem", "images", "results"))}
         assert kept
         assert kept.items() <= all_of(folder).items()
 

@@ -48,9 +48,9 @@ def test_the_exemplar_is_cropped(found: Desk) -> None:
     found.radio("Crop").click()
     (ax, ay), (bx, by) = (tuple(round(v) for v in place) for place in found.stroke((30, 40), (130, 104)))
     before = found.served.get("/api/exemplars")
-    found.button("Crop").click()
     told = found.page.locator(".stage:visible canvas")
     expect(told).to_have_attribute("aria-label", "Exemplar tiles")
+    found.button("Crop").click()
     for _ in range(100):
         after = found.served.get("/api/exemplars")
         if len(after) > len(before):
