@@ -17,12 +17,19 @@ else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
 
-def test_a_reload_and_the_way_back_lead_to_what_was_looked_at(page: Desk) -> None:
+def test_what_the_studio_does_not_hear_is_sent_later(page: Desk) -> None:
     page.sample("tiles")
-    page.quick()
-    page.radio("4").click()
-    page.button("Grow").click()
-    sheet = page.page.get_by_role("region", name="Contact sheet")
+    page.page.route("**/api/kept/*", lambda route: route.abort())
+    with page.page.expect_event("requestfailed"):
+        page.radio("4").click()
+    page.page.unroute("**/api/kept/*")
+    page.page.reload()
+    expect(page.radio("4")).to_have_attribute("aria-checked", "true")
+    page.wrong.clear()
+
+
+def test_a_reload_and_the_way_back_lead_to_what_was_looked_at(page: Desk) -> None:
+    sheet = page.variants()
     cells = sheet.get_by_role("button", name=re.compile("image-quilting, seed ., "))  # under way or done
     expect(cells).to_have_count(4)
     page.page.reload()

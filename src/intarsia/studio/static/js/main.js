@@ -19,7 +19,7 @@ listen({
   preview: (told) => store.seen(told.id, told.number),
   gone: (told) => store.gone(told.job ?? told.exemplar ?? ""),
   here: (here) => {
-    if (here && away) void tried(() => store.load());
+    if (here && away) void tried(() => Promise.all([store.load(), kept.send()]));
     away = !here;
     store.here = here;
     store.tell("here");

@@ -34,18 +34,21 @@ class Kept {
     this.#all[key] = { ...this.of(key), ...change };
     this.#due.add(key);
     this.#note();
-    if (!this.#sending) void this.#send();
+    void this.send();
   }
 
   #note() {
     sessionStorage.setItem(DUE, JSON.stringify(Object.fromEntries([...this.#due].map((key) => [key, this.of(key)]))));
   }
 
-  async #send() {
+  /** Send what is still to be sent. Where the studio is away it stays, until the next change or until it is heard again. */
+  async send() {
+    if (this.#sending) return;
     this.#sending = true;
     for (const key of this.#due) {
       const value = this.of(key);
-      await post(`/api/kept/${key}`, value).catch(() => null); // the studio is away, which is said elsewhere
+      const refused = await post(`/api/kept/${key}`, value).then(() => null, (error) => error);
+      if (refused && refused.status !== 404) continue; // which is said elsewhere; 404: the exemplar is gone
       this.#due.delete(key);
       if (this.of(key) !== value) this.#due.add(key); // it changed meanwhile
       this.#note();
