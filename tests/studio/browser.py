@@ -108,6 +108,14 @@ class Desk:
         self.page.get_by_role("spinbutton", name="Width in px").fill("96")
         self.page.get_by_role("spinbutton", name="Height in px").fill("80")
 
+    def variants(self) -> Locator:
+        """Grow the tiles with four seeds; their contact sheet."""
+        self.sample("tiles")
+        self.quick()
+        self.radio("4").click()
+        self.button("Grow").click()
+        return self.page.get_by_role("region", name="Contact sheet")
+
     def grown(self) -> str:
         """Wait until a result is on the stage; its id."""
         link = self.page.get_by_role("link", name="Download", exact=True)

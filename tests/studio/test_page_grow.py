@@ -136,11 +136,7 @@ def test_a_refused_job_says_why(page: Desk) -> None:
 
 
 def test_variants_make_a_contact_sheet(page: Desk) -> None:
-    page.sample("tiles")
-    page.quick()
-    page.radio("4").click()
-    page.button("Grow").click()
-    sheet = page.page.get_by_role("region", name="Contact sheet")
+    sheet = page.variants()
     expect(sheet.get_by_role("button", name=re.compile("seed . , Done|seed ., Done"))).to_have_count(4, timeout=120_000)
     assert [job["options"].get("seed", 0) for job in page.jobs] == [0, 1, 2, 3]
     sheet.get_by_role("button", name="seed 2").click()
