@@ -64,7 +64,7 @@ class Traits(NamedTuple):
 
     exact : its maps name whole pixels, neither scaled nor turned by fractions.
     pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
-    hangs : whether patches hang over the border, as :func:`intarsia.geometry.laid` has it.
+    hangs : how patches lie at the borders, as :func:`intarsia.geometry.laid` has it.
     channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
     asked : returns, for parameters that are functions, a hash of all that they say over a canvas or a box.
     """

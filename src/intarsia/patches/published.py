@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..search import exhaustive_kernels
-from ..search.candidates import Candidates
-from ..search.fourier_kernels import FAR, Among
+from ..search.candidates import Candidates, nearest
+from ..search.fourier_kernels import FAR
 from .repeats import Table
 
 if TYPE_CHECKING:
@@ -25,17 +25,14 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
     if growth.layout.places is not None:  # edges weigh half of what is compared with the limit
         limit = 2 * limit + 1
     table = Table(growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window))
-    squared = np.empty(len(table.flat), np.int64)
-    prices, uses = growth.repetition.search_prices, np.zeros(len(table.flat), np.int32)
-    if prices.multiply and growth.finder.factor == 1:
-        uses = np.concatenate([counts.ravel() for counts in prices.counts])
-    among = Among(table.flat, table.offsets)
-    exhaustive_kernels.within(found.feats, found.known, growth.variants.posed, among, uses, limit, squared)
-    rows = table.rows(squared >= 0)
-    rows[:, 0] = squared[squared >= 0]
-    return growth.weighed(
-        np.array(growth.at(window), np.int64), replace(found, rows=rows[np.argsort(rows[:, 0], kind="stable")])
-    )
+    rows, prices, most = table.rows(table.flat), growth.repetition.search_prices, np.array(limit)
+    if prices.multiply and growth.finder.factor == 1:  # by 1 + uses, squared; 256 = once
+        uses = np.concatenate([counts.ravel() for counts in prices.counts])[table.flat > 0].astype(np.int64)
+        most = limit // (1 + uses // 256) ** 2
+    rows[:, 0] = most
+    exhaustive_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
+    rows = nearest(rows[rows[:, 0] <= most])
+    return growth.weighed(np.array(growth.at(window), np.int64), replace(found, rows=rows))
 
 
 def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
@@ -43,13 +40,12 @@ def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Cand
     guided, at = growth.guided, np.array([growth.at(window)], np.int64)
     assert guided is not None, "labels meet under a guide"
     table = Table(guided.allowed_at(window))
-    among, uses = Among(table.flat, table.offsets), np.zeros(len(table.flat), np.int32)
-    seam, apart = np.empty((2, len(table.flat)), np.int64)
     (wanted,), inside = guided.guidance.wanted(at)
-    exhaustive_kernels.within(found.feats, found.known, growth.variants.posed, among, uses, int(FAR), seam)
-    exhaustive_kernels.within(wanted, inside[0], guided.guidance.pictures.posed, among, uses, int(FAR), apart)
-    allowed = seam >= 0
-    rows = table.rows(allowed)
+    rows = table.rows(table.flat)
+    rows[:, 0] = FAR
+    apart = rows.copy()
+    exhaustive_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
+    exhaustive_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
     share = guided.shares(found.known[None], inside)[0]
-    rows[:, 0] = np.floor((np.sqrt(seam[allowed]) + share * np.sqrt(apart[allowed])) ** 2 + 0.5)
-    return growth.weighed(at[0], replace(found, rows=rows[np.argsort(rows[:, 0], kind="stable")]))
+    rows[:, 0] = np.floor((np.sqrt(rows[:, 0]) + share * np.sqrt(apart[:, 0])) ** 2 + 0.5)
+    return growth.weighed(at[0], replace(found, rows=nearest(rows)))

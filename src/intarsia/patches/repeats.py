@@ -17,8 +17,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..search import exhaustive_kernels
-from ..search.candidates import SHORT_LIST, Candidates, Prices
+from ..search.candidates import SHORT_LIST, Candidates, Prices, nearest
 from ..search.fourier import PatchSearch
+from ..search.fourier_kernels import FAR
 from ..search.posed import in_one_row
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
@@ -59,9 +60,10 @@ def best_given(
         rows, best = table.rows(mask), np.empty((0, 4), np.int64)
         for first in range(0, len(rows), CHUNK):
             check()
-            out = np.empty((SHORT_LIST, 4), np.int64)
-            part = np.concatenate([best, rows[first : first + CHUNK]])
-            best = out[: exhaustive_kernels.best_of(found.feats, found.known, search.variants.posed, part, out)]
+            part = rows[first : first + CHUNK]
+            part[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
+            exhaustive_kernels.measure(found.feats, found.known, search.variants.posed, part)
+            best = nearest(np.concatenate([best, part]))[:SHORT_LIST]
         again = replace(found, rows=best)
     return replace(again, usual=found.usual, permitted=True)
 

@@ -40,6 +40,11 @@ class Candidates:
         return [cls(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0) for k, (c, u) in each]
 
 
+def nearest(rows: Array) -> Array:
+    """Return rows of candidates (n, 4) in the order of their distances; of those as far the first comes first."""
+    return rows[np.argsort(rows[:, 0], kind="stable")]
+
+
 @dataclass(frozen=True, eq=False)
 class Reduced:
     """Windows as the search compares them: energies, spectra by shape, and the exemplars' energy under their masks.

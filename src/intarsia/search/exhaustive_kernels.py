@@ -7,32 +7,15 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from .fourier_kernels import FAR, insert, row_spans, window_distance
-
-
-@kernel
-def best_of(feats: Any, known: Any, posed: Any, rows: Any, found: Any) -> int:
-    """Measure patches, `rows` (n, 4) as in `found`, exactly; put the nearest into `found`, return how many."""
-    flat, table = posed
-    h, w = known.shape
-    channels = feats.shape[2]
-    window = feats.reshape(h * w * channels)
-    spans = np.empty((h, 3), np.int64)
-    row_spans(known, spans)
-    count, size = 0, len(found)
-    for k in range(len(rows)):
-        v, u, s = rows[k, 1], rows[k, 2], rows[k, 3]
-        stride = table[v, 3] * channels
-        worst = FAR if count < size else found[size - 1, 0]
-        d = window_distance(window, known, spans, flat, table[v, 0] + u * stride + s * channels, stride, 1, worst)
-        if d < worst:
-            count = insert(found, min(count, size - 1), d, v, u, s)
-    return count
+from .fourier_kernels import insert, row_spans, window_distance
 
 
 @kernel
 def measure(feats: Any, known: Any, posed: Any, rows: Any) -> None:
-    """Write the squared distance of every patch into its row of `rows` (n, 4), which are as candidates."""
+    """Write the squared distance of every patch into its row of `rows` (n, 4), which are as candidates.
+
+    In place of the distance stands what is far enough: of a patch farther off no more is known than that it is.
+    """
     flat, table = posed
     h, w = known.shape
     channels = feats.shape[2]
@@ -42,33 +25,7 @@ def measure(feats: Any, known: Any, posed: Any, rows: Any) -> None:
     for k in range(len(rows)):
         v, stride = rows[k, 1], table[rows[k, 1], 3] * channels
         start = table[v, 0] + rows[k, 2] * stride + rows[k, 3] * channels
-        rows[k, 0] = window_distance(window, known, spans, flat, start, stride, 1, FAR)
-
-
-@kernel
-def within(feats: Any, known: Any, posed: Any, among: Any, uses: Any, limit: int, squared: Any) -> None:
-    """Write the squared distance of every patch into its row; -1 where none may begin or it is above `limit`.
-
-    `squared` (positions,) int64; `uses` (positions,): 256 = once; distances are multiplied by 1 + uses, squared.
-    """
-    valid, offsets = among
-    flat, table = posed
-    h, w = known.shape
-    channels = feats.shape[2]
-    window = feats.reshape(h * w * channels)
-    spans = np.empty((h, 3), np.int64)
-    row_spans(known, spans)
-    for v in range(len(offsets)):
-        stride = table[v, 3] * channels
-        for k in range(offsets[v, 1] * offsets[v, 2]):
-            at = offsets[v, 0] + k
-            squared[at] = -1
-            if valid[at]:
-                start = table[v, 0] + k // offsets[v, 2] * stride + k % offsets[v, 2] * channels
-                most = limit // (1 + np.int64(uses[at]) // 256) ** 2
-                d = window_distance(window, known, spans, flat, start, stride, 1, most)
-                if d <= most:
-                    squared[at] = d
+        rows[k, 0] = window_distance(window, known, spans, flat, start, stride, 1, rows[k, 0])
 
 
 @kernel

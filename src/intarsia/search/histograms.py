@@ -18,7 +18,8 @@ from ..draws import below, draw_many
 from ..kernels import windows
 from ..sourcemap import HOLE
 from . import exhaustive_kernels
-from .candidates import Candidates, Prices
+from .candidates import Candidates, Prices, nearest
+from .fourier_kernels import FAR
 from .posed import PosedExemplars
 
 LEVELS = 24  # steps of the root of a share; of 8 groups at most, 25 to the power of 8 fits into 64 bits
@@ -104,8 +105,9 @@ class SegmentSearch:
                 index = np.ix_(np.arange(y, y + h) % variant.shape[0], np.arange(x, x + w) % variant.shape[1])
                 groups = np.where(variant[index] != HOLE, self.groups[yx[index][..., 0], yx[index][..., 1]], -1)
                 rows = self.drawn(groups, known[k], (y, x))
+                rows[:, 0] = FAR
                 exhaustive_kernels.measure(feats[k], known[k], self.variants.posed, rows)
-                rows = rows[np.argsort(rows[:, 0], kind="stable")]
+                rows = nearest(rows)
             usual = int(rows[len(rows) // USUAL, 0]) if len(rows) else 0
             found.append(Candidates(rows, usual, feats[k], known[k], free=not known[k].any()))
         return found
