@@ -54,7 +54,7 @@ class Walk:
     def still(self) -> Walk:
         """Wait until all that is in sight is there."""
         self.page.wait_for_timeout(120)
-        self.page.wait_for_function(STILL, timeout=60_000)
+        self.page.wait_for_function(STILL, timeout=180_000)  # what a page before asked for is drawn first
         return self
 
     def told(self) -> Any:
