@@ -9,7 +9,7 @@ from studio.browser import Desk
 from studio.served import pixels, png
 
 if TYPE_CHECKING:
-    from playwright.sync_api import expect
+    from playwright.sync_api import Route, expect
 else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
@@ -50,3 +50,21 @@ def test_an_exemplar_is_taken_away_and_comes_back(page: Desk) -> None:
         page.button(done).click()
         expect(before.get_by_role("button", name="unwanted", exact=True)).to_have_count(int(done == "Undo"))
         assert ("unwanted" in {row["name"] for row in page.served.get("/api/exemplars")}) == (done == "Undo")
+
+
+def test_what_is_dropped_before_the_page_has_heard_all_is_worked_with(page: Desk) -> None:
+    asked: list[Route] = []
+    listing = "**/api/exemplars"
+    page.page.route(listing, lambda r: asked.append(r) if r.request.method == "GET" else r.fallback())
+    page.page.reload()
+    while not asked:
+        page.page.wait_for_timeout(20)
+    before = page.served.get("/api/exemplars")
+    page.drop(early=png(pixels(40, 44, seed=9)))
+    while "early" not in {row["name"] for row in page.served.get("/api/exemplars")}:
+        page.page.wait_for_timeout(20)
+    for route in asked:
+        route.fulfill(json=before)
+    page.page.unroute(listing)
+    page.page.get_by_role("heading", name="early").wait_for()
+    page.quick()

@@ -28,6 +28,9 @@ class Store extends EventTarget {
   here = true;
   /** Whether all that the server has was told once. */
   loaded = false;
+  #arrived = () => {};
+  /** Comes when all that the server has was told once: no room can be furnished before. */
+  ready = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#arrived = resolve)));
   /** @type {Map<string, number>} the number of a job's last preview */
   previews = new Map();
   /** @type {Map<string, Promise<Result>>} */
@@ -62,13 +65,17 @@ class Store extends EventTarget {
 
   /** Ask for all that the server has. */
   async load() {
-    [this.schema, this.exemplars] = await Promise.all([get("/api/schema"), get("/api/exemplars")]);
+    const had = this.exemplars;
+    const [schema, exemplars] = await Promise.all([get("/api/schema"), get("/api/exemplars")]);
+    const brought = this.exemplars.filter((e) => !had.includes(e) && exemplars.every((/** @type {Exemplar} */ x) => x.id !== e.id));
+    [this.schema, this.exemplars] = [schema, [...brought, ...exemplars]];
     const before = new Map(this.jobs);
     const told = /** @type {Job[]} */ (await get("/api/jobs"));
     const newer = [...this.jobs].filter(([id, job]) => before.get(id) !== job); // heard while the answer was on its way
     this.jobs = new Map([...told.map((job) => /** @type {[string, Job]} */ ([job.id, job])), ...newer]);
     this.exemplar = this.exemplars.find((e) => e.id === kept.of().exemplar) ?? null;
     this.loaded = true;
+    this.#arrived();
     for (const topic of /** @type {Topic[]} */ (["exemplars", "exemplar", "jobs"])) this.tell(topic);
   }
 
@@ -90,7 +97,9 @@ class Store extends EventTarget {
    * @param {FormData | {sample: string} | {result: string}} from
    */
   async bring(from) {
-    this.choose(await post("/api/exemplars", from));
+    const brought = await post("/api/exemplars", from);
+    await this.ready;
+    this.choose(brought);
   }
 
   /** @param {Job} job */
