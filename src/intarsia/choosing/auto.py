@@ -238,7 +238,6 @@ UNSPREAD = {"pin", "angle", "zoom", "straighten", "variant"}
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
 DECIDED = (
-    "lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "usage", "spread", "striking",
-    "whole",
+    "lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "spread", "striking", "whole",
 )  # fmt: skip
 """Parameters that a rule, a measurement or a trial decides."""

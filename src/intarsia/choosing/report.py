@@ -33,13 +33,13 @@ class Measured:
 
 def measurements(f: Facts) -> dict[str, Measured]:
     """Return every fact with its confidence and what it means, in the order in which they are printed."""
-    out = {"lattice": _lattice(f), "variation": _variation(f), "elements": _elements(f), "segments": _segments(f)}
+    out = {"lattice": _lattice(f), "variation": _variation(f), "elements": _elements(f)}
     out |= {"structure": _structure(f), "outlines": _outlines(f), "courses": _courses(f)}
     out |= {"regions": _regions(f), "symmetry": _symmetry(f)}
     out |= {"border": _border(f), "light": _light(f), "size": _size(f), "kind": _kind(f)}
     if f.reduction > 1:
         said = f"structure, outlines, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
-        out["reduced"] = Measured(f.reduction, 1.0, f"{said}, segments those of the middle")
+        out["reduced"] = Measured(f.reduction, 1.0, said)
     return out
 
 
@@ -85,13 +85,6 @@ def _elements(f: Facts) -> Measured:
     e = f.element
     said = f"about {e.size} px ({e.width} wide, {e.height} high)" if e.found else f"not seen; {e.size} px is a guess"
     return Measured({"size": e.size, "width": e.width, "height": e.height}, e.found / 12, said)
-
-
-def _segments(f: Facts) -> Measured:
-    patch, zone = f.segment
-    larger = max(patch, f.element.size, 1)
-    said = f"patch {patch} px and zone {zone} px by the vote of segments"
-    return Measured({"patch": patch, "zone": zone}, min(patch, f.element.size) / larger, said)
 
 
 def _structure(f: Facts) -> Measured:
