@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 from ..analysis.lines import Lines
 from ..geometry import Wrap
 from ..lattice.vectors import vectors_of
-from .begun import closes, goes_on
 from .facts import Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters
@@ -64,6 +63,23 @@ class ChoiceRule:
 
 def _nothing(f: Facts) -> dict[str, Any]:
     return {}
+
+
+def _goes_on(f: Facts) -> bool:
+    """A picture of a lattice is extended; in holes, whose edges must stay, patches fit better than blocks."""
+    canvas = f.canvas
+    begun = canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1
+    return begun and f.lattice is not None and f.lattice.kind == "2-D"
+
+
+def _closes(f: Facts) -> bool:
+    """A picture that is to continue in itself: empty where its borders meet, and what lies beside may change."""
+    canvas = f.canvas
+    if canvas.start is None or canvas.guide is not None or not canvas.rim or canvas.wrap is Wrap.NONE:
+        return False
+    holes = canvas.start.holes
+    meet = [holes[[0, -1]]] * canvas.wrap.y + [holes[:, [0, -1]]] * canvas.wrap.x
+    return all(bool(border.all()) for border in meet)
 
 
 def _lattice(f: Facts) -> dict[str, Any]:
@@ -165,13 +181,13 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "closing", "graphcut", "all of the canvas is filled already but the borders, which are to continue in each "
         "other, and what lies beside them may change",
-        closes, _nothing,
+        _closes, _nothing,
         lambda f: ("Across the borders patches are cut in whose seams are free to run around its elements.",),
     ),
     ChoiceRule(
         "begun-lattice", "near-regular", "part of the canvas is filled already, its rim may change, and the exemplar "
         "has a lattice of two vectors",
-        goes_on, _lattice, lambda f: (_differ(f), "What is there goes on by its lattice."),
+        _goes_on, _lattice, lambda f: (_differ(f), "What is there goes on by its lattice."),
     ),
     ChoiceRule(
         "begun", "image-quilting", "part of the canvas is filled already",
