@@ -137,7 +137,7 @@ class TestGraphcutInAllPoses(TestGraphcutAlongGradients):
 
 
 class TestGraphcutOfRectangles(MethodContract):
-    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), isometries="180", tries=2, overreach=7)
+    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), isometries="180", overreach=7)
     examples = 6
 
 

@@ -27,7 +27,7 @@ def sewing_of(
     """An empty map of one exemplar or two, wider than high."""
     exemplars = [Exemplar.of(texture(40, 52, 1, seed), toroidal=toroidal) for seed in range(1 + two)]
     growth = Growth(PatchSettings((16, 16), (6, 6), isometries=poses), exemplars, Canvas(48, 56, wrap))
-    return graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.1, tries=6, margin=4))
+    return graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.1, margin=4))
 
 
 def scattered(sewing: graphcut.GraphcutGrowth, seed: int) -> None:

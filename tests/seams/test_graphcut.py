@@ -410,7 +410,7 @@ def test_a_bad_seam_is_covered() -> None:
     work.variant[:] = 0
     work.yx[:] = np.moveaxis(np.indices((60, 60)), 0, 2)
     work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0, tries=4))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0))
     before = sewing.total
     assert sum(sewing.refine(3, 5, ia.Run(1), 40)) >= before * 9 // 10
     assert sewing.total <= before // 10
@@ -419,9 +419,10 @@ def test_a_bad_seam_is_covered() -> None:
 def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
     monkeypatch.setattr(graphcut, "RANDOMNESS", 1.0)
+    monkeypatch.setattr(graphcut, "TRIES", 6)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, margin=2))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(margin=2))
     first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
     assert first is not None
     sewing.paste(first)
@@ -434,16 +435,18 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     found = sewing.cheapest(box, 2, filling=True)
     assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
-    fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=2))
+    monkeypatch.setattr(graphcut, "TRIES", 2)
+    fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
     assert fewer._drawn(box, 2, filling=True) == picks[:2]
 
 
 def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
     monkeypatch.setattr(graphcut, "RANDOMNESS", 0.0)
+    monkeypatch.setattr(graphcut, "TRIES", 1)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=1))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
     first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
     assert first is not None
     sewing.paste(first)

@@ -42,6 +42,7 @@ Bar = Callable[[Box, Pick], Array]
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen with a window, where repeats are counted
 SAMPLES = 128  # along each side of that it is looked at in about so many places
+TRIES = 12  # placements that are drawn for a window and compared by rough cuts; 1 as published
 RANDOMNESS = 0.01  # k of exp(-cost / (k sigma^2)), by which placements are drawn; sigma^2 the exemplars' variance
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 ROUGH = 4  # px from one to the next where placements are compared before the best is cut in
@@ -121,8 +122,8 @@ class GraphcutGrowth:
 
     def cheapest(self, box: Box, bits: int, filling: bool) -> Cut | None:
         """Draw placements for a window, and cut in the best of them; None where there is none, or none that saves."""
-        shown = [] if filling else self.shown(box)[: self.stitch.tries // SHOWN]
-        picks = shown + self._drawn(box, bits, filling)[: self.stitch.tries - len(shown)]
+        shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
+        picks = shown + self._drawn(box, bits, filling)[: TRIES - len(shown)]
         return self.best(box, picks, recut_kernels.NEVER if filling else 0)
 
     def best(self, box: Box, picks: Sequence[Pick], limit: int = recut_kernels.NEVER) -> Cut | None:
@@ -168,7 +169,7 @@ class GraphcutGrowth:
         rows, price = found.rows, self.priced(box, found)
         unit = max(round(RANDOMNESS * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
-        return [(v, u, s) for v, u, s in rows[drawn(chances.tolist(), self.stitch.tries, bits), 1:].tolist()]
+        return [(v, u, s) for v, u, s in rows[drawn(chances.tolist(), TRIES, bits), 1:].tolist()]
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""

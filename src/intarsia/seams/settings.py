@@ -13,8 +13,6 @@ class GraphcutSettings:
 
     Attributes
     ----------
-    tries : int
-        Placements drawn for a window, of which the cheapest cut is kept.
     usage : float
         Price of a repeat, in usual distances.
     seam : str
@@ -26,7 +24,6 @@ class GraphcutSettings:
         Patches are laid in step with the first one; none: anywhere.
     """
 
-    tries: int = 2
     usage: float = 0.05
     seam: str = "difference"
     margin: int = 16
