@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 import intarsia as ia
-from intarsia.tasks.outcome import Outcome
+from intarsia.tasks.scoring import Outcome
 from intarsia.tasks.report_sheet import sheet_of
 
 FOLDER = Path(__file__).resolve().parent / "images"

@@ -14,9 +14,9 @@ from .request import Targets
 if TYPE_CHECKING:
     from ..image import Plane
     from ..synthesis import Synthesis
-    from ..tasks import outcome, report_page, report_sheet, scoring
+    from ..tasks import report_page, report_sheet, scoring
 else:  # only --report and --gate need them
-    outcome, scoring = lazy("intarsia.tasks.outcome"), lazy("intarsia.tasks.scoring")
+    scoring = lazy("intarsia.tasks.scoring")
     report_page, report_sheet = lazy("intarsia.tasks.report_page"), lazy("intarsia.tasks.report_sheet")
 
 LIBRARIES, EACH = 64 << 20, 80
@@ -64,10 +64,10 @@ class Judging:
         """Whether nothing is to be written."""
         return bool(self.missed) and not self.targets.keep
 
-    def of(self, made: Synthesis, name: str, drawn: Plane, command: str) -> outcome.Outcome:
+    def of(self, made: Synthesis, name: str, drawn: Plane, command: str) -> scoring.Outcome:
         """Judge an output whose base plane is `drawn`, and remember what it misses."""
-        found = outcome.Outcome.of(made, name, drawn)
-        missed = scoring.misses(found.score, self.targets.gates, name)
+        found = scoring.Outcome.of(made, name, drawn)
+        missed = scoring.misses(found.score, self.targets.gates)
         if missed:
             self.missed.append(f"{name} falls short: {', '.join(missed)}")
         found = found.but(command=command, missed=missed)
@@ -91,7 +91,7 @@ class Judging:
             raise QualityError(f"{'; '.join(self.missed)}; {said}.")
 
 
-def write_page(staging: Staging, path: str, found: outcome.Outcome) -> None:
+def write_page(staging: Staging, path: str, found: scoring.Outcome) -> None:
     """Write the report on one output."""
     if path.lower().endswith(".png"):
         write(staging.place(path), report_sheet.sheet_of(found))

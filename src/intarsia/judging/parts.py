@@ -3,8 +3,8 @@
 Every part is 1 for an output as good as a true continuation of the exemplar, and 0 for one of squares laid side by side
 without looking, or what the table names in place of it. Whatever is measured is a ratio of sums of whole numbers.
 
-Sources: patches both ways, Simakov et al. 2008 (Summarizing visual data using bidirectional similarity, section 3);
-pieces and where they meet, Ashikhmin 2001 (section 3) and Kwatra et al. 2003 (section 3.1); the scales are our own.
+Sources: pieces and where they meet, Ashikhmin 2001 (section 3) and Kwatra et al. 2003 (section 3.1); the scales are
+our own.
 """
 
 from __future__ import annotations
@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from ..analysis.sums import window_sums
 from ..arrays import Array
 from .likeness import unlike
-from .reference import Level, Reference
+from .reference import Reference
 from .repeats import again
-from .sources import STEP, Sources
-from .windows import nearest
+from .sources import Sources
 
 
 class Part(NamedTuple):
@@ -59,8 +58,6 @@ PARTS = (
     Part("lattice", "%", "by how much less it repeats by the periods of the exemplar", 0.13, 0.0, None, 20.0,
          flaw="slips of the rows"),
     Part("blurred", "%", "by how much steps between neighbours are smaller", 0.09, 0.0, 50.0, flaw="blur"),
-    Part("strange", "%", "windows farther from the exemplar than nine of ten of its own", 0.0, 10.0, 100.0),
-    Part("lost", "%", "windows of the exemplar as far from the output", 0.0, 10.0, 100.0),
 )
 # fmt: on
 
@@ -80,8 +77,6 @@ def measured(
         "joins": lambda: _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
         "steps": lambda: _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
         "overused": lambda: _mean([_overused(s) for s in sources], 1.0),
-        "strange": lambda: _mean([_above(s.distance, s.level) for s in sources]),
-        "lost": lambda: _mean([_above(_lost(s.level, picture), s.level) for s in sources]),
         "blurred": lambda: _blurred(reference, picture),
         "repeats": lambda: _mean([again(s, sides) for s in sources[:1]]),
         "lattice": lambda: _lattice(reference, picture),
@@ -92,18 +87,6 @@ def measured(
 
 def _mean(values: list[float], nothing: float = 0.0) -> float:
     return sum(values) / len(values) if values else nothing
-
-
-def _above(distance: Array, level: Level) -> float:
-    """The share of distances that one of ten of the exemplar's own exceeds, in percent."""
-    return 100 * int((distance > level.strange).sum()) / max(distance.size, 1)
-
-
-def _lost(level: Level, picture: Array) -> Array:
-    """How far windows of the exemplar are from the nearest of the output."""
-    waves = level.windows.cut(picture, STEP // 2)
-    waves = waves.reshape(-1, waves.shape[2])
-    return nearest(level.windows.waves[level.asked], waves, (waves * waves).sum(axis=1))[0]
 
 
 def square_side(table: Array) -> int:

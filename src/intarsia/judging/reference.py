@@ -21,7 +21,6 @@ from .windows import SIDE, Windows
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px
 ASKED = 1100  # windows of which the exemplar's own nearest is looked for
 FEW = 16  # windows; of fewer nothing is known
-RARE = 9, 10  # nine of ten windows are nearer to their like: farther is strange
 REGULAR, GRAINY = 0.15, 0.35  # own distance by that of unrelated windows: below every window returns, above none does
 STAGE = 4101  # keeps the draws of tiles apart from others
 TILES = 8  # tiles lie side by side in an exemplar's side
@@ -32,16 +31,13 @@ ANCHOR = 256  # px: side of the picture of tiles, at least
 class Level:
     """Windows of one size: those of the exemplars, and how far these are from one another, in 1/16.
 
-    ``asked``: numbers of some of them, evenly spread, and ``own`` the distances to their nearest elsewhere; ``usual``
-    is the median of these, ``strange`` what one of ten exceeds, ``unrelated`` the distance of any two. ``periods``: of
-    the exemplar.
+    ``own``: of some of them, evenly spread, the distances to their nearest elsewhere; ``usual`` is the median of
+    these, ``unrelated`` the distance of any two. ``periods``: of the exemplar.
     """
 
     windows: Windows
-    asked: Array
     own: Array
     usual: int
-    strange: int
     unrelated: int
     periods: Periods | None = None
 
@@ -58,12 +54,11 @@ class Level:
     @classmethod
     def of(cls, windows: Windows, periods: Periods | None = None) -> Level | None:
         """Measure how alike the windows are; None where they are too few, or lie too near one another."""
-        asked, own = windows.own(ASKED)
+        own = windows.own(ASKED)[1]
         if len(own) < FEW:
             return None
-        ranked = np.sort(own)
-        usual, strange = int(ranked[len(ranked) // 2]), int(ranked[len(ranked) * RARE[0] // RARE[1]])
-        return cls(windows, asked, own, usual, strange, max(windows.unrelated(), usual), periods)
+        usual = int(np.sort(own)[len(own) // 2])
+        return cls(windows, own, usual, max(windows.unrelated(), usual), periods)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,8 @@ from ..errors import InputError, legible
 from ..files.png import encode_png
 from ..judging.score import Score, Worth
 from ..synthesis import Synthesis
-from .outcome import Outcome
 from .report_pictures import Drawn, Pixels, pictures_of, thumbnail_of
+from .scoring import Outcome
 
 STYLE = """
 :root { color-scheme: light dark; --paper: #fafaf8; --ink: #1d1d1b; --quiet: #66665f; --line: #e0e0da; --track: #e7e7e1;
@@ -180,7 +180,7 @@ def _parts(found: Score) -> str:
 
 def _part(name: str, found: Score) -> str:
     one = found.parts[name]
-    takes = (f"-{lost:.1f}" if (lost := 100 * found.loss(name)) >= 0.05 else "0") if one.part.weight else "no weight"
+    takes = f"-{lost:.1f}" if (lost := 100 * found.loss(name)) >= 0.05 else "0"
     unit = _text(one.part.unit)
     return (
         f'<div class="part"><div><b>{_text(name)}</b> {one.measured:.1f} {unit}<br>'

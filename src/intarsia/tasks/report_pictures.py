@@ -14,8 +14,8 @@ from ..geometry import Wrap
 from ..image import Plane
 from ..judging.places import OFTEN, Often, Spot, damaged_at, joins_at, too_often, usage_of
 from ..rendering.mixers import averaged
-from .outcome import Outcome
 from .overlays import CYAN, YELLOW
+from .scoring import Outcome
 
 Pixels = NDArray[np.uint8]
 

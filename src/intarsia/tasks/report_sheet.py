@@ -10,15 +10,15 @@ from ..files.lettering import lettered
 from ..image import Plane
 from ..judging.score import Score
 from ..rendering.mixers import averaged
-from .outcome import Outcome
 from .report_page import quality
 from .report_pictures import Pixels, pictures_of, stretched
+from .scoring import Outcome
 
 SIDE, GAP = 512, 24  # px of a panel, and between panels
 COLUMNS = 5  # panels side by side; the numbers are a sixth
 WORD, NUMBER = 18, 96  # px: height of letters
 ROW = 44  # px from one part to the next
-PAPER, INK, QUIET, TRACK = (250, 250, 248), (29, 29, 27), (102, 102, 95), (226, 226, 220)
+PAPER, INK, TRACK = (250, 250, 248), (29, 29, 27), (226, 226, 220)
 BARS = {"bad": (179, 38, 30), "fair": (183, 121, 31), "good": (47, 111, 79)}
 
 
@@ -90,11 +90,10 @@ def _numbers(paper: Pixels, y: int, x: int, found: Score, missed: Sequence[str])
     y += 2 * GAP
     for name in found.ranked:
         one = found.parts[name]
-        ink = INK if one.part.weight else QUIET
-        _write(paper, y, x, name, WORD, ink)
-        _write(paper, y, x + SIDE // 4, f"{one.measured:.1f} {one.part.unit}", WORD, ink)
+        _write(paper, y, x, name, WORD)
+        _write(paper, y, x + SIDE // 4, f"{one.measured:.1f} {one.part.unit}", WORD)
         taken = f"-{lost:.0f}" if (lost := 100 * found.loss(name)) >= 0.5 else ""
-        _write(paper, y, x + SIDE - 2 * WORD, taken, WORD, ink)
+        _write(paper, y, x + SIDE - 2 * WORD, taken, WORD)
         left, right = x + SIDE // 2, x + SIDE - 3 * WORD
         paper[y + WORD // 4 : y + WORD, left:right] = TRACK
         paper[y + WORD // 4 : y + WORD, left : left + round((right - left) * one.worth)] = BARS[quality(one)]

@@ -20,9 +20,8 @@ from ...cli.request import Inputs
 from ...errors import InputError
 from ...judging.places import damaged_at, joins_at
 from ...sourcemap import SourceMap
-from ...tasks.outcome import Outcome
 from ...tasks.report_pictures import FULL, HEAT, MAGENTA, MANY, TINTS, USES, ramp, stretched
-from ...tasks.scoring import outcome_of
+from ...tasks.scoring import Outcome, outcome_of
 from .pictures import Pixels, png
 from .worker import Answer, Tell
 
