@@ -76,11 +76,10 @@ class TestResults:
         count = smap.usage()[0][smap.yx[..., 0], smap.yx[..., 1]]
         assert np.corrcoef(drawn.ravel(), count.ravel())[0, 1] > 0.2
 
-    @pytest.mark.parametrize("kind", ["seams", "damaged"])
-    def test_what_judging_found_is_laid_over(self, served: Served, kind: str) -> None:
+    def test_what_judging_found_is_laid_over(self, served: Served) -> None:
         exemplar = served.exemplar(field=png(pixels(80, 80)))["id"]
         made = served.done("grow", [exemplar], **QUICK | {"size": "120x110", "patch": "20"}, crop="0,0,72,70")
-        drawn = seen(served, made, kind, side=200)
+        drawn = seen(served, made, "seams", side=200)
         assert drawn.shape == (110, 120, 4)
         assert (drawn[..., 3] == 0).any()
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..draws import draw
-from .damage import Elements
 from .periods import Periods, periods_of
 from .windows import SIDE, Windows
 
@@ -78,11 +77,6 @@ class Reference:
     def periods(self) -> Periods | None:
         """By which steps the exemplar repeats; None where it does not, or there are several."""
         return periods_of(self.pictures, self.usable)
-
-    @cached_property
-    def elements(self) -> Elements | None:
-        """The segments of the exemplars; None where they have too few."""
-        return Elements.of(self.pictures, self.usable)
 
     @cached_property
     def grain(self) -> float:

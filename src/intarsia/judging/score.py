@@ -113,7 +113,6 @@ class Look:
 
     begin: tuple[int, int]
     sources: tuple[Sources, ...]
-    picture: NDArray[np.int16]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +122,6 @@ class Judged:
     score: Score
     looks: tuple[Look, ...]
     factor: int
-    reference: Reference | None = None
 
     @property
     def alone(self) -> Judged:
@@ -192,15 +190,17 @@ def known_of(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
 
 def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap) -> Judged:
     factor, reference, worst = known
-    corners = _corners(known.reduced(output), wrap)
-    looks = [Look((y * factor, x * factor), tuple(sources_of(reference, part)), part) for (y, x), part in corners]
-    told_by = [measured(reference, part, look.sources) for (_, part), look in zip(corners, looks, strict=True)]
+    looks, told_by = list[Look](), list[dict[str, float]]()
+    for (y, x), picture in _corners(known.reduced(output), wrap):
+        sources = tuple(sources_of(reference, picture))
+        looks.append(Look((y * factor, x * factor), sources))
+        told_by.append(measured(reference, picture, sources))
     parts = {}
     for part in PARTS:
         bad = worst[part.name] if part.bad is None else part.bad
         seen = sum(one[part.name] for one in told_by) / len(told_by)
         parts[part.name] = Worth(part, seen, part.good, max(bad, part.good + part.least))
-    return Judged(Score(parts, reference.grain), tuple(looks), factor, reference)
+    return Judged(Score(parts, reference.grain), tuple(looks), factor)
 
 
 def _smaller(picture: NDArray[np.int16], factor: int) -> NDArray[np.int16]:

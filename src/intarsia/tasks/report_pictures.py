@@ -12,7 +12,7 @@ from .. import files
 from ..arrays import Array
 from ..geometry import Wrap
 from ..image import Plane
-from ..judging.places import OFTEN, Often, Spot, damaged_at, joins_at, too_often, usage_of
+from ..judging.places import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..rendering.mixers import averaged
 from .overlays import CYAN, YELLOW
 from .scoring import Outcome
@@ -60,7 +60,7 @@ def pictures_of(outcome: Outcome) -> list[Drawn]:
     out = [Drawn("output", "The output", what, whole)]
     if outcome.wrap is not Wrap.NONE:
         out.append(_repeated(whole, outcome.wrap, size))
-    out += [_joins(outcome, beside, size), _damaged(outcome, beside, size), _too_often(beside, size, often)]
+    out += [_joins(outcome, beside, size), _too_often(beside, size, often)]
     if outcome.map is not None:
         out.append(_pieces(outcome, size))
     names = ", ".join(f"{e.name}, {e.width} x {e.height} px" for e in outcome.exemplars)
@@ -119,15 +119,6 @@ def _joins(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
     pixels = pale * (1 - over**0.6) + ramp(HEAT, over[..., 0]) * over**0.6
     said = "The redder, the more changes where another piece of the exemplar begins"
     return Drawn("joins", "Where joins cost", said, pixels.astype(np.uint8))
-
-
-def _damaged(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
-    outlines, share = damaged_at(outcome.judged, size)
-    rows, columns = (np.arange(n) * m // n for n, m in zip(picture.shape[:2], outlines.shape, strict=True))
-    pixels = (picture * (1 - PALE / 2) + PALE / 2 * 226).astype(np.uint8)
-    pixels[outlines[np.ix_(rows, columns)]] = MAGENTA
-    said = f"Outlined: {share:.0f} of 100 segments, cut, merged or of two colours, are like none of the exemplar"
-    return Drawn("damaged", "Damaged elements", said, pixels)
 
 
 def stretched(cells: Array, shape: tuple[int, ...]) -> Array:

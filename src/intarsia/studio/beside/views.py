@@ -18,14 +18,14 @@ from ...cli.exemplars import Shelf, sets_of
 from ...cli.report import Report
 from ...cli.request import Inputs
 from ...errors import InputError
-from ...judging.places import damaged_at, joins_at
+from ...judging.places import joins_at
 from ...sourcemap import SourceMap
-from ...tasks.report_pictures import FULL, HEAT, MAGENTA, MANY, TINTS, USES, ramp, stretched
+from ...tasks.report_pictures import FULL, HEAT, MANY, TINTS, USES, ramp, stretched
 from ...tasks.scoring import Outcome, outcome_of
 from .pictures import Pixels, png
 from .worker import Answer, Tell
 
-KINDS = ("pieces", "seams", "usage", "provenance", "damaged")
+KINDS = ("pieces", "seams", "usage", "provenance")
 
 AROUND = 9  # px of the exemplar over which it is told how often it is shown
 WIDEST = 1 << 24  # px of a map that is sent whole
@@ -36,8 +36,8 @@ _held: dict[str, Outcome] = {}
 def view(said: dict[str, Any], tell: Tell) -> Answer:
     """Draw a kind of view over a result, at most `side` px a side: PNG with opacity."""
     smap, side = SourceMap.load(said["map"]), said["side"]
-    if said["kind"] in ("seams", "damaged"):
-        return {}, png(_judged(said, smap, side))
+    if said["kind"] == "seams":
+        return {}, png(_joins(said, smap, side))
     step = max(-(-max(smap.height, smap.width) // side), 1)
     drawn = {"pieces": _pieces, "usage": _usage, "provenance": _provenance}[said["kind"]](smap, step)
     return {}, png(drawn)
@@ -115,22 +115,17 @@ def _provenance(smap: SourceMap, step: int) -> Pixels:
     return out
 
 
-def _judged(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
-    """What judging found, over the result: the redder, the more a join costs; outlines of damaged elements."""
+def _joins(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
+    """What judging found, over the result: the redder, the more a join costs."""
     outcome = _outcome(said, smap)
     size = (smap.height, smap.width)
     step = max(-(-max(size) // side), 1)
     shape = tuple(-(-n // step) for n in size)
     out = np.zeros((*shape, 4), np.uint8)
-    if said["kind"] == "seams":
-        worst = outcome.score.parts["joins"]
-        over = np.clip(stretched(joins_at(outcome.judged, size), shape) * 100 / (FULL * worst.bad), 0, 1) ** 0.6
-        out[..., :3], out[..., 3] = ramp(HEAT, over), 230 * over
-        out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
-    else:
-        outlines, _ = damaged_at(outcome.judged, size)
-        rows, columns = (np.arange(n) * m // n for n, m in zip(shape, outlines.shape, strict=True))
-        out[outlines[np.ix_(rows, columns)]] = (*MAGENTA, 255)
+    worst = outcome.score.parts["joins"]
+    over = np.clip(stretched(joins_at(outcome.judged, size), shape) * 100 / (FULL * worst.bad), 0, 1) ** 0.6
+    out[..., :3], out[..., 3] = ramp(HEAT, over), 230 * over
+    out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
     return out
 
 
