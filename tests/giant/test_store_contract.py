@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from giant.giants import needs
+from giant.store_contract import StoreContract, StorePromises, endless
 
 import intarsia as ia
 from intarsia.errors import ParameterError
@@ -17,8 +18,6 @@ from intarsia.giant import bigtiff, deepzoom, held, zarrays
 from intarsia.giant.picture import Store
 from intarsia.giant.stream import STORES, store_of
 from intarsia.run import Run
-from intarsia.testing import StoreContract, StorePromises
-from intarsia.testing.store import endless
 
 
 class OfTheGiant(StorePromises):

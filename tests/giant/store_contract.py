@@ -12,15 +12,15 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from ..errors import IntarsiaError
-from ..geometry import Box
-from ..giant.picture import Store
-from ..giant.stream import stream
-from ..giant.texture import Weave, weave
-from ..image import Array
-from ..methods.repeat import Repeat
-from ..run import Run
-from .cases import as_depth, texture
+from intarsia.errors import IntarsiaError
+from intarsia.geometry import Box
+from intarsia.giant.picture import Store
+from intarsia.giant.stream import stream
+from intarsia.giant.texture import Weave, weave
+from intarsia.image import Array
+from intarsia.methods.repeat import Repeat
+from intarsia.run import Run
+from intarsia.testing.cases import as_depth, texture
 
 DEPTHS = (("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1), ("uint16", 3), ("float32", 3))
 """Types of samples, and numbers of channels."""
