@@ -31,6 +31,7 @@ from ..sourcemap import SourceMap
 from .parts import PARTS, TEXTURE, Part, measured, sources_of
 from .reference import Reference
 from .sources import Sources
+from .windows import smaller
 
 WORK_SIDE = 512  # px: larger exemplars, and what is grown from them, are looked at on reduced copies
 CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
@@ -172,7 +173,7 @@ class Known(NamedTuple):
         """An output as the exemplars are looked at, held in their range, for which distances are exact."""
         pictures = self.reference.pictures
         low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
-        return np.asarray(np.clip(_smaller(output, self.factor), low, high))
+        return np.asarray(np.clip(smaller(output, self.factor), low, high), np.int16)
 
 
 def known_of(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
@@ -180,7 +181,7 @@ def known_of(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
     factor = max(factor_for(p.shape, WORK_SIDE) for p in pictures)
     masks = (e.usable for e in exemplars)
     reference = Reference(
-        tuple(_smaller(p, factor) for p in pictures),
+        tuple(np.asarray(smaller(p, factor), np.int16) for p in pictures),
         tuple(None if m is None else block_sums(m, factor) == factor * factor for m in masks),
     )
     by_tiles = [part for part in PARTS if part.bad is None]
@@ -201,10 +202,6 @@ def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap) -> Judged:
         seen = sum(one[part.name] for one in told_by) / len(told_by)
         parts[part.name] = Worth(part, seen, part.good, max(bad, part.good + part.least))
     return Judged(Score(parts, reference.grain), tuple(looks), factor)
-
-
-def _smaller(picture: NDArray[np.int16], factor: int) -> NDArray[np.int16]:
-    return picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
 
 
 def _corners(output: NDArray[np.int16], wrap: Wrap) -> list[tuple[tuple[int, int], NDArray[np.int16]]]:
