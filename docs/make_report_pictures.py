@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 import intarsia as ia
-from intarsia.tasks.report_sheet import sheet_of
+from intarsia.tasks.report import sheet_of
 from intarsia.tasks.scoring import Outcome
 
 FOLDER = Path(__file__).resolve().parent / "images"

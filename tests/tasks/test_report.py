@@ -15,9 +15,8 @@ from PIL import Image
 
 import intarsia as ia
 from intarsia.files.lettering import lettered
-from intarsia.tasks.report_page import index_of, page_of, thumbnailed
-from intarsia.tasks.report_pictures import LARGE, looked, pictures_of, stretched
-from intarsia.tasks.report_sheet import SIDE, WORD, fitted, index_sheet, sheet_of, shortened
+from intarsia.tasks.drawings import LARGE, looked, pictures_of, stretched
+from intarsia.tasks.report import SIDE, WORD, fitted, index_of, index_sheet, page_of, sheet_of, shortened, thumbnailed
 from intarsia.tasks.scoring import Outcome, outcome_of
 
 STONES = (blobs(96, 96, 1) // 4).astype(np.uint8)
