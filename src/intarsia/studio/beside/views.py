@@ -24,8 +24,6 @@ from ...tasks.scoring import Outcome, outcome_of
 from .pictures import Pixels, png
 from .worker import Answer, Tell
 
-KINDS = ("pieces", "seams", "usage", "provenance")
-
 AROUND = 9  # px of the exemplar over which it is told how often it is shown
 WIDEST = 1 << 24  # px of a map that is sent whole
 
