@@ -180,7 +180,7 @@ BUDGET = {
     "files": 24_100,
     "filtering": 2_900,
     "giant": 14_800,
-    "judging": 14_700,
+    "judging": 11_400,
     "kernels": 20_100,
     "lattice": 13_900,
     "methods": 17_700,
@@ -191,9 +191,9 @@ BUDGET = {
     "seams": 26_700,
     "search": 28_600,
     "segments": 10_300,
-    "studio": 34_800,
-    "tasks": 21_800,
-    "testing": 11_900,
+    "studio": 32_200,
+    "tasks": 20_700,
+    "testing": 7_000,
     "tiles": 3_900,
 }
 """Most tokens of each room, the rooms in it counted, and of the modules beside the rooms (root).
