@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from courses import naive_wall as naive
 from long import going_round
+from paint_setts import COURSE
 from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
 import intarsia as ia
@@ -19,7 +20,6 @@ from intarsia.courses.brickwork import brickwork_of
 from intarsia.courses.wall import Wall, courses_of
 from intarsia.courses.wall_kernels import FACE
 from intarsia.exemplar import Exemplar
-from intarsia.files.setts import COURSE
 from intarsia.kernels import paths
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
