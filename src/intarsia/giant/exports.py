@@ -35,7 +35,7 @@ from ..rendering.mixers import averaged
 from ..run import Run
 from .cells import SIDE, Cell, Grid
 from .executors import extra
-from .picture import Kept, Picture, Results, check_side, checked, recipe_of
+from .picture import Picture, Results, Store, check_side, checked, recipe_of
 from .places import check_place
 
 AREA = 1 << 20  # px of a TIFF drawn together, about
@@ -53,7 +53,7 @@ OTHERWISE = 4
 
 
 @dataclass
-class Export(Kept):
+class Export(Store):
     """A file that is written at once."""
 
     _draft: str = field(default="", init=False)  # the hidden folder

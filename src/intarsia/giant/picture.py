@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
@@ -171,63 +172,20 @@ Results = Generator[tuple[Cell, list[bytes]], None, None]
 """Cells with their pieces, in order, as they are drawn."""
 
 
-class Store(Protocol):
-    """A picture on disk, made cell by cell."""
-
-    @property
-    def grid(self) -> Grid:
-        """How it is cut into cells."""
-
-    @property
-    def packer(self) -> Packer:
-        """What packs a cell."""
-
-    @property
-    def texture(self) -> Picture:
-        """What is stored."""
-
-    @property
-    def origin(self) -> tuple[int, int]:
-        """The pixel of the endless plane that comes first."""
-
-    @property
-    def printable(self) -> str:
-        """Its name in messages."""
-
-    @property
-    def held(self) -> int:
-        """Bytes of memory that it takes besides the cells under way, until it is whole."""
-
-    @property
-    def resumes(self) -> bool:
-        """Whether it goes on where it was stopped."""
-
-    def look(self) -> None:
-        """Refuse, before any work, a place where this store cannot be; writes nothing."""
-
-    def open(self) -> Iterable[int]:
-        """Begin or go on; return the numbers of the cells that are missing or damaged, rising."""
-
-    def fill(self, results: Results, run: Run) -> None:
-        """Write the cells that are missing as they come, in their order, and all that is made of them."""
-
-    def finish(self) -> None:
-        """Let the store bear its name, once it is full."""
-
-    def close(self) -> None:
-        """Let go of all files, and take away what is of no use."""
-
-
 @dataclass
-class Kept:
-    """What is known of a store of this package before it is opened."""
+class Store(ABC):
+    """A picture on disk, made cell by cell: what is known of it before it is opened, and what is asked of it."""
 
     path: Path
     texture: Picture
-    origin: tuple[int, int]
-    grid: Grid
+    origin: tuple[int, int]  # the pixel of the endless plane that comes first
+    grid: Grid  # how it is cut into cells
     recipe: dict[str, Any]
     force: bool
+    packer: Packer
+
+    resumes: ClassVar[bool] = False
+    """Whether it goes on where it was stopped."""
 
     @property
     def printable(self) -> str:
@@ -236,13 +194,30 @@ class Kept:
 
     @property
     def held(self) -> int:
-        """Bytes of memory that it takes besides the cells under way: none, as every piece goes to the disk."""
+        """Bytes of memory that it takes besides the cells under way: none, where every piece goes to the disk."""
         return 0
 
-    @property
-    def resumes(self) -> bool:
-        """Whether it goes on where it was stopped."""
-        return False
+    def packing(self, cell: Cell, pieces: list[bytes]) -> float:
+        """Say how many seconds it takes to pack a cell once more, when all are there."""
+        return 0.0
+
+    @abstractmethod
+    def look(self) -> None:
+        """Refuse, before any work, a place where this store cannot be; writes nothing."""
+
+    @abstractmethod
+    def open(self) -> Iterable[int]:
+        """Begin or go on; return the numbers of the cells that are missing or damaged, rising."""
+
+    @abstractmethod
+    def fill(self, results: Results, run: Run) -> None:
+        """Write the cells that are missing as they come, in their order, and all that is made of them."""
+
+    def finish(self) -> None:  # noqa: B027
+        """Let the store bear its name, once it is full."""
+
+    def close(self) -> None:  # noqa: B027
+        """Let go of all files, and take away what is of no use."""
 
 
 def recipe_of(texture: Picture, sides: tuple[int, int], origin: tuple[int, int]) -> dict[str, Any]:

@@ -71,10 +71,9 @@ def estimated(store: Store, workers: int) -> Needed:
     pieces = task(cell)
     spent, packed = time.perf_counter() - began, sum(map(len, pieces))
     share = cell.box.height * cell.box.width / (store.grid.height * store.grid.width)
-    after = store.packing(cell, pieces) if isinstance(store, HeldStore) else 0.0
     others = min(workers, len(store.grid)) - 1  # the first was measured just now
     memory = taken() + store.held + others * _drawn(store) + AHEAD * (others + 1) * packed
-    return Needed((spent / workers + after) / share, memory)
+    return Needed((spent / workers + store.packing(cell, pieces)) / share, memory)
 
 
 def _drawn(store: Store) -> int:

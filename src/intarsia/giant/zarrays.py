@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from ..arguments import expect_path
 from ..disk import whole
@@ -22,7 +22,7 @@ from ..image import Array
 from ..run import Run
 from .cells import SIDE, Cell, Grid
 from .executors import extra
-from .picture import Kept, Picture, Results, check_side, checked, recipe_of
+from .picture import Picture, Results, Store, check_side, checked, recipe_of
 from .places import check_place
 
 SIGN = "zarr.json"
@@ -74,10 +74,11 @@ class ZarrPacker:
 
 
 @dataclass
-class ZarrStore(Kept):
+class ZarrStore(Store):
     """A zarr array of a texture."""
 
     packer: ZarrPacker
+    resumes: ClassVar[bool] = True
 
     @classmethod
     def of(
@@ -94,11 +95,6 @@ class ZarrStore(Kept):
         recipe = recipe_of(texture, sides, origin) | {"chunk": chunk}
         packer = ZarrPacker(chunk, side, tail, texture.dtype.name)
         return cls(Path(path), texture, origin, grid, recipe, force, packer)
-
-    @property
-    def resumes(self) -> bool:
-        """Whether it goes on where it was stopped."""
-        return True
 
     def look(self) -> None:
         """Refuse, before any work, a place where this store cannot be; writes nothing."""
@@ -117,12 +113,6 @@ class ZarrStore(Kept):
             place = self._place(cell)
             place.parent.mkdir(parents=True, exist_ok=True)
             whole.put(place, data, by=self.path)
-
-    def finish(self) -> None:
-        """It bears its name from the beginning."""
-
-    def close(self) -> None:
-        """No file is open."""
 
     def _begun(self) -> bool:
         """Say whether this array was begun at its place; refuse a place where it cannot be."""
