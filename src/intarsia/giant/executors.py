@@ -27,11 +27,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..arguments import called
-from ..corrections.asked import functions_of
 from ..errors import InputError, MissingExtraError, ParameterError, ResourceError, said
 from ..geometry import Box
 from ..image import Array
 from ..methods.base import Method
+from ..params import functions_of
 from ..run import Run
 from .cells import Cell
 from .picture import Picture, Results, checked
