@@ -26,6 +26,7 @@ HOMES = {
     "llvmlite": {"kernels"},
     "hypothesis": {"testing"},
     "pytest": {"testing"},
+    "tifffile": {"giant"},
     "zarr": {"giant"},
     "dask": {"giant"},
     "distributed": {"giant"},
