@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from house import FILES, FLOOR, ROOT, imports, modules, name_of, named, own, room_of, tree
 
+from intarsia.methods.base import METHODS
+
 PUBLIC = {
     "": "the names of the package",
     "files": "reading and writing without a synthesis",
@@ -59,6 +61,13 @@ def test_lower_floors_never_import_higher_ones(path: Path) -> None:
     assert me in FLOOR, f"give {me} a floor"
     for other in map(room_of, own(path)):
         assert other == me or FLOOR[other] < FLOOR[me], f"{me} imports {other}"
+
+
+@pytest.mark.parametrize("path", modules(), ids=named)
+def test_what_is_there_because_a_paper_has_it_is_imported_by_nobody(path: Path) -> None:
+    """The table of methods names it by strings, the package hands its classes on; no paper knows of another."""
+    leaves = {room for room in map(room_of, own(path)) if room.partition(".")[0] == "published"}
+    assert leaves <= {room_of(name_of(path))} or named(path) == "__init__.py"
 
 
 def test_every_floor_is_one_of_a_room() -> None:
@@ -117,10 +126,13 @@ def test_tests_lie_in_folders_named_after_rooms() -> None:
     assert folders <= {p.name for p in ROOT.iterdir() if p.is_dir()}
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "methods").glob("*.py")), ids=named)
+METHOD_FILES = sorted({*(ROOT / "methods").glob("*.py"), *(FILES[module] for module, _ in METHODS.values())})
+
+
+@pytest.mark.parametrize("path", METHOD_FILES, ids=named)
 def test_methods_do_not_import_one_another(path: Path) -> None:
     """And they make maps, never pixels: they neither draw nor write."""
-    others = {f"methods.{p.stem}" for p in (ROOT / "methods").glob("*.py")} - {"methods.base", "methods.parameters"}
+    others = {name_of(p) for p in METHOD_FILES} - {"methods.base", "methods.parameters"}
     assert not own(path) & others
     assert not {room_of(other) for other in own(path)} & {"rendering", "files"}
 

@@ -102,10 +102,10 @@ def test_every_method_claims_what_it_must() -> None:
 def test_a_method_is_a_frozen_dataclass_of_its_parameters(slug: str) -> None:
     """File, class, slug: one name; every field a parameter with help; claims and fields agree."""
     module, name = METHODS[slug]
-    cls = method_class(slug)
-    assert cls.slug == slug == module.replace("_", "-")
-    assert name == module.title().replace("_", "")
-    assert cls.__module__ == f"intarsia.methods.{module}"
+    cls, file = method_class(slug), module.rpartition(".")[2]
+    assert cls.slug == slug == file.replace("_", "-")
+    assert name == file.title().replace("_", "")
+    assert cls.__module__ == f"intarsia.{module}"
     assert dataclasses.is_dataclass(cls)
     assert cls.__dataclass_params__.frozen
     assert cls.paper

@@ -17,14 +17,14 @@ from .version import VERSION
 __version__ = VERSION
 
 _HOMES = {
-    "Ashikhmin": "methods.ashikhmin",
+    "Ashikhmin": "published.pixels.ashikhmin",
     "Auto": "choosing.auto",
     "BestTile": "methods.best_tile",
     "Blend": "sourcemap",
     "Box": "geometry",
     "Canvas": "canvas",
     "CancelledError": "errors",
-    "EfrosLeung": "methods.efros_leung",
+    "EfrosLeung": "published.pixels.efros_leung",
     "Exemplar": "exemplar",
     "Field": "field",
     "Findings": "tasks.inspection",
@@ -51,7 +51,7 @@ _HOMES = {
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
     "Weave": "giant",
-    "WeiLevoy": "methods.wei_levoy",
+    "WeiLevoy": "published.pixels.wei_levoy",
     "Wrap": "geometry",
     "advect": "tasks.advection",
     "analyze": "tasks.inspection",
@@ -138,9 +138,7 @@ if TYPE_CHECKING:
     from .image import Kind, Plane
     from .judging.score import Score
     from .levelling import Levelling
-    from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
-    from .methods.efros_leung import EfrosLeung
     from .methods.graphcut import Graphcut
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular
@@ -149,7 +147,9 @@ if TYPE_CHECKING:
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
     from .methods.segment_based import SegmentBased
-    from .methods.wei_levoy import WeiLevoy
+    from .published.pixels.ashikhmin import Ashikhmin
+    from .published.pixels.efros_leung import EfrosLeung
+    from .published.pixels.wei_levoy import WeiLevoy
     from .rendering.magnification import magnified
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap

@@ -19,27 +19,27 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from ..errors import ParameterError
-from ..lazy import lazy
-from ..params import AUTO, check, extent, param, words
-from .base import Ability, MethodBase
+from ...errors import ParameterError
+from ...lazy import lazy
+from ...methods.base import Ability, MethodBase
+from ...params import AUTO, check, extent, param, words
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .. import sourcemap
-    from ..canvas import Canvas
-    from ..exemplar import Exemplar
-    from ..kernels.neighbourhoods import Ground
-    from ..pixels import neighbourhoods, raster_kernels, raster_scan
-    from ..pixels import tree as pixels_tree
-    from ..run import Run
+    from ... import sourcemap
+    from ...canvas import Canvas
+    from ...exemplar import Exemplar
+    from ...run import Run
+    from . import neighbourhoods, raster_kernels, raster_scan
+    from . import tree as pixels_tree
+    from .neighbourhood_kernels import Ground
 else:
-    neighbourhoods = lazy("intarsia.pixels.neighbourhoods")
-    raster_scan = lazy("intarsia.pixels.raster_scan")
-    pixels_tree = lazy("intarsia.pixels.tree")
-    raster_kernels = lazy("intarsia.pixels.raster_kernels")
+    neighbourhoods = lazy("intarsia.published.pixels.neighbourhoods")
+    raster_scan = lazy("intarsia.published.pixels.raster_scan")
+    pixels_tree = lazy("intarsia.published.pixels.tree")
+    raster_kernels = lazy("intarsia.published.pixels.raster_kernels")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 200020  # keeps this method's draws apart from those of others

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.usable import valid_windows
-from ..errors import MethodError, ParameterError
-from ..exemplar import Exemplar
-from ..kernels.neighbourhoods import LEFT_OUT, Ground
-from ..search.posed import PosedExemplars
-from ..search.sizes import elements
+from ...analysis.usable import valid_windows
+from ...errors import MethodError, ParameterError
+from ...exemplar import Exemplar
+from ...search.posed import PosedExemplars
+from ...search.sizes import elements
+from .neighbourhood_kernels import LEFT_OUT, Ground
 
 Array = NDArray[Any]
 Reach = tuple[int, int, int, int]

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pixels.naive_pixels import NaiveEfrosLeung
+from published.pixels.naive_pixels import NaiveEfrosLeung
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
-from intarsia.methods.efros_leung import _taps
+from intarsia.published.pixels.efros_leung import _taps
 from intarsia.sourcemap import HOLE, identity
 
 RNG = np.random.default_rng(5)

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from methods.test_wei_levoy import COLOUR, GRAY, TWO, USABLE, shown, smooth, with_hole
-from pixels.naive_pixels import NaiveScan
+from published.pixels.naive_pixels import NaiveScan
+from published.pixels.test_wei_levoy import COLOUR, GRAY, TWO, USABLE, shown, smooth, with_hole
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
-from intarsia.methods.ashikhmin import STAGE
+from intarsia.published.pixels.ashikhmin import STAGE
 
 CASES: dict[str, dict[str, Any]] = {
     "gray": {"exemplars": [Exemplar.of(GRAY)]},

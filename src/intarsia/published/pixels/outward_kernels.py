@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.draws import below, draw
-from ..kernels.jit import kernel
-from ..kernels.neighbourhoods import (
-    FAR,
+from ...kernels.draws import below, draw
+from ...kernels.jit import kernel
+from ...kernels.kd_tree import FAR
+from ...kernels.windows import HOLE, canvas_place
+from .neighbourhood_kernels import (
     aim,
     find_nearest,
     known_value,
@@ -19,7 +20,6 @@ from ..kernels.neighbourhoods import (
     template_distance,
     workplace,
 )
-from ..kernels.windows import HOLE, canvas_place
 
 
 @kernel

@@ -18,22 +18,22 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import TYPE_CHECKING, ClassVar
 
-from ..errors import ParameterError
-from ..lazy import lazy
-from ..params import AUTO, check, extent, param, words
-from .base import Ability, MethodBase
+from ...errors import ParameterError
+from ...lazy import lazy
+from ...methods.base import Ability, MethodBase
+from ...params import AUTO, check, extent, param, words
 
 if TYPE_CHECKING:
-    from .. import sourcemap
-    from ..canvas import Canvas
-    from ..exemplar import Exemplar
-    from ..pixels import neighbourhoods, raster_kernels, raster_scan, tree
-    from ..run import Run
+    from ... import sourcemap
+    from ...canvas import Canvas
+    from ...exemplar import Exemplar
+    from ...run import Run
+    from . import neighbourhoods, raster_kernels, raster_scan, tree
 else:
-    neighbourhoods = lazy("intarsia.pixels.neighbourhoods")
-    raster_scan = lazy("intarsia.pixels.raster_scan")
-    tree = lazy("intarsia.pixels.tree")
-    raster_kernels = lazy("intarsia.pixels.raster_kernels")
+    neighbourhoods = lazy("intarsia.published.pixels.neighbourhoods")
+    raster_scan = lazy("intarsia.published.pixels.raster_scan")
+    tree = lazy("intarsia.published.pixels.tree")
+    raster_kernels = lazy("intarsia.published.pixels.raster_kernels")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2001  # keeps this method's draws apart from those of others

@@ -18,30 +18,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..draws import below, draw
-from ..errors import ParameterError
-from ..lazy import lazy
-from ..params import AUTO, check, extent, param, words
-from .base import Ability, MethodBase
+from ...draws import below, draw
+from ...errors import ParameterError
+from ...lazy import lazy
+from ...methods.base import Ability, MethodBase
+from ...params import AUTO, check, extent, param, words
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from .. import sourcemap
-    from ..analysis import features
-    from ..canvas import Canvas
-    from ..exemplar import Exemplar
-    from ..patches import growing_map
-    from ..pixels import neighbourhoods, outward_kernels
-    from ..run import Run
-    from ..search import posed
+    from ... import sourcemap
+    from ...analysis import features
+    from ...canvas import Canvas
+    from ...exemplar import Exemplar
+    from ...patches import growing_map
+    from ...run import Run
+    from ...search import posed
+    from . import neighbourhoods, outward_kernels
 else:
     np = lazy("numpy")
     features = lazy("intarsia.analysis.features")
     growing_map = lazy("intarsia.patches.growing_map")
-    neighbourhoods = lazy("intarsia.pixels.neighbourhoods")
+    neighbourhoods = lazy("intarsia.published.pixels.neighbourhoods")
     posed = lazy("intarsia.search.posed")
-    outward_kernels = lazy("intarsia.pixels.outward_kernels")
+    outward_kernels = lazy("intarsia.published.pixels.outward_kernels")
     sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 1999  # keeps this method's draws apart from those of others

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pixels.naive_pixels import NaiveScan
+from published.pixels.naive_pixels import NaiveScan
 
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
-from intarsia.methods.wei_levoy import STAGE
-from intarsia.pixels import raster_kernels
-from intarsia.pixels.raster_scan import Scan
-from intarsia.pixels.tree import tree_of
+from intarsia.published.pixels import raster_kernels
+from intarsia.published.pixels.raster_scan import Scan
+from intarsia.published.pixels.tree import tree_of
+from intarsia.published.pixels.wei_levoy import STAGE
 from intarsia.sourcemap import HOLE, identity
 
 RNG = np.random.default_rng(6)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.variance import principal_axes
-from ..kernels import kd_tree
-from ..kernels.kd_tree import LEAF, Tree
-from ..kernels.neighbourhoods import Ground
+from ...analysis.variance import principal_axes
+from ...kernels import kd_tree
+from ...kernels.kd_tree import LEAF, Tree
+from . import tree_kernels
+from .neighbourhood_kernels import Ground
 
 DIMS = 12  # axes kept of a neighbourhood
 SAMPLE = 4096  # neighbourhoods that the axes are measured on
@@ -25,13 +26,13 @@ def tree_of(ground: Ground, places: NDArray[np.int64], components: NDArray[np.in
     """
     every = np.ascontiguousarray(places[:: max(1, len(places) // SAMPLE)])
     some = np.empty((len(every), len(components)), np.int32)
-    kd_tree.gather_neighbourhoods(ground, every, components, some)
+    tree_kernels.gather_neighbourhoods(ground, every, components, some)
     mean = some.astype(np.int64).sum(axis=0) // len(some)
     centred = (some - mean).astype(np.float64)  # sums of whole numbers below 2**53: exact in any order
     _, axes = principal_axes(centred.T @ centred / len(some), min(DIMS, len(components)))
     whole = np.rint(axes * 16384).astype(np.int64)
     points = np.empty((len(places), len(axes)), np.int32)
-    kd_tree.project_all(ground, places, components, mean, whole, points)
+    tree_kernels.project_all(ground, places, components, mean, whole, points)
     order = np.arange(len(places))
     nodes = 4 * (len(places) // LEAF + 1)
     axis, cut = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
@@ -49,5 +50,5 @@ def similar_pixels(ground: Ground, places: NDArray[np.int64], components: NDArra
         tree = tree_of(ground, places, components)
         near = np.empty((2, ASKED + 4 * count), np.int64)
         apart = int(np.abs(components[:, 1:]).max(initial=1))
-        kd_tree.similar(ground, places, components, tree, LEAVES, near, apart, out)
+        tree_kernels.similar(ground, places, components, tree, LEAVES, near, apart, out)
     return out

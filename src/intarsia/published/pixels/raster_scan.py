@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.features import features
-from ..canvas import Canvas
-from ..errors import MethodError
-from ..exemplar import Exemplar
-from ..kernels.neighbourhoods import Ground
-from ..params import words
-from ..patches.growing_map import GrowingMap
-from ..search.posed import posed_exemplars
-from ..sourcemap import HOLE, Blend, SourceMap
+from ...analysis.features import features
+from ...canvas import Canvas
+from ...errors import MethodError
+from ...exemplar import Exemplar
+from ...params import words
+from ...patches.growing_map import GrowingMap
+from ...search.posed import posed_exemplars
+from ...sourcemap import HOLE, Blend, SourceMap
 from . import raster_kernels
+from .neighbourhood_kernels import Ground
 from .neighbourhoods import PixelPlanes, Reach, choices, ground, layers
 from .raster_kernels import ABOVE, BELOW, COARSE, Torus
 

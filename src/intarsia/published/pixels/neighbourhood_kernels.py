@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .jit import kernel
+from ...kernels.jit import kernel
+from ...kernels.kd_tree import FAR
 
-FAR = np.int64(1) << 62
 CHUNK = 2048  # positions compared together: sums, and the rows they come from, stay in the nearest cache
 GROUP = 4  # components added in one go
 DENSE = 10  # where more than this part of a chunk is left, all of it is compared exactly

@@ -12,12 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.draws import below, draw
-from ..kernels.jit import kernel
-from ..kernels.kd_tree import ask, asking_room, project_vector
-from ..kernels.neighbourhoods import (
+from ...kernels.draws import below, draw
+from ...kernels.jit import kernel
+from ...kernels.kd_tree import FAR, ask, asking_room
+from .neighbourhood_kernels import (
     CLOSED,
-    FAR,
     aim,
     find_nearest,
     known_value,
@@ -27,6 +26,7 @@ from ..kernels.neighbourhoods import (
     template_distance,
     workplace,
 )
+from .tree_kernels import project_vector
 
 ABOVE, BELOW, COARSE = 0, 1, 2  # kinds of taps: always counted; counted where known for good; of the coarser level
 FIRST = 12  # components by which a full search rules most candidates out, or SHARE / 16 of them
