@@ -26,7 +26,7 @@ FLOORS = (
     {"blocks", "seams", "tiles"},
     {"courses", "covering", "judging"},
     {"methods"},
-    {"choosing", "published", "published.pixels"},
+    {"choosing", "published", "published.lopez_recas2011", "published.pixels"},
     {"synthesis"},
     {"giant", "tasks"},
     {"cli", "testing"},

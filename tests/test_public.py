@@ -26,6 +26,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "ashikhmin": {A.WRAP, A.START, A.MASK, A.SEVERAL},
     "best-tile": {A.WRAP, A.MASK, A.WINDOW},
     "efros-leung": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
+    "gap-filling": {A.WRAP, A.MASK, A.WINDOW},
     "graphcut": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "image-quilting": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
@@ -115,7 +116,7 @@ def test_a_method_is_a_frozen_dataclass_of_its_parameters(slug: str) -> None:
     assert names == [f.name for f in dataclasses.fields(cls)]
     assert ("isometries" in names) == (Ability.ISOMETRIES in cls.supports)
     assert recipe_settings(make(slug, {})) == {p.name: p.default for p in params.parameters(cls)}
-    assert make(slug, {}).blend == ia.Blend(0)
+    assert make(slug, {}).blend == ia.Blend(4 if slug == "gap-filling" else 0)
 
 
 @pytest.mark.parametrize("slug", METHODS)

@@ -28,6 +28,7 @@ _HOMES = {
     "Exemplar": "exemplar",
     "Field": "field",
     "Findings": "tasks.inspection",
+    "GapFilling": "published.lopez_recas2011.gap_filling",
     "Graphcut": "methods.graphcut",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
@@ -82,6 +83,7 @@ __all__ = [
     "Exemplar",
     "Field",
     "Findings",
+    "GapFilling",
     "Graphcut",
     "Guide",
     "ImageQuilting",
@@ -147,6 +149,7 @@ if TYPE_CHECKING:
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
     from .methods.segment_based import SegmentBased
+    from .published.lopez_recas2011.gap_filling import GapFilling
     from .published.pixels.ashikhmin import Ashikhmin
     from .published.pixels.efros_leung import EfrosLeung
     from .published.pixels.wei_levoy import WeiLevoy

@@ -204,6 +204,7 @@ METHODS = {
     "graphcut": ("methods.graphcut", "Graphcut"),
     "segment-based": ("methods.segment_based", "SegmentBased"),
     "near-regular": ("methods.near_regular", "NearRegular"),
+    "gap-filling": ("published.lopez_recas2011.gap_filling", "GapFilling"),
     "best-tile": ("methods.best_tile", "BestTile"),
     "random-tiling": ("methods.random_tiling", "RandomTiling"),
     "repeat": ("methods.repeat", "Repeat"),

@@ -50,8 +50,6 @@ def _kinds() -> Iterator[dict[str, Any]]:
                 continue
             if values.get("search") == "pyramid":
                 values |= {"patch": 12, "overlap": 4}
-            if "fit" in values:  # only looked at by the plain variant
-                values |= {"variant": "plain"}
             yield {"method": slug, "values": values}
         yield from ({"method": slug} | asked for ability, asked in ASKED.items() if ability in cls.supports)
 

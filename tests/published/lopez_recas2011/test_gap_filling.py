@@ -1,4 +1,4 @@
-"""The plain variant of near-regular: the method of Lopez Recas 2011, whose sections are named, and its promises."""
+"""Random sampling and gap filling: the method of Lopez Recas 2011, whose sections are named, and its promises."""
 
 from __future__ import annotations
 
@@ -6,32 +6,31 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from blocks import naive_gap_filling as naive_rsgf
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from published.lopez_recas2011 import naive_gap_filling as naive_rsgf
 
 import intarsia as ia
 from intarsia.analysis.correlation import gncc
 from intarsia.analysis.features import features
-from intarsia.blocks import gap_filling_kernels
-from intarsia.blocks.gap_filling import Sampling
-from intarsia.blocks.grid import BlockSettings
-from intarsia.blocks.shortlist import ShortList
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
+from intarsia.kernels.lattice_points import lattice_points
+from intarsia.published.lopez_recas2011 import sampling_kernels
+from intarsia.published.lopez_recas2011.sampling import Sampling, Settings
+from intarsia.published.lopez_recas2011.shortlist import ShortList
 from intarsia.testing import texture
 
-PLAIN = ia.NearRegular(variant="plain", lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, slack=1)
+PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, slack=1)
 
 
-def changed(**parameters: object) -> ia.NearRegular:
+def changed(**parameters: object) -> ia.GapFilling:
     return replace(PLAIN, **parameters)
 
 
-def settings_of(method: ia.NearRegular) -> BlockSettings:
+def settings_of(method: ia.GapFilling) -> Settings:
     assert method.lattice is not None
-    assert method.border is not None
-    return BlockSettings(method.lattice, method.block, method.border, method.slack, fit=method.fit)
+    return Settings(method.lattice, method.block, method.border, method.slack, method.fit)
 
 
 @pytest.mark.parametrize("fit", ["difference", "correlation"])
@@ -67,7 +66,7 @@ def test_points_of_a_lattice_are_all_found(seed: int) -> None:
     if abs(int(v1[0] * v2[1] - v1[1] * v2[0])) < 256 * 256 * 4 or min(np.hypot(*v1), np.hypot(*v2)) < 700:
         return
     first, low, high = rng.integers(-3000, 9000, 2), rng.integers(-5, 5, 2), rng.integers(5, 40, 2)
-    found, exact = gap_filling_kernels.lattice_points(first, v1, v2, low, high)
+    found, exact = lattice_points(first, v1, v2, low, high)
     reduced = {(y, x) for y, x, _, _ in naive_rsgf.lattice_places(first, v1, v2, low, high)}
     assert reduced <= {(int(y), int(x)) for y, x in found}  # the naive one looks at 121 x 121 multiples only
     assert (found >= low).all()
@@ -80,7 +79,7 @@ def test_points_of_a_lattice_are_all_found(seed: int) -> None:
 @pytest.mark.parametrize(("height", "width", "border"), [(8, 8, 4), (9, 6, 2), (5, 7, 4), (4, 4, 4)])
 def test_wedges_meet_in_mitres_and_do_not_overlap(height: int, width: int, border: int) -> None:
     """Section 4.2.2: together they are the whole border, each pixel once; sides are mirrored but for the diagonals."""
-    ring = gap_filling_kernels.wedges(height, width, border)
+    ring = sampling_kernels.wedges(height, width, border)
     want = [
         (y, x, naive_rsgf.side_of(y, x, height, width, border))
         for y in range(height + border)
@@ -94,7 +93,7 @@ def test_wedges_meet_in_mitres_and_do_not_overlap(height: int, width: int, borde
 def test_borders_are_compared_as_by_gncc_with_a_hole(correlate: bool) -> None:
     """Section 4.2.2: the best place is that of the GNCC, or of the squared differences, of a template with a hole."""
     picture = texture(40, 44, 3, 8).astype(np.int16)
-    ring = gap_filling_kernels.wedges(10, 12, 4)
+    ring = sampling_kernels.wedges(10, 12, 4)
     hole = np.zeros((14, 16), bool)
     hole[ring[:, 0], ring[:, 1]] = True
     other = texture(14, 16, 3, 9).astype(np.int16)
@@ -105,7 +104,7 @@ def test_borders_are_compared_as_by_gncc_with_a_hole(correlate: bool) -> None:
         want = gncc(picture, other, None, hole)[13:40, 15:44].argmax()
     else:
         want = ((windows - np.moveaxis(other, 2, 0))[..., hole] ** 2).sum(axis=(-1, -2)).argmin()
-    sums = gap_filling_kernels.ring_sums(picture, 10, 12, 4)
+    sums = sampling_kernels.ring_sums(picture, 10, 12, 4)
     listed = ShortList(picture, ring, sums, correlate).best(border, places)
     assert tuple(places[want]) in {tuple(p) for p in listed.tolist()}
     assert len(listed) < 10
@@ -120,9 +119,9 @@ def test_all_equally_good_places_are_short_listed(correlate: bool, colour: int, 
     shades = np.tile(texture(17, 18, 1, 3).astype(np.int16), (3, 3, 1))  # each border is there twice or more
     tint = np.tile(texture(17, 18, 3, 4).astype(np.int16), (3, 3, 1)) % (colour + 1)
     picture = shades * np.array((3, 5, 2), np.int16) + tint
-    ring = gap_filling_kernels.wedges(10, 12, 4)
+    ring = sampling_kernels.wedges(10, 12, 4)
     places = np.argwhere(np.ones((51 - 13, 54 - 15)))
-    listed = ShortList(picture, ring, gap_filling_kernels.ring_sums(picture, 10, 12, 4), correlate)
+    listed = ShortList(picture, ring, sampling_kernels.ring_sums(picture, 10, 12, 4), correlate)
     assert listed.axes.shape == (3, 3 if correlate else 1)
     for n in range(12) if thorough else (1, 2, 5, 11):
         y, x = 2 * n, (7 * n) % 23
@@ -170,7 +169,7 @@ def test_the_blend_is_the_linear_ramp_of_the_source() -> None:
 def test_defaults_of_the_source() -> None:
     """Section 5.2."""
     e = Exemplar.of(texture(128, 128, 3, 1))
-    method = ia.NearRegular(variant="plain", lattice=((20, 0), (0, 20))).resolved([e], Canvas(256, 256))
+    method = ia.GapFilling(lattice=((20, 0), (0, 20))).resolved([e], Canvas(256, 256))
     assert (method.block, method.border, method.slack, method.blend.feather) == (40, 10, 3, 4)
     assert ia.NearRegular(lattice=((20, 0), (0, 20))).resolved([e], Canvas(9, 9)).border == 14
 
@@ -209,9 +208,9 @@ def test_a_wrapped_canvas_continues_in_itself_and_keeps_the_phase() -> None:
 @pytest.mark.parametrize(
     ("parameters", "size", "wrap", "message"),
     [
-        ({"border": 5}, 30, "none", "border=5: variant=plain needs an even border"),
-        ({"border": 10}, 30, "none", "border=10: variant=plain needs an even border that is no wider than a block"),
-        ({"lattice": ((0, 9),)}, 30, "none", "variant=plain needs two lattice vectors"),
+        ({"border": 5}, 30, "none", "border=5: gap-filling needs an even border"),
+        ({"border": 10}, 30, "none", "border=10: gap-filling needs an even border that is no wider than a block"),
+        ({"lattice": ((0, 9),)}, 30, "none", "gap-filling needs two lattice vectors"),
         ({"block": 30}, 60, "none", "no patch of 30x30 px with a border of 4 px fits"),
         ({"lattice": ((9, 0), (0, 20))}, (30, 36), "y", r"wrap: height=30 px is no whole .* choose 2\d or 4\d px"),
     ],

@@ -9,29 +9,94 @@ places, so that any window can be made alone; a wrapped canvas is closed by stre
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.features import features
-from ..analysis.usable import valid_windows
-from ..arrays import Array, Laid
-from ..canvas import Canvas
-from ..draws import draw_many
-from ..errors import MethodError, ParameterError
-from ..exemplar import Exemplar
-from ..lattice.vectors import UNIT, Vector, cell_of
-from ..run import Run
-from . import gap_filling_kernels as kernels
-from .grid import BlockSettings
+from ...analysis.features import features
+from ...analysis.usable import valid_windows
+from ...arrays import Array, Laid
+from ...blocks.wrapping import STRAIN, Place, beside, returning, unfit
+from ...canvas import Canvas
+from ...draws import draw_many
+from ...errors import MethodError, ParameterError
+from ...exemplar import Exemplar
+from ...lattice.vectors import UNIT, Vector, cell_of
+from ...run import Run
+from . import sampling_kernels as kernels
 from .shortlist import ShortList
-from .wrapping import Place, SquareBlocks, beside
 
 STAGE = 20110
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
 DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
 TOGETHER = 16  # gaps that one call fills
+
+
+class Settings(NamedTuple):
+    """The parameters of gap-filling, decided; px."""
+
+    lattice: Sequence[Sequence[float]]  # the vectors, (x, y)
+    block: int = 40  # side
+    border: int = 10  # width of the zone in which gaps are compared
+    slack: int = 3  # how far a gap's block may leave the lattice
+    fit: str = "difference"  # or "correlation"
+    channel_weights: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class SquareBlocks:
+    """Square blocks of a canvas, and the lattice under it."""
+
+    block: Place  # rows and columns of a block, px; around a wrapped canvas some are one px shorter
+    lengths: Place  # rows and columns of the canvas, px
+    around: Place  # how many blocks lie around it along each axis; 0 where it does not wrap
+    # The lattice vectors, 1/256 px, that go once around; one px along the axis where it does not wrap.
+    turns: tuple[Vector, Vector]
+
+    @classmethod
+    def of(cls, cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> SquareBlocks:
+        """Lay blocks of `side` px on a canvas; ParameterError where it does not close on the lattice."""
+        rows = 2 * max(1, round(canvas.height / (2 * side))) if canvas.wrap.y else 0
+        columns = 2 * max(1, round(canvas.width / (2 * side))) if canvas.wrap.x else 0
+        block = -(-canvas.height // rows) if rows else side, -(-canvas.width // columns) if columns else side
+        down = once_around(cell, canvas.height, 0) if rows else (UNIT, 0)
+        across = once_around(cell, canvas.width, 1) if columns else (0, UNIT)
+        return cls(block, (canvas.height, canvas.width), (rows, columns), (down, across))
+
+    def begin(self, i: int, j: int) -> Place:
+        """First pixel of a block."""
+        y, x = (
+            n * length // count if count else n * side
+            for n, length, count, side in zip((i, j), self.lengths, self.around, self.block, strict=True)
+        )
+        return y, x
+
+    def block_of(self, y: int, x: int) -> Place:
+        """The block that holds a pixel."""
+        i, j = (
+            ((p + 1) * count - 1) // length if count else p // side
+            for p, length, count, side in zip((y, x), self.lengths, self.around, self.block, strict=True)
+        )
+        return i, j
+
+    def number(self, i: int, j: int) -> Place:
+        """Number of a block; around a wrapped canvas the numbers return."""
+        return returning(self.around, i, j)
+
+    def lattice_place(self, i: int, j: int) -> Place:
+        """Where a block begins in the lattice, 1/256 px: as on the canvas, less the stretch."""
+        y, x = self.begin(*self.number(i, j))
+        (a, b), (c, d) = self.turns
+        tall, wide = (n if count else 1 for n, count in zip(self.lengths, self.around, strict=True))
+        whole = tall * wide
+        return (
+            (2 * (y * a * wide + x * c * tall) + whole) // (2 * whole),
+            (2 * (y * b * wide + x * d * tall) + whole) // (2 * whole),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,18 +118,18 @@ class Sampling:
     everywhere: Array | None  # (n, 2): all places, where a gap's patch may come from any of them
 
     @classmethod
-    def of(cls, settings: BlockSettings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
+    def of(cls, settings: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
         """Prepare an exemplar; MethodError where its patches are too few."""
         picture = features([exemplar], settings.channel_weights).pictures[0]
         v1, v2 = cell_of(settings.lattice, picture.shape[:2])
         if v2 is None:
-            raise ParameterError("variant=plain needs two lattice vectors; give both, or use variant=mosaic.")
+            raise ParameterError("gap-filling needs two lattice vectors; give both, or use method near-regular.")
         border = settings.border
-        laid = SquareBlocks.of((v1, v2), settings.block or 40, canvas)
+        laid = SquareBlocks.of((v1, v2), settings.block, canvas)
         height, width = laid.block
         if border % 2 or border > min(height, width):
             raise ParameterError(
-                f"border={border}: variant=plain needs an even border that is no wider than a block "
+                f"border={border}: gap-filling needs an even border that is no wider than a block "
                 f"({min(height, width)} px); choose another."
             )
         valid = valid_windows(picture.shape, exemplar.usable, False, (height + border, width + border))
@@ -199,3 +264,25 @@ def _no_room(block: Place, border: int) -> MethodError:
         f"no patch of {block[1]}x{block[0]} px with a border of {border} px fits into the exemplar at some place of "
         "the lattice; choose a smaller block or border, or a larger exemplar."
     )
+
+
+def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
+    """The lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
+    (a, b), (c, d) = cell
+    area = a * d - b * c
+
+    def nearest(size: int) -> tuple[float, Vector]:
+        y, x = goal = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
+        m, n = (y * d - x * c) // area, (x * a - y * b) // area
+        around = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3) if (s, t) != (0, 0)]
+        points = [(s * a + t * c, s * b + t * d) for s, t in around]
+        return min((math.dist(v, goal), v) for v in points)
+
+    off, best = nearest(length)
+    if off <= STRAIN * length * UNIT:
+        return best
+    good: list[int] = []
+    for sizes in (range(length - 1, 0, -1), range(length + 1, 5 * length + 4096)):
+        good += islice((n for n in sizes if nearest(n)[0] <= STRAIN * n * UNIT / 2), 1)
+    raise ParameterError(unfit(axis, length, "is no whole number of periods", off / (length * UNIT), good))
+
