@@ -42,13 +42,13 @@ _HOMES = {
     "NearRegular": "methods.near_regular",
     "ParameterError": "errors",
     "ParallelControllable": "methods.parallel_controllable",
-    "PatchSampling": "methods.patch_sampling",
+    "PatchSampling": "published.multrus2003.patch_sampling",
     "Plane": "image",
     "RandomTiling": "methods.random_tiling",
     "Repeat": "methods.repeat",
     "Run": "run",
     "Score": "judging.score",
-    "SegmentBased": "methods.segment_based",
+    "SegmentBased": "published.segments.segment_based",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
     "Weave": "giant",
@@ -145,14 +145,14 @@ if TYPE_CHECKING:
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular
     from .methods.parallel_controllable import ParallelControllable
-    from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
-    from .methods.segment_based import SegmentBased
     from .published.lopez_recas2011.gap_filling import GapFilling
+    from .published.multrus2003.patch_sampling import PatchSampling
     from .published.pixels.ashikhmin import Ashikhmin
     from .published.pixels.efros_leung import EfrosLeung
     from .published.pixels.wei_levoy import WeiLevoy
+    from .published.segments.segment_based import SegmentBased
     from .rendering.magnification import magnified
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap

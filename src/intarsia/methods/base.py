@@ -200,9 +200,9 @@ def check_abilities(method: Method, exemplars: Sequence[Exemplar], canvas: Canva
 
 METHODS = {
     "image-quilting": ("methods.image_quilting", "ImageQuilting"),
-    "patch-sampling": ("methods.patch_sampling", "PatchSampling"),
+    "patch-sampling": ("published.multrus2003.patch_sampling", "PatchSampling"),
     "graphcut": ("methods.graphcut", "Graphcut"),
-    "segment-based": ("methods.segment_based", "SegmentBased"),
+    "segment-based": ("published.segments.segment_based", "SegmentBased"),
     "near-regular": ("methods.near_regular", "NearRegular"),
     "gap-filling": ("published.lopez_recas2011.gap_filling", "GapFilling"),
     "best-tile": ("methods.best_tile", "BestTile"),

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..analysis.features import Features
-from ..arrays import Array
-from ..draws import below, draw
+from ...analysis.features import Features
+from ...arrays import Array
+from ...draws import below, draw
+from ...search.candidates import Candidates, Prices
+from ...search.posed import PosedExemplars
 from . import pyramid_kernels
-from .candidates import Candidates, Prices
-from .posed import PosedExemplars
 from .pyramid import LEVELS, PyramidSearch
+from .repeats import Factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ class DrawnPyramid(PyramidSearch):
                 mine = rows[:, 1] == v
                 y, x = (np.minimum(rows[mine, 2 + a] << number, counts.shape[a] - 1) for a in (0, 1))
                 d, count = rows[mine, 0], counts[y, x].astype(np.int64)
-                costs[mine] = d * (256 + count) ** 2 >> 16 if prices.multiply else d + (count * unit >> 16)
+                costs[mine] = d * (256 + count) ** 2 >> 16 if isinstance(prices, Factors) else d + (count * unit >> 16)
             order = np.argsort(costs, kind="stable")
             many = self.drawn.admitted(costs[order], self.drawn.features.brightness(feats, known)) or 1
             chosen = rows[order[self._number(many, number, at)]][None]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from methods.naive_multrus import Multrus
-from methods.naive_patch_sampling import NaivePatchSampling
 from naive import lay_down
+from published.multrus2003.naive_multrus import Multrus
+from published.multrus2003.naive_patch_sampling import NaivePatchSampling
 from quilts import bytes_of
 from torture import TORTURE
 
@@ -17,15 +17,15 @@ from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, laid
 from intarsia.patches.growth import Growth
+from intarsia.published.multrus2003.drawn_pyramid import Drawn, DrawnPyramid
 from intarsia.rendering.render import render
 from intarsia.run import Probe
-from intarsia.search.drawn_pyramid import Drawn, DrawnPyramid
 from intarsia.search.posed import posed_exemplars
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
 
 PLAIN = {"repetition": "none", "search": "exact"}
-DRAWN = {"search": "pyramid", "pyramid_draws": "every"}
+DRAWN = {"pyramid": "mean", "pyramid_draws": "every"}
 
 
 def grow(exemplar, size, seed=0, run=None, **parameters) -> ia.Synthesis:
@@ -509,7 +509,7 @@ def test_searches_look_at_as_many_places_as_the_laws_count(side: int) -> None:
     known[:5] = known[:, :5] = True
     places = growth.variants.valid[0].sum()
     assert places * (known.sum() + 5 * 5) / block**2 == pytest.approx(cost(side, 25, 5))
-    search = Growth(ia.PatchSampling(patch=25, overlap=5, search="pyramid").patch_settings, [e], Canvas(70, 70)).finder
+    search = Growth(ia.PatchSampling(patch=25, overlap=5, pyramid="mean").patch_settings, [e], Canvas(70, 70)).finder
     total = 0.0
     for number, level in enumerate(search.levels):
         b, w = 25 >> number, 5 >> number

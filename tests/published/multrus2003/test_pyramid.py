@@ -13,9 +13,9 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
+from intarsia.published.multrus2003.pyramid import FILTERS, LEVELS, PyramidSearch, level_size
 from intarsia.search.candidates import Prices
 from intarsia.search.posed import isometry_ids, posed_exemplars
-from intarsia.search.pyramid import FILTERS, LEVELS, PyramidSearch, level_size
 from intarsia.sourcemap import HOLE
 from intarsia.testing import noise
 
@@ -127,9 +127,7 @@ def test_seams_keep_floor_of_their_width_at_every_level() -> None:
 def test_patches_and_seams_below_4_px_are_refused(patch: int, overlap: int) -> None:
     """Section 4.3.1: in one line, before any work."""
     with pytest.raises(ParameterError, match="at least 4 px"):
-        ia.synthesize(smooth(60, 60), 80, ia.PatchSampling(patch=patch, overlap=overlap, search="pyramid"))
-    with pytest.raises(ParameterError, match="at least 4 px"):
-        ia.synthesize(smooth(60, 60), 80, ia.ImageQuilting(patch=12, overlap=5, search="pyramid"))
+        ia.synthesize(smooth(60, 60), 80, ia.PatchSampling(patch=patch, overlap=overlap, pyramid="mean"))
 
 
 def test_counters_move_the_search_elsewhere_at_all_levels() -> None:
@@ -180,11 +178,8 @@ def test_more_kept_places_find_better_patches_on_regular_textures() -> None:
 
 
 @pytest.mark.parametrize("wrap", ["none", "both"])
-@pytest.mark.parametrize("method", [ia.PatchSampling, ia.ImageQuilting])
-def test_methods_grow_with_it(method, wrap: str) -> None:
+def test_a_map_grows_with_it(wrap: str) -> None:
     """With isometries, repetition counters and wrapping; one thread or two, the same map."""
-    patch = 9 if method is ia.PatchSampling else 20
-    more = {"repetition": "counter"} if method is ia.PatchSampling else {}
-    m = method(patch=patch, overlap=5, isometries="both", search="pyramid", pyramid_kept=2, **more)
+    m = ia.PatchSampling(patch=9, overlap=5, isometries="both", pyramid="mean", pyramid_kept=2, repetition="counter")
     outs = [ia.synthesize(smooth(48, 50), (70, 75), m, seed=3, wrap=wrap, run=ia.Run(n)).map for n in (1, 2)]
     assert outs[0].digest == outs[1].digest

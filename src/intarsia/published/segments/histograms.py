@@ -12,15 +12,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.sums import running_sums
-from ..arrays import Array
-from ..draws import below, draw_many
-from ..kernels import windows
-from ..sourcemap import HOLE
-from . import exhaustive_kernels
-from .candidates import Candidates, Prices, nearest
-from .fourier_kernels import FAR
-from .posed import PosedExemplars
+from ...analysis.sums import running_sums
+from ...arrays import Array
+from ...draws import below, draw_many
+from ...kernels import windows
+from ...search import exhaustive_kernels
+from ...search.candidates import Candidates, Prices, nearest
+from ...search.fourier_kernels import FAR
+from ...search.posed import PosedExemplars
+from ...sourcemap import HOLE
 
 LEVELS = 24  # steps of the root of a share; of 8 groups at most, 25 to the power of 8 fits into 64 bits
 USUAL = 50  # one in so many of those compared is nearer than usual; 20: seams cost 3 to 16 % more, 100: fewer draws

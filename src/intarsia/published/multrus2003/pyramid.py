@@ -13,14 +13,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array
-from ..errors import ParameterError
-from ..filtering.filters import ndimage
-from ..kernels import windows
-from . import fourier_kernels, pyramid_kernels
-from .candidates import SHORT_LIST, Candidates, Prices
-from .posed import PosedExemplars, in_one_row
-from .reduce_kernels import Listed
+from ...arrays import Array
+from ...errors import ParameterError
+from ...filtering.filters import ndimage
+from ...kernels import windows
+from ...kernels.windows import Posed
+from ...search import fourier_kernels, guided_kernels
+from ...search.candidates import SHORT_LIST, Candidates, Prices
+from ...search.guide import WindowGuide
+from ...search.guided import Guided
+from ...search.posed import PosedExemplars, in_one_row
+from ...search.reduce_kernels import Listed
+from . import pyramid_kernels
+from .pyramid_kernels import Rung
+from .repeats import Factors
 
 LEVELS = 2  # reductions by two
 MARGIN = 1 << LEVELS  # what filters see around a window, px
@@ -144,8 +150,8 @@ class PyramidSearch:
             for v, allowed in enumerate(level.allowed):
                 if not allowed.any():
                     continue
-                rung = pyramid_kernels.Rung(level.flat, level.table[v], allowed, number, v)
-                given = feats, known, rung, prices.of(v), Listed(best, found, here)
+                rung = Rung(level.flat, level.table[v], allowed, number, v)
+                given = feats, known, rung, fee_of(prices, v), Listed(best, found, here)
                 if number == LEVELS:
                     pyramid_kernels.search_all(*given)
                 else:
@@ -200,6 +206,50 @@ class PyramidSearch:
         """Take the window itself out of its reduced surroundings."""
         margin = MARGIN >> next(k for k, own in enumerate(self.levels) if own is level)
         return array[:, margin : margin + level.window[0], margin : margin + level.window[1]]
+
+
+class GuidedPyramid(Guided[PyramidSearch]):
+    """Search patches for windows under a guide, from coarse to fine."""
+
+    def __init__(self, search: PyramidSearch, guidance: WindowGuide, unit: int) -> None:
+        super().__init__(search, guidance, unit)
+        self.guide = PyramidSearch(guidance.pictures, guidance.layout.patch, search.seam, search.smoothing)
+
+    def _weighed(self, search: PyramidSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+        n, guide = len(at), self.guide
+        stack = search.stack(variant, yx, at, self.guidance.layout.wraps)
+        beside = guide.whole_stack(*self.guidance.wanted(at))
+        sums = np.array([known.sum(axis=(1, 2), dtype=np.int64) for _, known in stack])
+        usual = np.full(n, -1, np.int64)
+        best, found = np.empty((n, 0, 4), np.int64), np.full(n, -1, np.int64)
+        for number in range(LEVELS, -1, -1):
+            (feats, known), (wanted, inside) = stack[number], beside[number]
+            level, labels = search.levels[number], guide.levels[number]
+            shares = self.shares(known, inside)
+            here = usual if number == LEVELS else to_level(usual, sums, number)
+            kept, many = best, found
+            best = np.empty((n, (search.kept if number else search.listed) + 1, 4), np.int64)
+            found = np.zeros(n, np.int64)
+            for v, allowed in enumerate(level.allowed):
+                if allowed.any():
+                    pyramid_kernels.search_guided(
+                        feats, known, Rung(level.flat, level.table[v], allowed, number, v), wanted, inside,
+                        Posed(labels.flat, labels.table), shares, kept, many, level.reach, fee_of(prices, v),
+                        Listed(best, found, here),
+                    )  # fmt: skip
+            search.followed(best, found, at, number)
+        rows = np.empty((n, search.listed, 4), np.int64)
+        guided_kernels.guided_refine_all(
+            feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
+            fourier_kernels.Among(search.flat_valid, search.offsets),
+            np.ascontiguousarray(best[:, : search.listed]), found, 1, rows,
+        )  # fmt: skip
+        return Candidates.of_all(rows, found, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)
+
+
+def fee_of(prices: Prices, v: int) -> pyramid_kernels.Fee:
+    """What repeats cost at the positions of one variant: added to distances, or multiplied with them."""
+    return pyramid_kernels.Fee(prices.counts[v], prices.weight, isinstance(prices, Factors))
 
 
 def to_level(usual: Array, sums: Array, level: int) -> Array:

@@ -7,11 +7,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.jit import kernel
-from .fourier_kernels import FAR, insert, row_spans, window_distance
-from .guided_kernels import guided_cost
+from ...kernels.jit import kernel
+from ...search.fourier_kernels import FAR, insert, row_spans, window_distance
+from ...search.guided_kernels import guided_cost
 
 UNKNOWN, KNOWN, OUTSIDE = 0, 1, 2
+
+
+class Fee(NamedTuple):
+    """What repeats cost at the positions of one posed exemplar."""
+
+    counts: NDArray[np.int32]  # (rows, columns): uses; 256 = one full repeat
+    weight: int  # price of such a repeat, in 1 / 65536 of the usual distance
+    multiply: bool  # distances are multiplied by 1 + repeats instead
 
 
 class Rung(NamedTuple):

@@ -9,9 +9,9 @@ from segments.naive_segments import naive_histogram, naive_zone_counts
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
-from intarsia.methods.segment_based import choose
+from intarsia.published.segments.histograms import LEVELS, HistogramIndex, SegmentSearch, histogram, some
+from intarsia.published.segments.segment_based import choose
 from intarsia.search.candidates import Candidates, Prices
-from intarsia.search.histograms import LEVELS, HistogramIndex, SegmentSearch, histogram, some
 from intarsia.search.posed import posed_exemplars
 from intarsia.segments.segments import segments
 from intarsia.testing import texture
@@ -58,7 +58,7 @@ def test_masked_patches_are_not_in_the_index():
 
 def test_of_large_exemplars_every_second_row_and_column_is_indexed(monkeypatch):
     whole, _ = searching()
-    monkeypatch.setattr("intarsia.search.histograms.PATCHES", 100)
+    monkeypatch.setattr("intarsia.published.segments.histograms.PATCHES", 100)
     search, groups = searching()
     assert (whole.step, search.step) == (1, 2)
     columns = -(-search.valid[0].shape[1] // 2)
@@ -168,7 +168,7 @@ def test_the_threshold_lets_some_windows_draw_and_repeats_cost(monkeypatch):
         seen.append(int((prices < limit).sum()))
         return choose(found, prices, limit, bits)
 
-    monkeypatch.setattr("intarsia.methods.segment_based.choose", spy)
+    monkeypatch.setattr("intarsia.published.segments.segment_based.choose", spy)
     shares, most = [], []
     for usage in (0.0, 0.2):
         seen.clear()

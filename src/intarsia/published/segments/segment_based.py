@@ -17,32 +17,33 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from ..draws import below
-from ..lazy import lazy
-from ..params import AUTO, extent, param
-from . import parameters
-from .base import Ability
+from ...draws import below
+from ...lazy import lazy
+from ...methods import parameters
+from ...methods.base import Ability
+from ...params import AUTO, extent, param
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from .. import sourcemap
-    from ..analysis import features
-    from ..arrays import Array
-    from ..canvas import Canvas
-    from ..exemplar import Exemplar
-    from ..patches import growth as patches_growth
-    from ..patches import settings
-    from ..run import Run
-    from ..search import candidates, histograms, sizes
-    from ..segments import segments
+    from ... import sourcemap
+    from ...analysis import features
+    from ...arrays import Array
+    from ...canvas import Canvas
+    from ...exemplar import Exemplar
+    from ...patches import growth as patches_growth
+    from ...patches import settings
+    from ...run import Run
+    from ...search import candidates, sizes
+    from ...segments import segments
+    from . import histograms
 else:
     np = lazy("numpy")
     features = lazy("intarsia.analysis.features")
     patches_growth = lazy("intarsia.patches.growth")
     settings = lazy("intarsia.patches.settings")
     candidates = lazy("intarsia.search.candidates")
-    histograms = lazy("intarsia.search.histograms")
+    histograms = lazy("intarsia.published.segments.histograms")
     segments = lazy("intarsia.segments.segments")
     sizes = lazy("intarsia.search.sizes")
     sourcemap = lazy("intarsia.sourcemap")
@@ -95,7 +96,7 @@ class SegmentBased(parameters.CutSquares):
         zone = extent(method.overlap or 0)
         its = settings.PatchSettings(
             patch=method.footprint, overlap=zone, hangs=method.hangs,
-            finder=lambda variants, patch: histograms.SegmentSearch(
+            finder=lambda _, variants, patch, listed: histograms.SegmentSearch(
                 variants, patch, found.group_map, zone, method.hits, method.points, seed, STAGE + POINTS
             ),
             repeats=settings.Repeats(usage=method.usage),

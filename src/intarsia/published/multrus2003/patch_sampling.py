@@ -18,36 +18,38 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..draws import below
-from ..lazy import lazy
-from ..params import AUTO, extent, param
-from . import parameters
-from .base import Ability, MethodBase
+from ...draws import below
+from ...lazy import lazy
+from ...methods import parameters
+from ...methods.base import Ability, MethodBase
+from ...params import AUTO, extent, param
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from .. import sourcemap
-    from ..analysis import features, symmetry
-    from ..arrays import Array
-    from ..canvas import Canvas
-    from ..exemplar import Exemplar
-    from ..patches import growing_map, labelled, published, settings
-    from ..patches import repetition as patches_repetition
-    from ..patches.growth import Growth, Pick
-    from ..run import Run
-    from ..search import drawn_pyramid, guide, pyramid, sizes
+    from ... import sourcemap
+    from ...analysis import features, symmetry
+    from ...arrays import Array
+    from ...canvas import Canvas
+    from ...exemplar import Exemplar
+    from ...patches import growing_map, labelled, repetition, settings
+    from ...patches.growth import Growth, Pick
+    from ...run import Run
+    from ...search import guide, posed, sizes
+    from ...search.candidates import Search
+    from . import drawn_pyramid, every_patch, pyramid, repeats
 else:
     np = lazy("numpy")
     labelled = lazy("intarsia.patches.labelled")
     settings = lazy("intarsia.patches.settings")
-    drawn_pyramid = lazy("intarsia.search.drawn_pyramid")
+    drawn_pyramid = lazy("intarsia.published.multrus2003.drawn_pyramid")
     features = lazy("intarsia.analysis.features")
     guide = lazy("intarsia.search.guide")
     growing_map = lazy("intarsia.patches.growing_map")
-    published = lazy("intarsia.patches.published")
-    pyramid = lazy("intarsia.search.pyramid")
-    patches_repetition = lazy("intarsia.patches.repetition")
+    every_patch = lazy("intarsia.published.multrus2003.every_patch")
+    pyramid = lazy("intarsia.published.multrus2003.pyramid")
+    repeats = lazy("intarsia.published.multrus2003.repeats")
+    repetition = lazy("intarsia.patches.repetition")
     sizes = lazy("intarsia.search.sizes")
     symmetry = lazy("intarsia.analysis.symmetry")
     sourcemap = lazy("intarsia.sourcemap")
@@ -97,11 +99,16 @@ class PatchSampling(MethodBase):
     usage: float = parameters.usage_price()
     min_repeat_distance: int = parameters.repeat_distance()
     search: str = parameters.search_ways()
-    pyramid_filter: str = parameters.pyramid_filter()
-    pyramid_kept: int = parameters.pyramid_kept()
+    pyramid: str = param(
+        "off", "choice", "search from coarse to fine, and what is averaged before every second pixel is dropped",
+        choices=("off", "mean", "gaussian", "none"),
+    )  # fmt: skip
+    pyramid_kept: int = param(
+        8, "int", "in a pyramid: the best places of a level, from which the next is searched", low=1, high=64
+    )
     pyramid_draws: str = param(
-        "finest", "choice", "with search=pyramid: draw at the finest level, or at every one and follow that place "
-        "alone, as published",
+        "finest", "choice", "in a pyramid: draw at the finest level, or at every one and follow that place alone, as "
+        "published",
         choices=("finest", "every"),
     )  # fmt: skip
     boundary_patch: int | None = parameters.boundary_patch()
@@ -152,7 +159,7 @@ class PatchSampling(MethodBase):
         sizes.check_patch(resolved.patch or 0, exemplars, isometries, resolved.overlap or 0)
         if canvas.guide is not None:
             guide.check_guide(exemplars, canvas.guide, resolved.footprint)
-        if self.search == "pyramid":
+        if self.pyramid != "off":
             pyramid.check_pyramid(extent(patch), extent(resolved.overlap or 0))
         bounds = self.boundary_isometries
         bounds = None if bounds is None else symmetry.resolved_isometries(bounds, exemplars, resolved.footprint)
@@ -163,10 +170,10 @@ class PatchSampling(MethodBase):
         method = self.resolved(exemplars, canvas)
         misses: list[int] = []
         settings = method.patch_settings
-        if self.search == "pyramid" and self.pyramid_draws == "every":
+        if self.pyramid != "off" and self.pyramid_draws == "every":
             its = features.features(exemplars, self.channel_weights)
             drawn = drawn_pyramid.Drawn(seed, STAGE, self._admitted, self.boundary_candidates, its)
-            settings = replace(settings, drawn=drawn)
+            settings = replace(settings, finder=partial(self._drawing, drawn))
         stages = labelled.Stages(settings, exemplars, canvas, method.blend)
         for growth in stages:
             choose = partial(method.choose, growth, misses=misses)
@@ -180,31 +187,49 @@ class PatchSampling(MethodBase):
         """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
         if self.bound != "best" and not self.of_all:
             return LISTED_BY_EPSILON
-        at_bounds = self.boundary_candidates if self.search == "pyramid" else min(self.boundary_candidates, MOST)
+        at_bounds = self.boundary_candidates if self.pyramid != "off" else min(self.boundary_candidates, MOST)
         most = max(1 if self.of_all else self.candidates, at_bounds)
-        return max(LEAST_LISTED, most, 3 * min(most, MOST)) * (2 if self.search == "exact" else 1)
+        return max(LEAST_LISTED, most, 3 * min(most, MOST)) * (2 if self._search == "exact" else 1)
 
     @property
     def of_all(self) -> bool:
         """Whether every patch is looked at, as what may be chosen could lie beyond a short-list."""
-        if self.search == "exact" and self.repetition in ("counter", "marks"):  # the fast search counts cells
-            return True
-        return self.search != "pyramid" and (self.bound != "best" or self.candidates > MOST)
+        far = self.bound != "best" or self.candidates > MOST or self.repetition in ("counter", "marks")
+        return self.pyramid == "off" and far
+
+    @property
+    def _search(self) -> str:
+        """Counters and marks are those of single places, which the exact search has."""
+        return "exact" if self.repetition in ("counter", "marks") else self.search
 
     @property
     def patch_settings(self) -> settings.PatchSettings:
         """How patches are laid; known once patch and overlap are."""
         overlap = extent(self.overlap or 0)
-        rule = patches_repetition.RepetitionRule(self.repetition if self.repetition != "none" else "prices")
+        rules = {"counter": repeats.Counter, "marks": repeats.Marks}
+        rule = rules.get(self.repetition, repetition.Repetition)
         usage = self.usage if self.repetition == "prices" else 0.0
         return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, hangs=self.hangs, weights=self.channel_weights,
-            isometries=self.isometries, search=self.search, pyramid=(self.pyramid_filter, self.pyramid_kept),
-            listed=self.listed, repeats=settings.Repeats(rule, usage, self.min_repeat_distance), rim=max(overlap),
+            isometries=self.isometries, search=self._search, listed=self.listed, rim=max(overlap),
+            finder=self._from_coarse if self.pyramid != "off" else None,
+            guided=pyramid.GuidedPyramid if self.pyramid != "off" else None,
+            repeats=settings.Repeats(rule, usage, self.min_repeat_distance),
             boundaries=settings.Boundaries.of(
                 self.footprint, self.boundary_patch, self.boundary_isometries, self.boundary_slack
             ),
         )  # fmt: skip
+
+    def _from_coarse(
+        self, its: settings.PatchSettings, variants: posed.PosedExemplars, patch: tuple[int, int], listed: int
+    ) -> Search:
+        return pyramid.PyramidSearch(variants, patch, its.overlap, self.pyramid, self.pyramid_kept, listed)
+
+    def _drawing(
+        self, drawn: drawn_pyramid.Drawn, its: settings.PatchSettings, variants: posed.PosedExemplars,
+        patch: tuple[int, int], listed: int,
+    ) -> Search:  # fmt: skip
+        return drawn_pyramid.DrawnPyramid(variants, patch, its.overlap, self.pyramid, drawn)
 
     def choose(
         self, growth: Growth, window: growing_map.Window, found: Any, bits: int, misses: list[int]
@@ -215,10 +240,10 @@ class PatchSampling(MethodBase):
         brightness = growth.features.brightness(found.feats, found.known) if self.bound == "epsilon" else 0
         if self.of_all and not at_boundary and not found.permitted:
             best = int(prices[0]) if len(prices) else UNLIMITED
-            found = published.every_within(growth, window, found, max(best, self._limit(prices, brightness)))
+            found = every_patch.every_within(growth, window, found, max(best, self._limit(prices, brightness)))
             rows, prices = self._priced(growth, window, found)
-        if at_boundary and self.boundary_candidates > MOST and self.search != "pyramid" and not found.permitted:
-            rows, prices = self._priced(growth, window, published.every_at_boundary(growth, window, found))
+        if at_boundary and self.boundary_candidates > MOST and self.pyramid == "off" and not found.permitted:
+            rows, prices = self._priced(growth, window, every_patch.every_at_boundary(growth, window, found))
         if not len(rows):
             return None
         many = self.boundary_candidates if at_boundary else self._admitted(prices, brightness)

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..search import exhaustive_kernels
-from ..search.candidates import Candidates, nearest
-from ..search.fourier_kernels import FAR
-from .repeats import Table
+from ...patches.repeats import Table
+from ...search import exhaustive_kernels
+from ...search.candidates import Candidates, nearest
+from ...search.fourier_kernels import FAR
+from .repeats import Factors
 
 if TYPE_CHECKING:
-    from .growing_map import Window
-    from .growth import Growth
+    from ...patches.growing_map import Window
+    from ...patches.growth import Growth
 
 
 def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:
@@ -26,7 +27,7 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
         limit = 2 * limit + 1
     table = Table(growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window))
     rows, prices, most = table.rows(table.flat), growth.repetition.search_prices, np.array(limit)
-    if prices.multiply and growth.finder.factor == 1:  # by 1 + uses, squared; 256 = once
+    if isinstance(prices, Factors):  # by 1 + uses, squared; 256 = once
         uses = np.concatenate([counts.ravel() for counts in prices.counts])[table.flat > 0].astype(np.int64)
         most = limit // (1 + uses // 256) ** 2
     rows[:, 0] = most

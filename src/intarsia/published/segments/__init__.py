@@ -1,0 +1,1 @@
+"""Patches chosen by the segments in their boundary zone, as fragments without author or title have it."""
