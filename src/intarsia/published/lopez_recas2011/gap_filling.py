@@ -25,9 +25,10 @@ if TYPE_CHECKING:
     from ...lattice import vectors
     from ...patches import continuation
     from ...run import Run
-    from . import sampling
+    from . import goodness, sampling
 else:
     canvas = lazy("intarsia.canvas")
+    goodness = lazy("intarsia.published.lopez_recas2011.goodness")
     continuation = lazy("intarsia.patches.continuation")
     vectors = lazy("intarsia.lattice.vectors")
     sampling = lazy("intarsia.published.lopez_recas2011.sampling")
@@ -49,6 +50,11 @@ class GapFilling(MethodBase):
         AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
         low=-65536, high=65536, unit="px",
     )  # fmt: skip
+    detector: str = param(
+        "contrast", "choice", "how an automatic lattice is found: by contrast, or by the goodness of the source, which "
+        "answers on every texture",
+        choices=("contrast", "goodness"),
+    )  # fmt: skip
     block: int = param(40, "int", "side of a block", low=4, high=1 << 14, unit="px")
     border: int = param(
         10, "int", "width of the zone in which a gap is compared; an even number", low=2, high=256, unit="px"
@@ -67,6 +73,8 @@ class GapFilling(MethodBase):
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> GapFilling:
         """Find the lattice; MethodError where there is none."""
+        if self.lattice is AUTO and self.detector == "goodness":
+            return replace(self, lattice=goodness.lattice_by_goodness(exemplars[0], self.channel_weights))
         if self.lattice is AUTO:
             return replace(self, lattice=vectors.lattice_of(exemplars[0], self.slug, self.channel_weights))
         vectors.check_lattice(self.lattice, exemplars[0])

@@ -1,31 +1,19 @@
-"""The lattice by the rule of the source: the pair of correlation peaks with the best goodness.
-
-For comparison. It is good at printed patterns, but answers on every texture, also on those without a lattice, and
-prefers large cells of which few points are seen.
-
-Source: Lopez Recas 2011, section 3.3 and 3.3.1, eq. 3.22. Departures: a negative sum has goodness 0 instead of
-an undefined power; flat pairs are left out; the tile is counted in closed form, not px by px.
-"""
+"""Kernels of the goodness of lattices: the tiles that overlaps show, and the best pair of peaks."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from intarsia.analysis.correlation import autocorrelation
-from intarsia.analysis.reduction import factor_for, reduced
-from intarsia.lattice.correlation_map import MILLION
+from ...kernels.jit import kernel
 
-Int64 = NDArray[np.int64]
-Vector = tuple[int, int]  # (dy, dx), px
-
+MILLION = 1_000_000  # correlations are kept in millionths
 ALPHA = 1.12  # above 1: of equal means the one of more points, the smaller tile, wins
 
 
-@njit
+@kernel
 def hermite(v1y: int, v1x: int, v2y: int, v2x: int) -> tuple[int, int, int]:
     """Return (a, b, c): the lattice is also spanned by (dx, dy) = (a, 0) and (b, c), 0 <= b < a, 0 < c."""
     y, x, r, s = v1y, v1x, v2y, v2x
@@ -38,7 +26,7 @@ def hermite(v1y: int, v1x: int, v2y: int, v2x: int) -> tuple[int, int, int]:
     return a, x % a, y
 
 
-@njit
+@kernel
 def union_length(a: int, b: int, width: int, count: int) -> int:
     """Length of the union of the circular intervals [-b i, -b i + width) mod a, i < count."""
     if count <= 0:
@@ -55,7 +43,7 @@ def union_length(a: int, b: int, width: int, count: int) -> int:
     return int(total)
 
 
-@njit
+@kernel
 def tile_pixels(a: int, b: int, c: int, height: int, width: int) -> int:
     """Count the different pixels of the tile of the lattice (a, 0), (b, c) that a rectangle shows.
 
@@ -68,8 +56,8 @@ def tile_pixels(a: int, b: int, c: int, height: int, width: int) -> int:
     return total
 
 
-@njit
-def significant_sum(values: NDArray[np.int32], v: Vector, w: Vector, height: int, width: int) -> tuple[int, int]:
+@kernel
+def significant_sum(values: Any, v: Any, w: Any, height: int, width: int) -> tuple[int, int]:
     """Add up and count the map at the significant points of the right half plane of a reduced pair, in whole px.
 
     Significant: the overlap of the picture (height x width) with itself shows 85 % of the tile or more.
@@ -92,8 +80,8 @@ def significant_sum(values: NDArray[np.int32], v: Vector, w: Vector, height: int
     return total, count
 
 
-@njit
-def highest(values: NDArray[np.int32], height: int, width: int) -> Int64:
+@kernel
+def highest(values: Any, height: int, width: int) -> Any:
     """Return the highest value of the map, but its middle, where the overlap has so many px or more."""
     high, wide = values.shape[0] >> 1, values.shape[1] >> 1
     most = np.zeros(height * width + 1, np.int64)
@@ -106,8 +94,8 @@ def highest(values: NDArray[np.int32], height: int, width: int) -> Int64:
     return most
 
 
-@njit
-def best_pair(values: NDArray[np.int32], peaks: Int64, height: int, width: int) -> tuple[Int64, int]:
+@kernel
+def best_pair(values: Any, peaks: Any, height: int, width: int) -> tuple[Any, int]:
     """Pair every peak with every longer one, reduced by it, each pair once; return the best pair and its goodness."""
     best, found = 0, np.zeros((2, 2), np.int64)
     most = highest(values, height, width)
@@ -140,38 +128,3 @@ def best_pair(values: NDArray[np.int32], peaks: Int64, height: int, width: int) 
                 best = good
                 found[0], found[1] = (vy, vx), (wy, wx)
     return found, best
-
-
-def tile_coverage(v1: tuple[int, int], v2: tuple[int, int], height: int, width: int) -> tuple[int, int]:
-    """Count how many different pixels of a lattice's tile a rectangle shows, and how many the tile has.
-
-    Vectors (dy, dx) in whole px, not parallel. Where the rectangle lies does not matter.
-    """
-    a, b, c = hermite(*v1, *v2)
-    return tile_pixels(a, b, c, height, width), a * c
-
-
-def plain_lattice(features: NDArray[np.int16]) -> NDArray[np.float64] | None:
-    """The lattice of best goodness, rows (dy, dx) in px; of equals the shortest. None without peaks."""
-    factor = factor_for(features.shape)
-    picture, _ = reduced(features, None, factor)
-    correlation, _ = autocorrelation(picture)
-    values = np.rint(MILLION * correlation).astype(np.int32)
-    found, goodness = best_pair(values, _peaks(values), *picture.shape[:2])
-    return found.astype(np.float64) * factor if goodness > 0 else None
-
-
-def _peaks(values: NDArray[np.int32]) -> Int64:
-    """All local maxima of the right half plane (n, 2), shortest first."""
-    height, width = values.shape
-    middle = height // 2, width // 2
-    padded = np.pad(values, 1, constant_values=-MILLION)
-    top = np.ones(values.shape, bool)
-    for k, (i, j) in enumerate((i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)):
-        other = padded[i : i + height, j : j + width]
-        top &= values >= other if k < 4 else values > other
-    at = np.argwhere(top) - middle
-    at = at[(at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0))]
-    square = (at * at).sum(axis=1)
-    result: Int64 = at[np.lexsort((at[:, 1], at[:, 0], square))].astype(np.int64)
-    return result
