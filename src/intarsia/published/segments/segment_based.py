@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ...run import Run
     from ...search import candidates, sizes
     from ...segments import segments
-    from . import histograms
+    from . import histograms, readings
 else:
     np = lazy("numpy")
     features = lazy("intarsia.analysis.features")
@@ -44,6 +44,7 @@ else:
     settings = lazy("intarsia.patches.settings")
     candidates = lazy("intarsia.search.candidates")
     histograms = lazy("intarsia.published.segments.histograms")
+    readings = lazy("intarsia.published.segments.readings")
     segments = lazy("intarsia.segments.segments")
     sizes = lazy("intarsia.search.sizes")
     sourcemap = lazy("intarsia.sourcemap")
@@ -75,11 +76,17 @@ class SegmentBased(parameters.CutSquares):
     )  # fmt: skip
     usage: float = param(0.2, "float", "price of using a patch again, in usual distances", low=0, high=100)
 
+    energy: str = param(
+        "vote", "choice", "which segments are its elements: by a vote over twelve scales, or at one scale those of "
+        "least energy, in each of the readings of the source: fractions added or multiplied, or variances",
+        choices=("vote", "sum", "product", "variances"),
+    )  # fmt: skip
+
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
         """Decide patch and overlap from the segments of the exemplar."""
         patch, overlap = self.patch, self.overlap
         if patch is AUTO:
-            found = segments.segments(exemplars[0])
+            found = self._found(exemplars[0])
             patch = sizes.supplied(exemplars, found.patch)
             if overlap is AUTO:  # a mask may leave less than the zone
                 overlap = min(found.zone, patch - 1)
@@ -92,7 +99,7 @@ class SegmentBased(parameters.CutSquares):
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, from patches with alike segments in the boundary zone."""
         method = self.resolved(exemplars, canvas)
-        found = segments.segments(exemplars[0])
+        found = method._found(exemplars[0])
         zone = extent(method.overlap or 0)
         its = settings.PatchSettings(
             patch=method.footprint, overlap=zone, hangs=method.hangs,
@@ -110,6 +117,12 @@ class SegmentBased(parameters.CutSquares):
 
         growth.fill(seed, STAGE, run, choose=chosen, join=growth.cutting())
         return growth.map(self.blend)
+
+    def _found(self, exemplar: Exemplar) -> segments.Segments:
+        if self.energy == "vote":
+            return segments.segments(exemplar)
+        known = ("published segments", self.energy)
+        return exemplar.memo(known, lambda: readings.published_segments(exemplar, self.energy))
 
 
 def choose(found: candidates.Candidates, prices: Array, limit: float, bits: int) -> patches_growth.Pick:
