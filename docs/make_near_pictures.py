@@ -22,7 +22,7 @@ def rgb(plane: ia.Plane) -> np.ndarray:
     return np.repeat(pixels, 3, axis=2) if plane.channels == 1 else pixels[:, :, :3]
 
 
-Method = ia.NearRegular | ia.GapFilling | ia.BestTile
+Method = ia.NearRegular | ia.GapFilling | ia.BestTile | ia.RasterQuilting
 
 
 def beside(method: Method, sample: str = "sample:tiles", height: int = 400) -> np.ndarray:
@@ -51,6 +51,7 @@ def main() -> None:
     pictures = {
         "near-regular": beside(ia.NearRegular()),
         "gap-filling": beside(ia.GapFilling()),
+        "raster-quilting": beside(ia.RasterQuilting(patch=42, overlap=7), "sample:pebbles"),
         "unequal": beside(ia.NearRegular(heights="unequal"), "sample:stones"),
         "straightened": beside(ia.NearRegular(), "sample:brick", 512),
         "best-tile": beside(ia.BestTile()),
