@@ -6,7 +6,7 @@ import ast
 from pathlib import Path
 
 import pytest
-from house import FILES, FLOOR, ROOT, imports, modules, name_of, named, own, room_of, tree
+from house import FILES, FLOOR, LEAF, ROOT, document_of, imports, modules, name_of, named, own, room_of, tree
 
 from intarsia.methods.base import METHODS
 
@@ -66,8 +66,8 @@ def test_lower_floors_never_import_higher_ones(path: Path) -> None:
 @pytest.mark.parametrize("path", modules(), ids=named)
 def test_what_is_there_because_a_paper_has_it_is_imported_by_nobody(path: Path) -> None:
     """The table of methods names it by strings, the package hands its classes on; no paper knows of another."""
-    leaves = {room for room in map(room_of, own(path)) if room.partition(".")[0] == "published"}
-    assert leaves <= {room_of(name_of(path))} or named(path) == "__init__.py"
+    documents = set(map(document_of, own(path))) - {"", document_of(name_of(path))}
+    assert not documents or named(path) == "__init__.py"
 
 
 def test_every_floor_is_one_of_a_room() -> None:
@@ -106,8 +106,7 @@ def test_every_library_has_its_home(path: Path) -> None:
 def test_kernels_of_a_room_use_its_own_and_the_shared_ones_alone(path: Path) -> None:
     """What else they call would not be in the digest that compiled kernels are kept by."""
     for other in own(path):
-        leaf = package_of(path) == "published"  # stands on all rooms
-        mine = is_kernel(FILES[other]) and (leaf or room_of(other) == room_of(name_of(path)))
+        mine = is_kernel(FILES[other]) and room_of(name_of(path)) in (LEAF, room_of(other))  # the leaf stands on all
         assert mine or room_of(other) in ("kernels", "geometry"), f"{named(path)} imports {other}"
     known = {"__future__", "collections", "intarsia", "math", "numba", "numpy", "typing"}
     assert {p[0] for p in imports(path)} <= known

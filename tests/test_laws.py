@@ -293,6 +293,10 @@ class TestAutomaticEfrosLeung(MethodContract):
     method = ia.EfrosLeung()
     examples = 4
 
+class TestRasterQuilting(MethodContract):
+    method = ia.RasterQuilting(patch=(9, 11), overlap=(3, 2))
+
+
 class TestWeiLevoy(MethodContract):
     method = ia.WeiLevoy(window=(3, 5))
     examples = 6

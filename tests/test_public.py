@@ -33,6 +33,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "parallel-controllable": {A.WRAP, A.MASK, A.GUIDE, A.WINDOW},
     "near-regular": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
+    "raster-quilting": {A.MASK},
     "repeat": {A.START, A.WINDOW},
     "segment-based": {A.WRAP, A.MASK},
     "wei-levoy": {A.WRAP, A.START, A.MASK, A.SEVERAL},

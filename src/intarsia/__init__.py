@@ -45,6 +45,7 @@ _HOMES = {
     "PatchSampling": "published.multrus2003.patch_sampling",
     "Plane": "image",
     "RandomTiling": "methods.random_tiling",
+    "RasterQuilting": "published.robinson2004.raster_quilting",
     "Repeat": "methods.repeat",
     "Run": "run",
     "Score": "judging.score",
@@ -100,6 +101,7 @@ __all__ = [
     "PatchSampling",
     "Plane",
     "RandomTiling",
+    "RasterQuilting",
     "Repeat",
     "Run",
     "Score",
@@ -152,6 +154,7 @@ if TYPE_CHECKING:
     from .published.pixels.ashikhmin import Ashikhmin
     from .published.pixels.efros_leung import EfrosLeung
     from .published.pixels.wei_levoy import WeiLevoy
+    from .published.robinson2004.raster_quilting import RasterQuilting
     from .published.segments.segment_based import SegmentBased
     from .rendering.magnification import magnified
     from .run import Run

@@ -209,11 +209,22 @@ METHODS = {
     "random-tiling": ("methods.random_tiling", "RandomTiling"),
     "repeat": ("methods.repeat", "Repeat"),
     "parallel-controllable": ("methods.parallel_controllable", "ParallelControllable"),
+    "raster-quilting": ("published.robinson2004.raster_quilting", "RasterQuilting"),
     "efros-leung": ("published.pixels.efros_leung", "EfrosLeung"),
     "wei-levoy": ("published.pixels.wei_levoy", "WeiLevoy"),
     "ashikhmin": ("published.pixels.ashikhmin", "Ashikhmin"),
 }
 """Slug -> module below the package and class, in the order of the listings."""
+
+
+PRESETS = ("multrus2003", "lopez_recas2011", "robinson2004", "segments", "memo2008")
+"""The documents of which all settings can be asked for at once: packages of `published`."""
+
+
+def preset(document: str) -> dict[str, str]:
+    """Return what a document sets: options of grow, and their values as they are written."""
+    found: dict[str, str] = importlib.import_module(f"..published.{document}", __package__).PRESET
+    return dict(found)
 
 
 def method_class(slug: str) -> type[Any]:
