@@ -29,10 +29,10 @@ FLOORS = (
     {"analysis"},
     {"lattice", "search"},
     {"corrections", "patches", "segments"},
-    {"blocks", "pixels", "seams", "tiles"},
+    {"blocks", "seams", "tiles"},
     {"courses", "covering", "judging"},
     {"methods"},
-    {"choosing"},
+    {"choosing", "published"},
     {"synthesis"},
     {"giant", "tasks"},
     {"cli", "testing"},
@@ -46,6 +46,9 @@ FLOORS = (
 
 `synthesis` is not `synthesize`: the module would hide the function.
 """
+
+LEAF = "published"
+"""The room that nothing else imports: what is there because a paper has it, one package a document."""
 
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 
@@ -72,8 +75,13 @@ FILES = {name_of(p): p for p in modules()}
 
 
 def room_of(module: str) -> str:
-    """The room that a module lies in; a module beside the rooms is one of its own."""
-    return module.rpartition(".")[0] or module
+    """The room that a module lies in; a module beside the rooms is one of its own, and all that papers have is one."""
+    return LEAF if module.startswith(f"{LEAF}.") else module.rpartition(".")[0] or module
+
+
+def document_of(module: str) -> str:
+    """The package of the leaf that a module lies in, such as ``published.multrus2003``; empty elsewhere."""
+    return ".".join(module.split(".")[:2]) if room_of(module) == LEAF else ""
 
 
 def imports(path: Path) -> Iterator[tuple[str, ...]]:
@@ -172,7 +180,7 @@ BUDGET = {
     "analysis": 22_100,
     "blocks": 26_900,
     "choosing": 8_600,
-    "cli": 38_100,
+    "cli": 38_200,
     "corrections": 22_200,
     "courses": 26_600,
     "covering": 20_900,
@@ -185,9 +193,9 @@ BUDGET = {
     "lattice": 13_900,
     "methods": 17_700,
     "patches": 18_000,
-    "pixels": 8_500,
+    "published": 45_000,
     "rendering": 27_100,
-    "root": 19_500,
+    "root": 19_600,
     "seams": 26_700,
     "search": 28_600,
     "segments": 10_300,
