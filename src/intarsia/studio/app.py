@@ -112,6 +112,7 @@ class Studio:
         raise ParameterError("send files, or the name of a sample, or the id of a result.")
 
     def _opened(self, row: dict[str, Any]) -> Response:
+        self.events.tell("exemplar", row)
         self.jobs.prepare(row["id"])
         return JSONResponse(row, 201)
 
@@ -126,7 +127,9 @@ class Studio:
         return Response(status_code=204)
 
     async def exemplar_back(self, request: Request) -> Response:
-        return JSONResponse(uploads.told(self.bin.back("exemplars", request.path_params["id"])))
+        row = uploads.told(self.bin.back("exemplars", request.path_params["id"]))
+        self.events.tell("exemplar", row)
+        return JSONResponse(row)
 
     async def exemplar_view(self, request: Request) -> Response:
         row = self.row(request, "exemplars")

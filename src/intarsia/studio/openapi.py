@@ -41,7 +41,7 @@ SAYS = {
     "POST /api/jobs/{id}/cancel": "Stop a job.",
     "POST /api/jobs/{id}/again": "Queue the same job anew.",
     "GET /api/jobs/{id}/preview.png": "What a job that runs has grown so far.",
-    "GET /api/events": "Server-sent events: warm, job, preview, gone.",
+    "GET /api/events": "Server-sent events: warm, job, preview, exemplar, gone.",
     "GET /api/results/{id}": "A result: its files, what the command told, how it is made again.",
     "GET /api/results/{id}/files/{name}": "A file of a result.",
     "GET /api/results/{id}/all.zip": "All files of a result, the command, and the files that it needs.",
