@@ -50,7 +50,7 @@ class Studio:
         self.looker = Process(uploads.MOST_BYTES)
         beside = Process(nice=10)  # growing goes first
         self.bin = Bin(self.store, self.events)
-        self.jobs = Jobs(self.store, self.events, Process(), beside)
+        self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
         self.weaves = Weaves(self.store, self.uploads, self.showing.pictures)
