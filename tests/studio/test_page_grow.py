@@ -240,7 +240,7 @@ def test_a_size_that_is_not_allowed_is_refused(page: Desk) -> None:
     page.sample("tiles")
     page.page.get_by_role("spinbutton", name="Width in px").fill("99999")
     page.button("Grow").click()
-    said = "Width in px: 99999 is not allowed; give a whole number of at least 1, of at most 65536."
+    said = "Width in px: 99999 is not allowed; give a whole number from 1 to 65536."
     expect(page.page.get_by_role("alert")).to_have_text(said)
     page.room("Paint")
     page.button("8 times the exemplar").click()

@@ -18,7 +18,7 @@ from .refusals import Refused
 from .results import result_of
 from .schema import LIMITS
 from .store import OPEN, Row, Store, digest
-from .words import Words, exemplar_words, words_of
+from .words import Words, exemplar_words, plain, words_of
 
 PREPARED = 1 << 20  # px: larger exemplars are looked at when they are grown
 SLOW = ("efros-leung",)
@@ -249,7 +249,7 @@ class Jobs:
             line = str(e) or type(e).__name__
             code = e.exit_code if isinstance(e, FailedError) else 1
             stopped = name in self._cancelled or code == CANCELLED
-            line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
+            line = plain(words.cleaned(line.replace(f"{self.store.folder}{os.sep}", "")))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
         finally:
             shutil.rmtree(folder, ignore_errors=True)
