@@ -125,6 +125,15 @@ def test_every_parameter_of_a_method_has_a_field(page: Desk) -> None:
     assert page.jobs[0]["options"]["pyramid_kept"] == 64
 
 
+def test_escape_closes_the_list_of_methods(page: Desk) -> None:
+    page.sample("tiles")
+    page.page.locator(".pick-head").click()
+    methods = page.page.get_by_role("radiogroup", name="Method")
+    expect(methods).to_be_visible()
+    page.page.keyboard.press("Escape")
+    expect(methods).to_be_hidden()
+
+
 def test_a_refused_job_says_why(page: Desk) -> None:
     page.sample("tiles")
     page.quick()

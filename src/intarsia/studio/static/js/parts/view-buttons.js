@@ -20,5 +20,5 @@ export function viewButtons(stage, tiling = true) {
   };
   stage.addEventListener("view", show);
   show();
-  return el("div", { class: "view-buttons" }, el("div", { class: "segments" }, fit, whole, tiling && tiles), zoom);
+  return el("div", { class: "view-buttons" }, el("div", { class: "segments" }, fit, whole), tiling && el("div", { class: "segments" }, tiles), zoom);
 }
