@@ -147,6 +147,7 @@ def test_a_method_that_takes_minutes_comes_after_all_that_waits_and_holds_up_not
         third = add("patch-sampling")
         await settled(lambda: jobs.get(third)["state"] == "failed")
         assert (jobs.get(first)["state"], jobs.get(second)["state"]) == ("running", "queued")
+        await settled(lambda: not jobs.busy)
         jobs.cancel(first)
         await settled(lambda: jobs.get(second)["state"] != "queued")
         assert jobs.get(first)["state"] == "cancelled"
@@ -204,6 +205,7 @@ def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use
         await settled(lambda: jobs._preparing == slow)
         first = jobs.add({"verb": "grow", "exemplars": [slow], "options": dict(QUICK)})
         assert (first["state"], first["stage"]) == ("queued", "the exemplar is looked at")
+        assert jobs.busy  # no sketch is drawn before it
         await asyncio.sleep(0.2)
         assert not worker.ended  # what is found out serves this job
         jobs.add({"verb": "tile", "exemplars": [slow], "options": {}})

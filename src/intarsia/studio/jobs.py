@@ -112,8 +112,8 @@ class Jobs:
 
     @property
     def busy(self) -> bool:
-        """Whether a job runs, or the worker gets warm."""
-        return bool(self._running) or self.warmth["done"] < self.warmth["total"]
+        """Whether the worker has a job, or gets warm; what takes minutes beside it is nothing to wait for."""
+        return self._hurry or self.worker in self._running.values() or self.warmth["done"] < self.warmth["total"]
 
     def cancel(self, name: str) -> Row:
         """Stop a job that waits or runs."""
