@@ -36,6 +36,7 @@ class Worker:
             await self.stopped.wait()
             raise FailedError("cancelled", 130)
         if do == "command":
+            await asyncio.sleep(0.02)
             raise FailedError("nothing is done here.", 1)
         return {}, b""
 
