@@ -126,20 +126,18 @@ class TestGraphcut(MethodContract):
     method = ia.Graphcut(patch=12, overlap=4)
 
 
-class TestGraphcutOfEntirePatches(MethodContract):
-    """The exemplar shifted as a whole, gradient seams."""
-
-    method = ia.Graphcut(patch=10, overlap=3, placement="entire", seam="gradient", usage=0.3)
+class TestGraphcutAlongGradients(MethodContract):
+    method = ia.Graphcut(patch=10, overlap=3, seam="gradient", usage=0.3)
     examples = 6
 
 
 @pytest.mark.long
-class TestGraphcutOfEntirePatchesInAllPoses(TestGraphcutOfEntirePatches):
-    method = replace(TestGraphcutOfEntirePatches.method, isometries="both")
+class TestGraphcutInAllPoses(TestGraphcutAlongGradients):
+    method = replace(TestGraphcutAlongGradients.method, isometries="both")
 
 
-class TestGraphcutOfRandomRectangles(MethodContract):
-    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), placement="random", isometries="180", tries=2, overreach=7)
+class TestGraphcutOfRectangles(MethodContract):
+    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), isometries="180", tries=2, overreach=7)
     examples = 6
 
 
@@ -172,10 +170,10 @@ class TestTurnedNearRegular(TestNearRegular):
     examples = 4
 
 
-class TestPlainNearRegular(MethodContract):
+class TestGapFilling(MethodContract):
     """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
 
-    method = ia.NearRegular(variant="plain", lattice=((9, 0), (0, 6)), block=8, border=4, slack=1)
+    method = ia.GapFilling(lattice=((9, 0), (0, 6)), block=8, border=4, slack=1)
     examples = 6
     least = 30
 
@@ -189,8 +187,8 @@ class TestPlainNearRegular(MethodContract):
         return super().cases().map(whole)
 
 
-class TestCorrelatingNearRegular(TestPlainNearRegular):
-    method = replace(TestPlainNearRegular.method, fit="correlation", slack=2)
+class TestCorrelatingGapFilling(TestGapFilling):
+    method = replace(TestGapFilling.method, fit="correlation", slack=2)
     examples = 4
 
 
@@ -292,6 +290,10 @@ class TestTurnedEfrosLeung(MethodContract):
 class TestAutomaticEfrosLeung(MethodContract):
     method = ia.EfrosLeung()
     examples = 4
+
+class TestRasterQuilting(MethodContract):
+    method = ia.RasterQuilting(patch=(9, 11), overlap=(3, 2))
+
 
 class TestWeiLevoy(MethodContract):
     method = ia.WeiLevoy(window=(3, 5))

@@ -169,9 +169,9 @@ def test_what_is_shown_is_counted_in_cells(step: int) -> None:
     sewing = sewing_of(poses=(0, 5), two=True)
     scattered(sewing, step)
     sewing._step = step
-    assert sewing._sub is not None
-    f, (h, w) = sewing._sub.factor, sewing._sub.cells
-    for v, (valid, counts) in enumerate(zip(sewing._sub.valid, sewing.search_prices().counts, strict=True)):
+    assert sewing._search is not None
+    f, (h, w) = sewing._search.factor, sewing._search.cells
+    for v, (valid, counts) in enumerate(zip(sewing._search.valid, sewing.search_prices().counts, strict=True)):
         cells = np.zeros((valid.shape[0] + h - 1, valid.shape[1] + w - 1), np.int64)
         for y, x in product(range(0, sewing.variant.shape[0], step), range(0, sewing.variant.shape[1], step)):
             place = posed_alike(sewing, y, x, v)

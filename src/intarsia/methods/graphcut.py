@@ -78,14 +78,6 @@ class Graphcut(parameters.CutSquares):
         AUTO, "extent", "width that two neighbours share; automatic: half of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
-    placement: str = param(
-        "sub", "choice", "what a placement is chosen by: the window, all that the entire exemplar covers, or chance",
-        choices=("sub", "entire", "random"),
-    )  # fmt: skip
-    randomness: float = param(
-        0.01, "float", "how far from the best a placement may be, as a share of the exemplar's variance",
-        low=1e-6, high=100,
-    )  # fmt: skip
     tries: int = param(
         12, "int", "placements that are compared for each window, by cuts on every fourth px", low=1, high=16
     )
@@ -177,7 +169,6 @@ class Graphcut(parameters.CutSquares):
         for wrong, what in (
             (len(self.lattice) == 1, "rows of one vector"), (canvas.wrap.y or canvas.wrap.x, "a canvas that wraps"),
             (canvas.guide is not None, "a guide"), (len(exemplars) > 1, "several exemplars"),
-            (self.placement != "sub", f"placement={self.placement}"),
             (self.isometries not in ("none", (0,)), f"isometries={self.isometries}"),
         ):
             if wrong:
@@ -196,9 +187,7 @@ class Graphcut(parameters.CutSquares):
     @property
     def stitch(self) -> stitching.GraphcutSettings:
         """How patches are placed and joined; known once overreach is."""
-        return stitching.GraphcutSettings(
-            self.placement, self.randomness, self.tries, self.usage, self.seam, self.overreach or 0, self._steps
-        )
+        return stitching.GraphcutSettings(self.tries, self.usage, self.seam, self.overreach or 0, self._steps)
 
     def patch_settings(self, usage: float) -> settings.PatchSettings:
         """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""

@@ -23,7 +23,6 @@ from . import jobs, results, uploads
 from .bin import Bin
 from .events import Events
 from .jobs import Jobs
-from .openapi import openapi
 from .processes import Process
 from .refusals import HANDLERS, Refused
 from .safety import Safety
@@ -86,9 +85,6 @@ class Studio:
 
     async def schema(self, request: Request) -> Response:
         return JSONResponse(schema())
-
-    async def openapi(self, request: Request) -> Response:
-        return JSONResponse(openapi((method, path) for method, path, _ in self.table))
 
     async def sample_view(self, request: Request) -> Response:
         name = request.path_params["name"]
@@ -269,7 +265,6 @@ class Studio:
         return [
             ("GET", "/", self.page),
             ("GET", "/api/schema", self.schema),
-            ("GET", "/api/openapi.json", self.openapi),
             ("GET", "/api/samples/{name}.png", self.sample_view),
             ("POST", "/api/exemplars", self.put_exemplar),
             ("GET", "/api/exemplars", self.exemplars),

@@ -258,7 +258,7 @@ function newest(a, b) {
 }
 
 /** What files of a result hold that is no plane. */
-const NO_PLANES = ["map", "ledger", "report", "sheet", "recipe", "st map", "layers", "ledger"];
+const NO_PLANES = ["map", "report", "sheet", "recipe", "st map", "layers"];
 
 /**
  * The planes that a result has, its base first.
