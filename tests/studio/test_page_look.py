@@ -65,6 +65,15 @@ def test_every_look_is_laid_over_the_picture(look: Desk) -> None:
     assert np.array_equal(look.seen(), plain)
 
 
+def test_looks_stay_below_the_stage_of_a_narrow_page(look: Desk) -> None:
+    look.page.set_viewport_size({"width": 820, "height": 1180})
+    expect(look.radio("Seams")).to_be_visible()
+    bar, looks = (look.page.locator(f"{place}:visible").bounding_box() for place in (".stage-bar", ".looks"))
+    assert bar is not None
+    assert looks is not None
+    assert looks["x"] + looks["width"] <= bar["x"] + bar["width"]
+
+
 def test_the_pointer_shows_where_a_pixel_came_from(look: Desk) -> None:
     came = np.frombuffer(look.served.bytes(f"/api/results/{look.result}/map.bin"), "<u2").reshape(80, 96, 3)
     look.page.mouse.move(*look.at(10.5, 10.5))

@@ -49,7 +49,7 @@ class Studio:
         self.looker = Process(uploads.MOST_BYTES)
         beside = Process(nice=10)  # growing goes first
         self.bin = Bin(self.store, self.events)
-        self.jobs = Jobs(self.store, self.events, Process(), beside)
+        self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
         self.weaves = Weaves(self.store, self.uploads, self.showing.pictures)
@@ -108,6 +108,7 @@ class Studio:
         raise ParameterError("send files, or the name of a sample, or the id of a result.")
 
     def _opened(self, row: dict[str, Any]) -> Response:
+        self.events.tell("exemplar", row)
         self.jobs.prepare(row["id"])
         return JSONResponse(row, 201)
 
@@ -122,7 +123,9 @@ class Studio:
         return Response(status_code=204)
 
     async def exemplar_back(self, request: Request) -> Response:
-        return JSONResponse(uploads.told(self.bin.back("exemplars", request.path_params["id"])))
+        row = uploads.told(self.bin.back("exemplars", request.path_params["id"]))
+        self.events.tell("exemplar", row)
+        return JSONResponse(row)
 
     async def exemplar_view(self, request: Request) -> Response:
         row = self.row(request, "exemplars")
