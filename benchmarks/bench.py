@@ -466,22 +466,23 @@ def case_parallel() -> list[Result]:
 
 
 def case_near_regular() -> list[Result]:
-    """Both variants on one lattice, known beforehand, and without one."""
+    """Both ways to lay blocks on one lattice, known beforehand, and without one."""
 
-    def work(picture: Any = None, **parameters: Any) -> Callable[[], object]:
+    def work(picture: Any = None, kind: Any = ia.NearRegular, **parameters: Any) -> Callable[[], object]:
         given: dict[str, Any] = {"lattice": ((64.22, -0.14), (0.07, 63.82))} | parameters
-        method, exemplar = ia.NearRegular(**given), pixels("tiles") if picture is None else picture
+        method, exemplar = kind(**given), pixels("tiles") if picture is None else picture
         return lambda: ia.synthesize(exemplar, 1024, method, run=ONE).render(run=ONE)
 
+    plain = ia.GapFilling
     anywhere, short = ((1.0, 0.0), (0.0, 1.0)), ((16.24, 16.22), (15.84, -16.14))
     return [
         timed("near-regular, 1024x1024 from 256x256, lattice known", 20, work()),
-        timed("the same, variant plain, blocks of 40", 6, work(variant="plain")),
+        timed("gap-filling, the same, blocks of 40", 6, work(kind=plain)),
         timed("the same, a weave with a period of 16 px", 20, work(weave(), lattice=short)),
-        timed("the same, the weave, variant plain, blocks of 40", 6, work(weave(), variant="plain", lattice=short)),
-        timed("the same, variant plain, by correlation", None, work(variant="plain", fit="correlation")),
-        timed("the same, variant plain, lattice 1,0 0,1", None, work(variant="plain", lattice=anywhere)),
-        timed("the same, variant mosaic, lattice 1,0 0,1", None, work(lattice=anywhere)),
+        timed("gap-filling, the weave, blocks of 40", 6, work(weave(), plain, lattice=short)),
+        timed("gap-filling, by correlation", None, work(kind=plain, fit="correlation")),
+        timed("gap-filling, lattice 1,0 0,1", None, work(kind=plain, lattice=anywhere)),
+        timed("near-regular, lattice 1,0 0,1", None, work(lattice=anywhere)),
     ]
 
 

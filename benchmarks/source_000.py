@@ -96,19 +96,19 @@ TASKS = (
     Task(200, 300, True, "183", SEAM5 | {"candidates": 1}),
     Task(200, 300, True, "182", SEAM5 | {"candidates": 1, "repetition": "counter"}),
     Task(150, 300, False, "34", SEAM5 | {"candidates": 1, "repetition": "counter"}),
-    Task(200, 200, False, "1.0", SEAM5 | {"search": "pyramid", "pyramid_draws": "every"}),
-    Task(200, 200, False, "-", SEAM5 | {"search": "pyramid"}),
-    Task(200, 200, True, "2.8 to 2.9", SEAM5 | {"search": "pyramid", "pyramid_draws": "every"}),
-    Task(200, 200, True, "-", SEAM5 | {"search": "pyramid"}),
-    Task(500, 200, True, "-", SEAM5 | {"search": "pyramid", "pyramid_draws": "every"}),
+    Task(200, 200, False, "1.0", SEAM5 | {"pyramid": "mean", "pyramid_draws": "every"}),
+    Task(200, 200, False, "-", SEAM5 | {"pyramid": "mean"}),
+    Task(200, 200, True, "2.8 to 2.9", SEAM5 | {"pyramid": "mean", "pyramid_draws": "every"}),
+    Task(200, 200, True, "-", SEAM5 | {"pyramid": "mean"}),
+    Task(500, 200, True, "-", SEAM5 | {"pyramid": "mean", "pyramid_draws": "every"}),
     Task(500, 200, True, "-", SEAM5 | {"search": "fast"}),
     *(
         Task(256, 1024, True, "-", SEAM5 | {"repetition": "prices"} | search)
         for search in (
             {"search": "fast"},
             {"search": "exact"},
-            {"search": "pyramid", "pyramid_draws": "every"},
-            {"search": "pyramid"},
+            {"pyramid": "mean", "pyramid_draws": "every"},
+            {"pyramid": "mean"},
         )
     ),
     Task(300, 300, False, "243", SEAM5 | {"avoid": True}),
@@ -121,7 +121,7 @@ TASKS = (
         300,
         True,
         "35",
-        SEAM5 | ALIKE | {"isometries": "both", "weight": 1, "search": "pyramid", "pyramid_draws": "every"},
+        SEAM5 | ALIKE | {"isometries": "both", "weight": 1, "pyramid": "mean", "pyramid_draws": "every"},
         "paint",
     ),
     Task(

@@ -22,7 +22,10 @@ def rgb(plane: ia.Plane) -> np.ndarray:
     return np.repeat(pixels, 3, axis=2) if plane.channels == 1 else pixels[:, :, :3]
 
 
-def beside(method: ia.NearRegular | ia.BestTile, sample: str = "sample:tiles", height: int = 400) -> np.ndarray:
+Method = ia.NearRegular | ia.GapFilling | ia.BestTile | ia.RasterQuilting
+
+
+def beside(method: Method, sample: str = "sample:tiles", height: int = 400) -> np.ndarray:
     """The exemplar, and what grows from it."""
     exemplar = rgb(ia.read(sample).base)
     grown = rgb(ia.synthesize(sample, (height, 560), method, seed=3).render())
@@ -47,6 +50,8 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     pictures = {
         "near-regular": beside(ia.NearRegular()),
+        "gap-filling": beside(ia.GapFilling()),
+        "raster-quilting": beside(ia.RasterQuilting(patch=42, overlap=7), "sample:pebbles"),
         "unequal": beside(ia.NearRegular(heights="unequal"), "sample:stones"),
         "straightened": beside(ia.NearRegular(), "sample:brick", 512),
         "best-tile": beside(ia.BestTile()),

@@ -20,7 +20,7 @@ def searches() -> np.ndarray:
     """Bricks by the full search, and by the pyramid with 1 place kept and with 8."""
     methods = [
         ia.PatchSampling(patch=40, overlap=8, search="exact"),
-        *(ia.PatchSampling(patch=40, overlap=8, search="pyramid", pyramid_kept=k) for k in (1, 8)),
+        *(ia.PatchSampling(patch=40, overlap=8, pyramid="mean", pyramid_kept=k) for k in (1, 8)),
     ]
     return beside(*(rgb(grown("tiles", 256, m, seed=1)) for m in methods))
 

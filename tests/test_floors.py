@@ -6,7 +6,25 @@ import ast
 from pathlib import Path
 
 import pytest
-from house import FILES, FLOOR, ROOT, imports, modules, name_of, named, own, room_of, tree
+from house import (
+    BUDGET,
+    FILES,
+    FLOOR,
+    LEAF,
+    ROOT,
+    document_of,
+    imports,
+    modules,
+    name_of,
+    named,
+    own,
+    room_of,
+    sizes,
+    tokens,
+    tree,
+)  # fmt: skip
+
+from intarsia.methods.base import METHODS
 
 PUBLIC = {
     "": "the names of the package",
@@ -26,6 +44,7 @@ HOMES = {
     "llvmlite": {"kernels"},
     "hypothesis": {"testing"},
     "pytest": {"testing"},
+    "tifffile": {"giant"},
     "zarr": {"giant"},
     "dask": {"giant"},
     "distributed": {"giant"},
@@ -59,6 +78,13 @@ def test_lower_floors_never_import_higher_ones(path: Path) -> None:
     assert me in FLOOR, f"give {me} a floor"
     for other in map(room_of, own(path)):
         assert other == me or FLOOR[other] < FLOOR[me], f"{me} imports {other}"
+
+
+@pytest.mark.parametrize("path", modules(), ids=named)
+def test_what_is_there_because_a_paper_has_it_is_imported_by_nobody(path: Path) -> None:
+    """The table of methods names it by strings, the package hands its classes on; no paper knows of another."""
+    documents = set(map(document_of, own(path))) - {"", document_of(name_of(path))}
+    assert not documents or named(path) == "__init__.py"
 
 
 def test_every_floor_is_one_of_a_room() -> None:
@@ -97,7 +123,7 @@ def test_every_library_has_its_home(path: Path) -> None:
 def test_kernels_of_a_room_use_its_own_and_the_shared_ones_alone(path: Path) -> None:
     """What else they call would not be in the digest that compiled kernels are kept by."""
     for other in own(path):
-        mine = room_of(other) == room_of(name_of(path)) and is_kernel(FILES[other])
+        mine = is_kernel(FILES[other]) and room_of(name_of(path)) in (LEAF, room_of(other))  # the leaf stands on all
         assert mine or room_of(other) in ("kernels", "geometry"), f"{named(path)} imports {other}"
     known = {"__future__", "collections", "intarsia", "math", "numba", "numpy", "typing"}
     assert {p[0] for p in imports(path)} <= known
@@ -117,10 +143,13 @@ def test_tests_lie_in_folders_named_after_rooms() -> None:
     assert folders <= {p.name for p in ROOT.iterdir() if p.is_dir()}
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "methods").glob("*.py")), ids=named)
+METHOD_FILES = sorted({*(ROOT / "methods").glob("*.py"), *(FILES[module] for module, _ in METHODS.values())})
+
+
+@pytest.mark.parametrize("path", METHOD_FILES, ids=named)
 def test_methods_do_not_import_one_another(path: Path) -> None:
     """And they make maps, never pixels: they neither draw nor write."""
-    others = {f"methods.{p.stem}" for p in (ROOT / "methods").glob("*.py")} - {"methods.base", "methods.parameters"}
+    others = {name_of(p) for p in METHOD_FILES} - {"methods.base", "methods.parameters"}
     assert not own(path) & others
     assert not {room_of(other) for other in own(path)} & {"rendering", "files"}
 
@@ -205,3 +234,15 @@ def test_nothing_is_read_that_can_hide_code(path: Path) -> None:
             assert ast.unparse(node.func) not in ("eval", "exec")
             for k in node.keywords:
                 assert not (k.arg == "allow_pickle" and ast.unparse(k.value) != "False")
+
+
+def test_no_room_grows_over_its_budget() -> None:
+    found = sizes()
+    assert set(found) == set(BUDGET)
+    for room, size in found.items():
+        assert size <= BUDGET[room], f"{room}: remove what the new code beats, or show by figures why both are needed"
+
+
+def test_a_budget_counts_code_alone_and_long_lines_win_nothing() -> None:
+    text = '"""Told."""\ndef twice(x):  # doubled\n    """Told, too."""\n    return f"{x * 2:.1f} px"\n'
+    assert tokens(text) == tokens("def twice(x): return f'{x}'") == 8

@@ -140,7 +140,7 @@ def boards(run: ia.Run) -> ia.Synthesis:
 
 
 def plain_blocks(run: ia.Run) -> ia.Synthesis:
-    method = ia.NearRegular(variant="plain", lattice=((17.98, 0.03), (9.01, 9.02)), fit="correlation")
+    method = ia.GapFilling(lattice=((17.98, 0.03), (9.01, 9.02)), fit="correlation")
     return ia.synthesize(bricks(100, 110, 3), (96, 90), method, seed=15, run=run)
 
 

@@ -170,10 +170,10 @@ class TestTurnedNearRegular(TestNearRegular):
     examples = 4
 
 
-class TestPlainNearRegular(MethodContract):
+class TestGapFilling(MethodContract):
     """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
 
-    method = ia.NearRegular(variant="plain", lattice=((9, 0), (0, 6)), block=8, border=4, slack=1)
+    method = ia.GapFilling(lattice=((9, 0), (0, 6)), block=8, border=4, slack=1)
     examples = 6
     least = 30
 
@@ -187,8 +187,8 @@ class TestPlainNearRegular(MethodContract):
         return super().cases().map(whole)
 
 
-class TestCorrelatingNearRegular(TestPlainNearRegular):
-    method = replace(TestPlainNearRegular.method, fit="correlation", slack=2)
+class TestCorrelatingGapFilling(TestGapFilling):
+    method = replace(TestGapFilling.method, fit="correlation", slack=2)
     examples = 4
 
 
@@ -290,6 +290,10 @@ class TestTurnedEfrosLeung(MethodContract):
 class TestAutomaticEfrosLeung(MethodContract):
     method = ia.EfrosLeung()
     examples = 4
+
+class TestRasterQuilting(MethodContract):
+    method = ia.RasterQuilting(patch=(9, 11), overlap=(3, 2))
+
 
 class TestWeiLevoy(MethodContract):
     method = ia.WeiLevoy(window=(3, 5))

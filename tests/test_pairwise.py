@@ -20,7 +20,8 @@ from intarsia.testing import noise
 OPTIONS = {
     "isometries": ("none", "180", "both", "auto"),
     "repetition": ("prices", "counter", "marks", "none"),
-    "search": ("fast", "exact", "pyramid"),
+    "search": ("fast", "exact"),
+    "pyramid": ("off", "mean"),
     "bound": ("best", "epsilon", "relative"),
     "join": ("feather", "middle", "cut"),
     "avoid": (False, True),
@@ -28,7 +29,7 @@ OPTIONS = {
     "start": (False, True),
     "labels": (False, True),
 }
-METHOD = ("isometries", "repetition", "search", "bound", "join")
+METHOD = ("isometries", "repetition", "search", "pyramid", "bound", "join")
 
 
 def covering() -> list[dict]:

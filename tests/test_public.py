@@ -26,12 +26,14 @@ CLAIMS: dict[str, set[Ability]] = {
     "ashikhmin": {A.WRAP, A.START, A.MASK, A.SEVERAL},
     "best-tile": {A.WRAP, A.MASK, A.WINDOW},
     "efros-leung": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
+    "gap-filling": {A.WRAP, A.MASK, A.WINDOW},
     "graphcut": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "image-quilting": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "parallel-controllable": {A.WRAP, A.MASK, A.GUIDE, A.WINDOW},
     "near-regular": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
+    "raster-quilting": {A.MASK},
     "repeat": {A.START, A.WINDOW},
     "segment-based": {A.WRAP, A.MASK},
     "wei-levoy": {A.WRAP, A.START, A.MASK, A.SEVERAL},
@@ -102,10 +104,10 @@ def test_every_method_claims_what_it_must() -> None:
 def test_a_method_is_a_frozen_dataclass_of_its_parameters(slug: str) -> None:
     """File, class, slug: one name; every field a parameter with help; claims and fields agree."""
     module, name = METHODS[slug]
-    cls = method_class(slug)
-    assert cls.slug == slug == module.replace("_", "-")
-    assert name == module.title().replace("_", "")
-    assert cls.__module__ == f"intarsia.methods.{module}"
+    cls, file = method_class(slug), module.rpartition(".")[2]
+    assert cls.slug == slug == file.replace("_", "-")
+    assert name == file.title().replace("_", "")
+    assert cls.__module__ == f"intarsia.{module}"
     assert dataclasses.is_dataclass(cls)
     assert cls.__dataclass_params__.frozen
     assert cls.paper
@@ -115,7 +117,7 @@ def test_a_method_is_a_frozen_dataclass_of_its_parameters(slug: str) -> None:
     assert names == [f.name for f in dataclasses.fields(cls)]
     assert ("isometries" in names) == (Ability.ISOMETRIES in cls.supports)
     assert recipe_settings(make(slug, {})) == {p.name: p.default for p in params.parameters(cls)}
-    assert make(slug, {}).blend == ia.Blend(0)
+    assert make(slug, {}).blend == ia.Blend(4 if slug == "gap-filling" else 0)
 
 
 @pytest.mark.parametrize("slug", METHODS)

@@ -17,17 +17,18 @@ from .version import VERSION
 __version__ = VERSION
 
 _HOMES = {
-    "Ashikhmin": "methods.ashikhmin",
+    "Ashikhmin": "published.pixels.ashikhmin",
     "Auto": "choosing.auto",
     "BestTile": "methods.best_tile",
     "Blend": "sourcemap",
     "Box": "geometry",
     "Canvas": "canvas",
     "CancelledError": "errors",
-    "EfrosLeung": "methods.efros_leung",
+    "EfrosLeung": "published.pixels.efros_leung",
     "Exemplar": "exemplar",
     "Field": "field",
     "Findings": "tasks.inspection",
+    "GapFilling": "published.lopez_recas2011.gap_filling",
     "Graphcut": "methods.graphcut",
     "Guide": "guide",
     "ImageQuilting": "methods.image_quilting",
@@ -41,17 +42,18 @@ _HOMES = {
     "NearRegular": "methods.near_regular",
     "ParameterError": "errors",
     "ParallelControllable": "methods.parallel_controllable",
-    "PatchSampling": "methods.patch_sampling",
+    "PatchSampling": "published.multrus2003.patch_sampling",
     "Plane": "image",
     "RandomTiling": "methods.random_tiling",
+    "RasterQuilting": "published.robinson2004.raster_quilting",
     "Repeat": "methods.repeat",
     "Run": "run",
     "Score": "judging.score",
-    "SegmentBased": "methods.segment_based",
+    "SegmentBased": "published.segments.segment_based",
     "SourceMap": "sourcemap",
     "Synthesis": "synthesis",
     "Weave": "giant",
-    "WeiLevoy": "methods.wei_levoy",
+    "WeiLevoy": "published.pixels.wei_levoy",
     "Wrap": "geometry",
     "advect": "tasks.advection",
     "analyze": "tasks.inspection",
@@ -61,7 +63,7 @@ _HOMES = {
     "magnified": "rendering.magnification",
     "read": "files",
     "repair": "tasks.repair",
-    "report": "tasks.report_page",
+    "report": "tasks.report",
     "score": "tasks.scoring",
     "synthesize": "synthesis",
     "tile": "tasks.tileable",
@@ -82,6 +84,7 @@ __all__ = [
     "Exemplar",
     "Field",
     "Findings",
+    "GapFilling",
     "Graphcut",
     "Guide",
     "ImageQuilting",
@@ -98,6 +101,7 @@ __all__ = [
     "PatchSampling",
     "Plane",
     "RandomTiling",
+    "RasterQuilting",
     "Repeat",
     "Run",
     "Score",
@@ -138,18 +142,20 @@ if TYPE_CHECKING:
     from .image import Kind, Plane
     from .judging.score import Score
     from .levelling import Levelling
-    from .methods.ashikhmin import Ashikhmin
     from .methods.best_tile import BestTile
-    from .methods.efros_leung import EfrosLeung
     from .methods.graphcut import Graphcut
     from .methods.image_quilting import ImageQuilting
     from .methods.near_regular import NearRegular
     from .methods.parallel_controllable import ParallelControllable
-    from .methods.patch_sampling import PatchSampling
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
-    from .methods.segment_based import SegmentBased
-    from .methods.wei_levoy import WeiLevoy
+    from .published.lopez_recas2011.gap_filling import GapFilling
+    from .published.multrus2003.patch_sampling import PatchSampling
+    from .published.pixels.ashikhmin import Ashikhmin
+    from .published.pixels.efros_leung import EfrosLeung
+    from .published.pixels.wei_levoy import WeiLevoy
+    from .published.robinson2004.raster_quilting import RasterQuilting
+    from .published.segments.segment_based import SegmentBased
     from .rendering.magnification import magnified
     from .run import Run
     from .sourcemap import Blend, Mixing, SourceMap
@@ -158,7 +164,7 @@ if TYPE_CHECKING:
     from .tasks.completion import extend, heal
     from .tasks.inspection import Findings, analyze
     from .tasks.repair import repair
-    from .tasks.report_page import report
+    from .tasks.report import report
     from .tasks.scoring import score
     from .tasks.starts import Margins
     from .tasks.tileable import tile

@@ -208,7 +208,7 @@ def test_a_canvas_that_no_sum_of_heights_closes_is_refused() -> None:
 
 @pytest.mark.parametrize(
     ("given", "word"),
-    [({"variant": "plain"}, "variant"), ({"spread": 8.0}, "spread"), ({"straighten": "on"}, "straighten"),
+    [({"spread": 8.0}, "spread"), ({"straighten": "on"}, "straighten"),
      ({"lattice": ((0, 40),)}, "lattice")],
 )  # fmt: skip
 def test_what_has_no_place_is_refused(given: dict, word: str) -> None:

@@ -262,11 +262,11 @@ def test_wrapped_blocks_are_read_at_strained_places() -> None:
 
 
 def test_a_slanted_lattice_that_cannot_close_is_refused() -> None:
-    """Rows that lean by 4 % would be cut at every block; the message names the variant that closes them."""
+    """Rows that lean by 4 % would be cut at every block; gap-filling closes them."""
     e = tiling(160, 180, 26, 24, 1.0)
-    with pytest.raises(ia.ParameterError, match=r"the lattice is slanted; choose variant=plain"):
+    with pytest.raises(ia.ParameterError, match=r"the lattice is slanted; drop wrap"):
         ia.synthesize(e, (260, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), block=26), wrap="y")
-    made = ia.synthesize(e, (624, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), variant="plain"), wrap="y")
+    made = ia.synthesize(e, (624, 192), ia.GapFilling(lattice=((24, 0), (1, 26))), wrap="y")
     assert made.map.height == 624
 
 
@@ -311,8 +311,6 @@ def test_isometries_that_break_the_lattice_are_left_out_or_refused() -> None:
     assert ia.synthesize(e, 200, running, seed=1).map.poses == (0, 6)
     with pytest.raises(ia.ParameterError, match=r"^isometries: 5 \(rotate 90\) does not map the lattice to itself"):
         ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries=(0, 5)))
-    with pytest.raises(ia.ParameterError, match="variant=plain lays all blocks upright"):
-        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="180", variant="plain"))
 
 
 def test_auto_leaves_out_what_changes_the_look() -> None:
@@ -387,11 +385,11 @@ def test_tiny_exemplars_are_refused(side: int) -> None:
         ia.synthesize(texture(side, side), 20, "near-regular")
 
 
-@pytest.mark.parametrize("variant", ["mosaic", "plain"])
-def test_any_texture_grows_without_a_lattice(variant: str) -> None:
+@pytest.mark.parametrize("kind", [ia.NearRegular, ia.GapFilling])
+def test_any_texture_grows_without_a_lattice(kind: type) -> None:
     """With vectors 1,0 and 0,1 blocks come from anywhere, and gaps still fit: better than patches at random."""
     e = Exemplar.of(texture(90, 80, 1, 3))
-    method = ia.NearRegular(lattice=((1, 0), (0, 1)), variant=variant, block=20, border=8)
+    method = kind(lattice=((1, 0), (0, 1)), block=20, border=8)
     out = ia.synthesize(e, 160, method, seed=1)
     blind = ia.synthesize(e, 160, ia.RandomTiling(patch=20), seed=1)
     steps = [np.abs(np.diff(o.render(feather=0).pixels[:, :, 0].astype(int), axis=0)) for o in (out, blind)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -77,11 +78,10 @@ def test_the_least_distance_is_kept_by_every_search(monkeypatch) -> None:
     """By the pyramid and the exact search, too, also where most windows must be searched again."""
     monkeypatch.setattr("intarsia.patches.repeats.LITTLE", 0)
     e = Exemplar.of(texture(70, 66, 3))
-    for search in ("fast", "exact", "pyramid"):
-        for distance, isometries in ((20, "none"), (30, "180")):
-            method = ia.ImageQuilting(
-                patch=12, overlap=4, search=search, min_repeat_distance=distance, isometries=isometries
-            )
+    fast, coarse = ia.ImageQuilting(patch=12, overlap=4), ia.PatchSampling(patch=4, overlap=4, pyramid="mean")
+    for one, farthest in ((fast, 30), (replace(fast, search="exact"), 30), (coarse, 24)):
+        for distance, isometries in ((20, "none"), (farthest, "180")):
+            method = replace(one, min_repeat_distance=distance, isometries=isometries)
             out = ia.synthesize(e, 72, method, seed=3, run=ia.Run(1)).map
             assert least_return(out) >= distance
 

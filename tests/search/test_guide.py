@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from intarsia.image import Kind, Plane
 from intarsia.patches.growth import Growth
 from intarsia.patches.labelled import strays
 from intarsia.patches.settings import PatchSettings
+from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch
 from intarsia.search.guided import seam_unit
 from intarsia.sourcemap import HOLE
@@ -26,7 +28,7 @@ Pixels = NDArray[Any]
 METHODS = [
     ia.ImageQuilting(patch=16, overlap=5),
     ia.PatchSampling(patch=10, overlap=3),
-    ia.PatchSampling(patch=8, overlap=4, search="pyramid", isometries="both"),
+    ia.PatchSampling(patch=8, overlap=4, pyramid="mean", isometries="both"),
 ]
 """The last as in the source's figure 5.6: labels, pyramid and isometries together."""
 BOTH = pytest.mark.parametrize("method", METHODS, ids=["image-quilting", "patch-sampling", "with-a-pyramid"])
@@ -129,9 +131,12 @@ class Scene:
         self.target[8:, 3:] = 1
         exemplar = painted(self.marks)
         guide = Guide(labels(self.marks), labels(self.target), weight)
-        settings = PatchSettings(
-            (12, 12), (4, 4), isometries=isometries, search=search, pyramid=("mean", 8)
-        )
+        settings = PatchSettings((12, 12), (4, 4), isometries=isometries, search=search)
+        if search == "pyramid":
+            settings = replace(
+                settings, guided=GuidedPyramid,
+                finder=lambda its, laid, patch, listed: PyramidSearch(laid, patch, its.overlap, "mean", 8, listed),
+            )  # fmt: skip
         self.growth = Growth(settings, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = round(1023**2 * (0.30 + 0.59 + 0.11) / 0.59)  # the range in every channel, as channels count
         self.weight = weight

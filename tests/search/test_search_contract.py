@@ -5,18 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from search.search_contract import HEIGHT, WIDTH, Patch, SearchContract, SearchScene
 
 from intarsia.geometry import Wrap
 from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
+from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
+from intarsia.published.segments.histograms import SegmentSearch
 from intarsia.search import candidates, guided
 from intarsia.search.fourier import PatchSearch
 from intarsia.search.guide import ONE, WindowGuide
-from intarsia.search.histograms import SegmentSearch
-from intarsia.search.pyramid import PyramidSearch
 from intarsia.search.windows import WindowGrid
-from intarsia.testing import SearchContract, SearchScene, noise
-from intarsia.testing.search import HEIGHT, WIDTH, Patch
+from intarsia.testing import noise
 
 SEAM = 4
 
@@ -73,7 +73,7 @@ class UnderGuide:
         wrap = {(False, False): "none", (True, False): "y", (False, True): "x", (True, True): "both"}[scene.wrap]
         self.guidance = WindowGuide(guide, scene.variants, grid, Wrap(wrap))
         self.unit = guided.seam_unit(scene.exemplars[0], None)
-        kind = guided.GuidedPyramid if isinstance(search, PyramidSearch) else guided.GuidedSearch
+        kind = GuidedPyramid if isinstance(search, PyramidSearch) else guided.GuidedSearch
         self.guided = kind(search, self.guidance, self.unit)
 
     def window(self, at: tuple[int, int]) -> tuple[int, int]:
@@ -136,10 +136,12 @@ class TestGuidedPyramid(GuidedContract):
 
 def test_every_search_is_under_contract() -> None:
     """What is called so in the room, and what a guided search is made of."""
-    from intarsia.search import fourier, histograms, pyramid
+    from intarsia.published.multrus2003 import pyramid
+    from intarsia.published.segments import histograms
+    from intarsia.search import fourier
 
     rooms = (fourier, histograms, pyramid, guided)
     every = {n: made for room in rooms for n, made in vars(room).items() if isinstance(made, type)}
     makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, guided.Guided)}
-    within = {"Search", "Guided", "GuideSearch"}  # the promise itself; what guided searches share, and are made of
+    within = {"Search", "Divisible", "Guided", "GuideSearch"}  # promises; what guided searches are made of
     assert makers - within == {"PatchSearch", "PyramidSearch", "SegmentSearch", "GuidedSearch", "GuidedPyramid"}

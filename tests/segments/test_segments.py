@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 from segments.naive_segments import naive_elements, naive_segments, naive_split_error
-from segments.readings import ENERGIES, published_size, select_feature
 from torture import TORTURE
 
 from intarsia.analysis.elements import element_size
@@ -29,7 +28,7 @@ from intarsia.segments.feature_group import (
 )
 from intarsia.segments.felzenszwalb import PixelGraph, even_colours, numbered, smoothed
 from intarsia.segments.segments import SizeRule, find_segments, limited, segments, vote
-from intarsia.tasks.segment_drawing import CHOSEN, GROUND, LINE, segment_overlay
+from intarsia.tasks.drawings import CHOSEN, GROUND, LINE, segment_overlay
 from intarsia.testing.cases import noise
 
 SEEN = """
@@ -275,12 +274,6 @@ def test_energies_follow_their_formulas():
         return math.sqrt((weight * (v - mean) ** 2).sum()) / mean
 
     assert found.energy == pytest.approx(cv(d) + (cv(h) + cv(w)) / 2 + RAGGED * q / DISC)
-    side = (h + w) / 2
-    a, b = d.var() / max(np.ptp(d), 1), side.var() / max(np.ptp(side), 1)
-    assert ENERGIES["sum"](found) == pytest.approx(a + b + q / DISC)
-    assert ENERGIES["product"](found) == pytest.approx(a * b + q / DISC)
-    dy, dx = found.offsets.T / 16
-    assert ENERGIES["variances"](found) == pytest.approx(dy.var() + dx.var() + h.var() + w.var())
 
 
 def test_equal_elements_have_no_unevenness_and_scale_does_not_matter():
@@ -290,20 +283,6 @@ def test_equal_elements_have_no_unevenness_and_scale_does_not_matter():
     assert variation(np.zeros(4, int), np.ones(4, int)) == 0
     values, weights = np.array([3, 9, 4]), np.array([1, 2, 7])
     assert variation(10 * values, weights) == pytest.approx(variation(values, weights))
-
-
-@pytest.mark.parametrize("form", list(ENERGIES))
-def test_every_reading_of_the_source_picks_the_dots(form):
-    """Even dots, not uneven shards."""
-    even = measured(as_elements(grid_of_squares(20, 10, 200)))
-    y, x = np.mgrid[:200, :200]
-    shard = (noise(20, 20, 7) % np.uint64(3) == 0).repeat(10, axis=0).repeat(10, axis=1)
-    shards = measured(label(shard & (y % 20 > 3) & ((x + y) % 30 > 2))[0].astype(np.int32))
-    assert select_feature([shards, even, None], 200 * 200, form) == 1
-    assert select_feature([None, even, shards], 200 * 200, form) == 1
-    assert select_feature([even, even], 200 * 200, form) == 0
-    assert select_feature([None], 200 * 200, form) is None
-    assert select_feature([], 200 * 200, form) is None
 
 
 def test_size_and_gap_of_squares():
@@ -385,13 +364,6 @@ def test_dots_have_their_pitch(pitch, radius):
     inside = dots(pitch, radius) == 40
     assert (found.group_map[inside] == found.chosen).mean() > 0.8  # blur takes a rim
     assert (found.group_map[~inside] == found.chosen).mean() < 0.4  # or adds one
-
-
-@pytest.mark.parametrize("form", list(ENERGIES))
-def test_the_published_choice_finds_clean_dots(form):
-    """The fragments' SelectFeature at one scale, without a vote, in every reading of the energy."""
-    assert abs(published_size(features([Exemplar.of(dots(24, 7))]).pictures[0], form) - 24) <= 2
-    assert published_size(picture_of("gradient"), form) is None
 
 
 KNOWN = {

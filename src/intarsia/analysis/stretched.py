@@ -91,10 +91,14 @@ def weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | Non
 
 
 def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) -> list[float]:
-    """Return how much each of `count` channels of a base plane counts, 1 for those that count most."""
+    """Return how much each of `count` channels of a base plane counts, 1 for those that count most.
+
+    A single weight is that of all colours."""
     colours = plane.channels - plane.alpha
     if weights is None:
         weights = LUMINANCE if colours == 3 and plane.kind is Kind.COLOUR else (1.0,) * colours
+    if len(weights) == 1:
+        weights *= colours
     if len(weights) not in (colours, count):
         raise ParameterError(f"channel_weights: {len(weights)} numbers for {count} channels; give {colours} of them.")
     weights = (*weights, max(weights))[:count]

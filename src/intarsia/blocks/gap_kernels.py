@@ -8,8 +8,8 @@ import numpy as np
 
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.jit import kernel
+from ..kernels.lattice_points import UNIT
 from ..kernels.maxflow import FREE, NEW, OLD
-from .gap_filling_kernels import UNIT
 
 FAR = np.int64(1) << 60
 LIMIT = np.int64(1) << 32  # above any mismatch

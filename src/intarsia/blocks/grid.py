@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.lattice_points import lattice_points
 from ..lattice.vectors import UNIT, Vector
 from . import gap_kernels
-from .gap_filling_kernels import lattice_points
 
 Cell = tuple[Vector, Vector | None]
 
@@ -36,7 +36,6 @@ class BlockSettings(NamedTuple):
     slack: int = 3  # how far a gap's block may leave the lattice
     bend: int = 0  # how far parts of a gap's block may move so that lines meet
     isometries: str | tuple[int, ...] = "none"
-    fit: str = "difference"  # of the plain variant, or "correlation"
     channel_weights: tuple[float, ...] | None = None
 
 

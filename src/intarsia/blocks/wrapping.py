@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..errors import ParameterError
-from ..lattice.vectors import UNIT, Vector
+from ..lattice.vectors import UNIT
 from . import gap_kernels
 from .grid import BlockGrid
 
@@ -51,7 +50,7 @@ class LaidBlocks:
             if strain > STRAIN:
                 good = [] if slant > STRAIN else [n * side[axis] / UNIT for n in (count - 2, count, count + 2) if n > 0]
                 fitting = list(map(round, good))
-                raise ParameterError(_unfit(axis, length, "is no even number of blocks", strain, fitting))
+                raise ParameterError(unfit(axis, length, "is no even number of blocks", strain, fitting))
             straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
             sides.append((straight, 0) if axis == 0 else (0, straight))
             around.append(count)
@@ -69,7 +68,7 @@ class LaidBlocks:
 
     def number(self, i: int, j: int) -> Place:
         """Number of a block; around a wrapped canvas the numbers return."""
-        return _returning(self.around, i, j)
+        return returning(self.around, i, j)
 
     def window(self, i: int, j: int) -> tuple[Place, NDArray[np.int8], NDArray[np.uint8]]:
         """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
@@ -106,85 +105,13 @@ def beside(i: int, j: int) -> tuple[Place, ...]:
     return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
-def _returning(counts: Place, i: int, j: int) -> Place:
+def returning(counts: Place, i: int, j: int) -> Place:
+    """Number of a block of which so many lie around an axis; 0: they do not return."""
     rows, columns = counts
     return (i % rows if rows else i), (j % columns if columns else j)
 
 
-def _unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
-    remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; choose variant=plain."
+def unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
+    """Say why a canvas does not close, and at which sizes it does."""
+    remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
     return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
-
-
-@dataclass(frozen=True)
-class SquareBlocks:
-    """Square blocks of a canvas, and the lattice under it."""
-
-    block: Place  # rows and columns of a block, px; around a wrapped canvas some are one px shorter
-    lengths: Place  # rows and columns of the canvas, px
-    around: Place  # how many blocks lie around it along each axis; 0 where it does not wrap
-    # The lattice vectors, 1/256 px, that go once around; one px along the axis where it does not wrap.
-    turns: tuple[Vector, Vector]
-
-    @classmethod
-    def of(cls, cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> SquareBlocks:
-        """Lay blocks of `side` px on a canvas; ParameterError where it does not close on the lattice."""
-        rows = 2 * max(1, round(canvas.height / (2 * side))) if canvas.wrap.y else 0
-        columns = 2 * max(1, round(canvas.width / (2 * side))) if canvas.wrap.x else 0
-        block = -(-canvas.height // rows) if rows else side, -(-canvas.width // columns) if columns else side
-        down = once_around(cell, canvas.height, 0) if rows else (UNIT, 0)
-        across = once_around(cell, canvas.width, 1) if columns else (0, UNIT)
-        return cls(block, (canvas.height, canvas.width), (rows, columns), (down, across))
-
-    def begin(self, i: int, j: int) -> Place:
-        """First pixel of a block."""
-        y, x = (
-            n * length // count if count else n * side
-            for n, length, count, side in zip((i, j), self.lengths, self.around, self.block, strict=True)
-        )
-        return y, x
-
-    def block_of(self, y: int, x: int) -> Place:
-        """The block that holds a pixel."""
-        i, j = (
-            ((p + 1) * count - 1) // length if count else p // side
-            for p, length, count, side in zip((y, x), self.lengths, self.around, self.block, strict=True)
-        )
-        return i, j
-
-    def number(self, i: int, j: int) -> Place:
-        """Number of a block; around a wrapped canvas the numbers return."""
-        return _returning(self.around, i, j)
-
-    def lattice_place(self, i: int, j: int) -> Place:
-        """Where a block begins in the lattice, 1/256 px: as on the canvas, less the stretch."""
-        y, x = self.begin(*self.number(i, j))
-        (a, b), (c, d) = self.turns
-        tall, wide = (n if count else 1 for n, count in zip(self.lengths, self.around, strict=True))
-        whole = tall * wide
-        return (
-            (2 * (y * a * wide + x * c * tall) + whole) // (2 * whole),
-            (2 * (y * b * wide + x * d * tall) + whole) // (2 * whole),
-        )
-
-
-def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
-    """The lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
-    (a, b), (c, d) = cell
-    area = a * d - b * c
-
-    def nearest(size: int) -> tuple[float, Vector]:
-        y, x = goal = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
-        m, n = (y * d - x * c) // area, (x * a - y * b) // area
-        around = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3) if (s, t) != (0, 0)]
-        points = [(s * a + t * c, s * b + t * d) for s, t in around]
-        return min((math.dist(v, goal), v) for v in points)
-
-    off, best = nearest(length)
-    if off <= STRAIN * length * UNIT:
-        return best
-    good: list[int] = []
-    for sizes in (range(length - 1, 0, -1), range(length + 1, 5 * length + 4096)):
-        good += islice((n for n in sizes if nearest(n)[0] <= STRAIN * n * UNIT / 2), 1)
-    raise ParameterError(_unfit(axis, length, "is no whole number of periods", off / (length * UNIT), good))
-

@@ -30,7 +30,7 @@ GROUPS = (
         "Output", "out size overlays best_tile wrap depth force page preview",
         "tiles offset layers save_map st_map distance_map chunk keep",
     ),
-    Group("Look", "method patch feather trials seed", "by repair explain mixing level magnify"),
+    Group("Look", "method patch feather trials seed", "document by repair explain mixing level magnify"),
     Group(
         "Exemplar", "files maps masks crop flatten several donors usable saved",
         "packed weights as_set scale alpha avoid toroidal max_pixels start pictures",

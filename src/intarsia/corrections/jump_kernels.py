@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
-from ..kernels.kd_tree import ask_apart, asking_room, pixels_apart
-from ..kernels.neighbourhoods import FAR
+from ..kernels.kd_tree import FAR, ask_apart, asking_room, pixels_apart
 
 BESIDE = np.int64(1) << 40  # what lies too near another jump counts so much more
 KEPT = 4  # places that a pixel hands to those beside it, for each jump; doubled: 1 % nearer, 1.25 times as long

@@ -5,8 +5,8 @@ how much better the texture agrees with itself at its points than anywhere else 
 to a fraction of a px, and accept the winner only if enough points say so. Rows without a period along them
 have one vector; most textures have none, and are told so.
 
-Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``
-(benchmarks/plain_lattice.py has the source's own). All decisions compare whole numbers.
+Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``.
+All decisions compare whole numbers.
 """
 
 from __future__ import annotations

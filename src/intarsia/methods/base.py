@@ -199,20 +199,32 @@ def check_abilities(method: Method, exemplars: Sequence[Exemplar], canvas: Canva
 
 
 METHODS = {
-    "image-quilting": ("image_quilting", "ImageQuilting"),
-    "patch-sampling": ("patch_sampling", "PatchSampling"),
-    "graphcut": ("graphcut", "Graphcut"),
-    "segment-based": ("segment_based", "SegmentBased"),
-    "near-regular": ("near_regular", "NearRegular"),
-    "best-tile": ("best_tile", "BestTile"),
-    "random-tiling": ("random_tiling", "RandomTiling"),
-    "repeat": ("repeat", "Repeat"),
-    "parallel-controllable": ("parallel_controllable", "ParallelControllable"),
-    "efros-leung": ("efros_leung", "EfrosLeung"),
-    "wei-levoy": ("wei_levoy", "WeiLevoy"),
-    "ashikhmin": ("ashikhmin", "Ashikhmin"),
+    "image-quilting": ("methods.image_quilting", "ImageQuilting"),
+    "patch-sampling": ("published.multrus2003.patch_sampling", "PatchSampling"),
+    "graphcut": ("methods.graphcut", "Graphcut"),
+    "segment-based": ("published.segments.segment_based", "SegmentBased"),
+    "near-regular": ("methods.near_regular", "NearRegular"),
+    "gap-filling": ("published.lopez_recas2011.gap_filling", "GapFilling"),
+    "best-tile": ("methods.best_tile", "BestTile"),
+    "random-tiling": ("methods.random_tiling", "RandomTiling"),
+    "repeat": ("methods.repeat", "Repeat"),
+    "parallel-controllable": ("methods.parallel_controllable", "ParallelControllable"),
+    "raster-quilting": ("published.robinson2004.raster_quilting", "RasterQuilting"),
+    "efros-leung": ("published.pixels.efros_leung", "EfrosLeung"),
+    "wei-levoy": ("published.pixels.wei_levoy", "WeiLevoy"),
+    "ashikhmin": ("published.pixels.ashikhmin", "Ashikhmin"),
 }
-"""Slug -> module and class, in the order of the listings."""
+"""Slug -> module below the package and class, in the order of the listings."""
+
+
+PRESETS = ("multrus2003", "lopez_recas2011", "robinson2004", "segments", "memo2008")
+"""The documents of which all settings can be asked for at once: packages of `published`."""
+
+
+def preset(document: str) -> dict[str, str]:
+    """Return what a document sets: options of grow, and their values as they are written."""
+    found: dict[str, str] = importlib.import_module(f"..published.{document}", __package__).PRESET
+    return dict(found)
 
 
 def method_class(slug: str) -> type[Any]:
@@ -220,7 +232,7 @@ def method_class(slug: str) -> type[Any]:
     if slug not in METHODS:
         raise ParameterError(f"method={slug} is unknown; choose one of {', '.join(METHODS)}.")
     module, name = METHODS[slug]
-    cls: type[Any] = getattr(importlib.import_module(f".{module}", __package__), name)
+    cls: type[Any] = getattr(importlib.import_module(f"..{module}", __package__), name)
     return cls
 
 

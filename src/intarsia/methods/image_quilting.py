@@ -30,12 +30,11 @@ if TYPE_CHECKING:
     from ..exemplar import Exemplar
     from ..patches import labelled, settings
     from ..run import Run
-    from ..search import guide, pyramid, sizes
+    from ..search import guide, sizes
 else:
     labelled = lazy("intarsia.patches.labelled")
     settings = lazy("intarsia.patches.settings")
     guide = lazy("intarsia.search.guide")
-    pyramid = lazy("intarsia.search.pyramid")
     sizes = lazy("intarsia.search.sizes")
     symmetry = lazy("intarsia.analysis.symmetry")
     sourcemap = lazy("intarsia.sourcemap")
@@ -71,8 +70,6 @@ class ImageQuilting(parameters.CutSquares):
     striking: float | None = parameters.striking_share()
     min_repeat_distance: int = parameters.repeat_distance()
     search: str = parameters.search_ways()
-    pyramid_filter: str = parameters.pyramid_filter()
-    pyramid_kept: int = parameters.pyramid_kept()
     seam: str = parameters.cut_cost("difference")
     boundary_patch: int | None = parameters.boundary_patch()
     boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
@@ -90,13 +87,7 @@ class ImageQuilting(parameters.CutSquares):
         overlap = third if self.overlap is AUTO else self.overlap
         bounds = self.boundary_isometries
         bounds = None if bounds is None else symmetry.resolved_isometries(bounds, exemplars, (rows, columns))
-        resolved = replace(
-            self, patch=patch, overlap=overlap, isometries=isometries, boundary_isometries=bounds
-        )
-        if self.search == "pyramid":
-            seam = extent(overlap)
-            pyramid.check_pyramid((rows - 2 * seam[0], columns - 2 * seam[1]), seam)
-        return resolved
+        return replace(self, patch=patch, overlap=overlap, isometries=isometries, boundary_isometries=bounds)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Grow the map window by window, choosing by price and joining along the cheapest seam."""
@@ -118,7 +109,7 @@ class ImageQuilting(parameters.CutSquares):
         overlap = extent(self.overlap or 0)
         return settings.PatchSettings(
             patch=self.footprint, overlap=overlap, hangs=self.hangs, weights=self.channel_weights, context=self.context,
-            isometries=self.isometries, search=self.search, pyramid=(self.pyramid_filter, self.pyramid_kept),
+            isometries=self.isometries, search=self.search,
             repeats=settings.Repeats(usage=self.usage, distance=self.min_repeat_distance), rim=max(overlap),
             boundaries=settings.Boundaries.of(
                 self.footprint, self.boundary_patch, self.boundary_isometries, self.boundary_slack

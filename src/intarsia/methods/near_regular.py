@@ -4,8 +4,8 @@ Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random samp
 and Lopez Recas's thesis of the same year, 4.2.
 
 Each of the ways to lay has its own file, and tells there what departs from the source: the mosaic of lattice blocks
-(`blocks/mosaic.py`), the variant plain (`blocks/gap_filling.py`), courses where only rows repeat (`courses/wall.py`),
-and the best tile, where an exemplar holds too little for a mosaic (`tiles/tiling.py`).
+(`blocks/mosaic.py`), courses where only rows repeat (`courses/wall.py`), and the best tile, where an exemplar holds too
+little for a mosaic (`tiles/tiling.py`). The blocks of the source are the method `gap-filling`.
 
 Courses that converge or bow are first laid straight, by a map of whole pixels. The thesis names this as future work
 (chapter 6); how it is done is this project's own.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from .. import canvas, sourcemap
     from ..analysis import features
     from ..arrays import Laid
-    from ..blocks import gap_filling, grid, mosaic, places, pose_sheet
+    from ..blocks import grid, mosaic, places, pose_sheet
     from ..canvas import Canvas
     from ..courses import rectified as rectification
     from ..courses import unequal, wall
@@ -52,7 +52,6 @@ else:
     mosaic = lazy("intarsia.blocks.mosaic")
     places = lazy("intarsia.blocks.places")
     pose_sheet = lazy("intarsia.blocks.pose_sheet")
-    gap_filling = lazy("intarsia.blocks.gap_filling")
     tiling = lazy("intarsia.tiles.tiling")
     sourcemap = lazy("intarsia.sourcemap")
 
@@ -86,17 +85,15 @@ class NearRegular(MethodBase):
         low=-65536, high=65536, unit="px",
     )  # fmt: skip
     block: int | None = param(
-        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px; "
-        "with variant=plain just so wide; automatic: 40",
+        AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px",
         low=4, high=1 << 14, unit="px",
     )  # fmt: skip
-    border: int | None = param(
-        AUTO, "int", "width of the zone in which a gap is compared and cut in; automatic: 14, or 10 with variant=plain",
-        low=2, high=256, unit="px",
-    )  # fmt: skip
+    border: int = param(
+        14, "int", "width of the zone in which a gap is compared and cut in", low=2, high=256, unit="px"
+    )
     slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
     bend: int = param(
-        0, "int", "with variant=mosaic: how far parts of a gap's block may move so that lines meet; 0: stiff",
+        0, "int", "how far parts of a gap's block may move so that lines meet; 0: stiff",
         low=0, high=8, unit="px",
     )
     heights: str = param(
@@ -104,14 +101,6 @@ class NearRegular(MethodBase):
         "the exemplar between them; the lattice then is their mean pitch",
         choices=("equal", "unequal"),
     )
-    variant: str = param(
-        "mosaic", "choice", "blocks of whole periods cut in along joints, or the plain square blocks of the source",
-        choices=("mosaic", "plain"),
-    )  # fmt: skip
-    fit: str = param(
-        "difference", "choice", "with variant=plain: what fits a gap, by squared differences or by correlation",
-        choices=("difference", "correlation"),
-    )  # fmt: skip
     isometries: str | tuple[int, ...] = parameters.poses()
     straighten: str = param(
         "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
@@ -124,26 +113,24 @@ class NearRegular(MethodBase):
 
     @property
     def blend(self) -> sourcemap.Blend:
-        """Exact copies; the plain variant mixes its blocks over 4 px, courses laid straight the steps of edges."""
-        return sourcemap.Blend(4 if self.variant == "plain" or self.straighten == "on" else 0)
+        """Exact copies; courses laid straight mix the steps of their edges over 4 px."""
+        return sourcemap.Blend(4 if self.straighten == "on" else 0)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Lay the courses straight and find the lattice; MethodError where there is none."""
         parameters.check_finished(self, canvas.endless)
-        plain = self.variant == "plain"
         if self.heights == "unequal":
             self._check_unequal(canvas)
-        border = (10 if plain else 14) if self.border is AUTO else self.border
-        block = 40 if plain and self.block is AUTO else self.block
         straighten = self.straighten if canvas.start is None or self.straighten == "on" else "off"
         rectified = replace(self, straighten=straighten)._rectified(exemplars[0])
         lattice = rectified.lattice
-        upright = "variant=plain lays all blocks" if plain else "a lattice of one vector has courses that are laid"
-        if self.isometries not in ("none", (0,)) and (plain or len(lattice) == 1):
-            raise ParameterError(f"isometries={self.isometries}: {upright} upright; leave it out.")
+        if self.isometries not in ("none", (0,)) and len(lattice) == 1:
+            raise ParameterError(
+                f"isometries={self.isometries}: along one vector courses are laid, all of them upright; leave it out."
+            )
         poses = pose_sheet.resolved_poses(self.isometries, lattice, rectified.exemplar, self.channel_weights)
         straighten = "off" if rectified.straight is None else "on"
-        return replace(self, lattice=lattice, block=block, border=border, isometries=poses, straighten=straighten)
+        return replace(self, lattice=lattice, isometries=poses, straighten=straighten)
 
     def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
@@ -156,7 +143,7 @@ class NearRegular(MethodBase):
 
     def laid(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
         """Lay the blocks or courses of a canvas; known once all parameters are."""
-        start = continuation.Continuation.of(canvas, self.border or 0)
+        start = continuation.Continuation.of(canvas, self.border)
         if start is not None and start.full:
             return replace(start.start, which=None, wrap=canvas.wrap, blend=self.blend)
         rectified, layer = self._layer(exemplars[0], canvas, start, seed, run)
@@ -189,9 +176,8 @@ class NearRegular(MethodBase):
 
     def _check_unequal(self, canvas: Canvas) -> None:
         """Refuse what courses of unequal heights have no place for."""
-        for name, usual in (("variant", "mosaic"), ("spread", 0.0)):
-            if getattr(self, name) != usual:
-                raise ParameterError(f"heights=unequal lays stones, not blocks; leave {name} out.")
+        if self.spread:
+            raise ParameterError("heights=unequal lays stones, not blocks; leave spread out.")
         if self.straighten == "on":
             raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
         if canvas.start is not None:
@@ -211,12 +197,9 @@ class NearRegular(MethodBase):
         """What is laid, of what, so that the lattice of a start goes on; too small an exemplar gives one tile."""
         rectified = self._rectified(exemplar)
         exemplar, lattice, weights = rectified.exemplar, rectified.lattice, self.channel_weights
-        border = self.border or 0
         settings = grid.BlockSettings(
-            lattice, self.block, border, self.slack, self.bend, self.isometries, self.fit, weights
+            lattice, self.block, self.border, self.slack, self.bend, self.isometries, weights
         )
-        if self.variant == "plain":
-            return rectified, gap_filling.Sampling.of(settings, exemplar, canvas, seed)
         if self.heights == "unequal":
             return rectified, wall.Wall.unequal(weights, exemplar, canvas, seed)
         if len(lattice) == 1:
@@ -226,4 +209,4 @@ class NearRegular(MethodBase):
             return rectified, mosaic.Mosaic.of(settings, exemplar, canvas, seed, start)
         except places.FewPlaces:
             run.notes.append(FEW)
-            return rectified, tiling.Tiling.of(lattice, weights, border, exemplar).layout(canvas)
+            return rectified, tiling.Tiling.of(lattice, weights, self.border, exemplar).layout(canvas)

@@ -46,16 +46,7 @@ repeat_distance = partial(
     param, 0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
 )
 search_ways = partial(
-    param, "fast", "choice",
-    "short-list at reduced resolution, at full resolution, or from coarse to fine in a pyramid",
-    choices=("fast", "exact", "pyramid"),
-)  # fmt: skip
-pyramid_filter = partial(
-    param, "mean", "choice", "with search=pyramid: what is averaged before every second pixel is dropped",
-    choices=("mean", "gaussian", "none"),
-)  # fmt: skip
-pyramid_kept = partial(
-    param, 8, "int", "with search=pyramid: the best places of a level, from which the next is searched", low=1, high=64
+    param, "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
 )
 spread_price = partial(
     param, 0.0, "float", "price of what strikes and returns: the finished picture is gone over, and it is covered "

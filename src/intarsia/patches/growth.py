@@ -29,18 +29,16 @@ from ..search.posed import isometry_ids, posed_exemplars
 from ..sourcemap import HOLE, Blend, SourceMap
 from .growing_map import GrowingMap, Window, random_patch, waves
 from .hole_edge_kernels import weigh_edge
-from .repetition import Repetition, RepetitionRule, striking
+from .repetition import striking
 from .settings import PatchSettings
 
 if TYPE_CHECKING:
-    from ..search import distance_map, drawn_pyramid, guided, pyramid
+    from ..search import distance_map, guided
     from ..search import guide as guidance
 else:  # only some canvases need them
     distance_map = lazy("intarsia.search.distance_map")
     guidance = lazy("intarsia.search.guide")
-    drawn_pyramid = lazy("intarsia.search.drawn_pyramid")
     guided = lazy("intarsia.search.guided")
-    pyramid = lazy("intarsia.search.pyramid")
 
 Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
@@ -91,9 +89,8 @@ class Growth:
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
         self.finder = self._finder(listed if self.features.courses is None else max(listed, AMONG_COURSES))
         rule, usage, distance = settings.repeats
-        priced = usage and rule is RepetitionRule.PRICES
-        prices = striking(self.features, self.finder) if priced else None
-        self.repetition = Repetition(self.finder, self.layout, usage, distance, prices, rule)
+        prices = striking(self.features, self.finder) if usage else None
+        self.repetition = rule(self.finder, self.layout, usage, distance, prices)
         self.growing = GrowingMap.begin(self.variants, canvas, rim, own)
         windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
@@ -102,7 +99,7 @@ class Growth:
         if inside_only and self.guided is not None:
             windows &= ~self.guided.guidance.boundaries
         self.waves = waves(self.layout, windows)
-        if rule is not RepetitionRule.PRICES:  # uses count at once: row by row, as in the source
+        if rule.in_turn:
             self.waves = [[window] for window in sorted(w for wave in self.waves for w in wave)]
         if canvas.start is not None:
             self.repetition.note_start(self.growing.variant, self.growing.yx)
@@ -110,16 +107,10 @@ class Growth:
     def _finder(self, listed: int) -> Search:
         settings, patch = self.settings, self.layout.patch
         if settings.finder is not None:
-            return settings.finder(self.variants, patch)
-        if settings.drawn is not None:
-            return drawn_pyramid.DrawnPyramid(
-                self.variants, patch, settings.overlap, settings.pyramid[0], settings.drawn
-            )
-        if settings.search == "pyramid":
-            return pyramid.PyramidSearch(self.variants, patch, settings.overlap, *settings.pyramid, listed)
+            return settings.finder(settings, self.variants, patch, listed)
         return PatchSearch(self.variants, patch, min(settings.overlap), settings.search == "exact", listed)
 
-    def _guided(self) -> guided.GuidedSearch | guided.GuidedPyramid | None:
+    def _guided(self) -> guided.Guided[Any] | None:
         """The search under the canvas's guide, where it has one."""
         guide = self.canvas.guide
         if guide is None:
@@ -128,9 +119,9 @@ class Growth:
             guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.settings.isometries)
         )
         unit = guided.seam_unit(self.exemplars[0], self.settings.weights)
-        if isinstance(self.finder, pyramid.PyramidSearch):
-            return guided.GuidedPyramid(self.finder, what, unit)
-        assert isinstance(self.finder, PatchSearch), "methods with a search of their own have no guide"
+        if self.settings.guided is not None:
+            return self.settings.guided(self.finder, what, unit)
+        assert isinstance(self.finder, PatchSearch), "methods with a search of their own say how it follows a guide"
         return guided.GuidedSearch(self.finder, what, unit)
 
     def at_boundary(self, window: Window) -> bool:

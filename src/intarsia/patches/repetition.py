@@ -3,7 +3,7 @@
 Every patch laid makes its part of the exemplar a little dearer, so that the whole exemplar is used, and a flat spot,
 which fits beside itself, does not spread. It becomes dearer still close to where it was laid, and the more so the more
 striking it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
-distance is 0. The ways of Multrus 2003, 4.2, are such factors, and can be chosen.
+distance is 0.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from enum import StrEnum
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,40 +39,33 @@ MOST_EXCESS = 1 << 24
 STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
 
 
-class RepetitionRule(StrEnum):
-    """What a repeat costs."""
-
-    PRICES = "prices"  # a little for every use, more close by, more for striking patches
-    COUNTER = "counter"  # distance times (1 + uses of any patch that touches it): Multrus 2003, 4.2
-    MARKS = "marks"  # distance times (1 + mean uses of its pixels): the alternative named there
-
-
 class Repetition:
     """What was laid so far, and what that costs each candidate.
 
     `search`: whose variants and coarse positions are meant; `strength`: price of a full repeat, relative to the usual
     distance, 0 switches the prices off; `distance`: no exemplar pixel may return within this many output px, 0: no such
-    rule; `striking`: for every variant, how striking each coarse position is, 256 = usual; `strength` and `striking`
-    belong to the rule PRICES alone.
+    rule; `striking`: for every variant, how striking each coarse position is, 256 = usual.
     """
+
+    in_turn: ClassVar[bool] = False
+    """Whether uses count at once, so that windows are filled row by row."""
 
     def __init__(
         self, search: Search, layout: WindowGrid, strength: float, distance: int,
-        striking: list[Array] | None = None, rule: RepetitionRule = RepetitionRule.PRICES,
+        striking: list[Array] | None = None,
     ) -> None:  # fmt: skip
-        self.search, self.layout, self.distance, self.strength, self.rule = search, layout, distance, strength, rule
+        self.search, self.layout, self.distance, self.strength = search, layout, distance, strength
         shapes = [v.shape for v in search.valid]
         self.striking = striking or [np.full(s, 256, np.int32) for s in shapes]
         flat, self._offsets = in_one_row(search.valid)
         self._flat = np.zeros(len(flat), np.int32)
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
-        # The uses, and what drift adds to them; the source's rules count at once.
-        self._priced = self._flat.copy() if rule is RepetitionRule.PRICES else self._flat
+        self._priced = self._flat.copy()  # the uses, and what drift adds to them
         self.laid = 0
         self._groups: Array | None = None
         self._plain = search if isinstance(search, PatchSearch) else None
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
-        self.search_prices = Prices(counts, round(strength * STEADY * 65536), rule is not RepetitionRule.PRICES)
+        self.search_prices = Prices(counts, round(strength * STEADY * 65536))
         self._laid = Uses(
             np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64),
             np.array(layout.patch, np.int64),
@@ -83,7 +75,7 @@ class Repetition:
         self.grid = np.full((*layout.shape, 8), -1, np.int64)
         self.started = np.empty((0, 8), np.int64)  # what a start map shows, as placements
         pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
-        self.reach = REACH if strength and rule is RepetitionRule.PRICES else 0
+        self.reach = REACH if strength else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
         # Windows that lie freely have no neighbours by number: they are looked up by their place.
@@ -100,8 +92,6 @@ class Repetition:
         What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
         once chosen, fits itself perfectly, and would fill the output.
         """
-        if self.rule is not RepetitionRule.PRICES:
-            return
         np.copyto(self._priced, self._flat)
         if not self.strength or not self.laid:
             return
@@ -124,9 +114,8 @@ class Repetition:
         distance = 0 if found.permitted else self.distance
         others = self._around(row, column) if unit or distance else np.empty((0, 8), np.int64)
         repetition_kernels.prices(
-            found.rows, others, self.layout.at(row, column), self._laid, self.search_prices.multiply, steady, unit,
-            distance, out,
-        )  # fmt: skip
+            found.rows, others, self.layout.at(row, column), self._laid, steady, unit, distance, out
+        )
         return out
 
     def _around(self, row: int, column: int) -> Array:
@@ -199,7 +188,7 @@ class Repetition:
         check()
         others, out = self._around(row, column), np.empty(len(rows), np.int64)
         at = self.layout.at(row, column)
-        repetition_kernels.prices(rows, others, at, self._laid, False, 0, 0, self.distance, out)
+        repetition_kernels.prices(rows, others, at, self._laid, 0, 0, self.distance, out)
         mask = None if (out >= 0).any() else self.permitted(row, column)
         return None if mask is None or is_little(mask, self.layout.patch) else mask
 
@@ -210,7 +199,7 @@ class Repetition:
     def pick_all(
         self, windows: list[tuple[int, int]], found: list[Candidates], tolerance: float, bits: list[int]
     ) -> Iterator[tuple[int, list[tuple[int, int, int]]]]:
-        """Pick for many windows in turn, noting each, with the rule PRICES.
+        """Pick for many windows in turn, noting each.
 
         Yields the number of every window for which there is no choice among its candidates, with the picks so
         far; the caller notes a patch for it before going on. Last, yields the number of windows.
@@ -236,8 +225,7 @@ class Repetition:
     def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
         """Note that a patch (variant, row, column) was laid at a window."""
         self.laid += 1
-        at, counter = self.layout.at(row, column), self.rule is RepetitionRule.COUNTER
-        repetition_kernels.note(self._laid, pick, at, self.grid[row, column], counter)
+        repetition_kernels.note(self._laid, pick, self.layout.at(row, column), self.grid[row, column])
 
 
 def _frame(variants: PosedExemplars, v: int) -> tuple[int, ...]:

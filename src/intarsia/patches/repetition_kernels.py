@@ -130,11 +130,10 @@ def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, o
 
 
 @kernel
-def note(layout: Any, pick: Any, at: Any, place: Any, counter: bool) -> None:
+def note(layout: Any, pick: Any, at: Any, place: Any) -> None:
     """Note that patch `pick` (variant, row, column) is laid at `at`: write its placement, count its use.
 
-    All variants of the exemplar count. With `counter` every patch that touches this one counts ONE more (Multrus
-    2003, 4.2.1), else as much as it shares.
+    All variants of the exemplar count, as much as they share.
     """
     frames, shape, offsets, factor = layout.frames, layout.shape, layout.offsets, layout.factor
     counts, striking = layout.uses, layout.striking
@@ -150,11 +149,7 @@ def note(layout: Any, pick: Any, at: Any, place: Any, counter: bool) -> None:
         rows, columns = offsets[v, 1], offsets[v, 2]
         cells = slice(offsets[v, 0], offsets[v, 0] + rows * columns)
         weight = striking[cells].reshape(rows, columns)
-        if counter:
-            y0, x0 = max(0, y - height + 1), max(0, x - width + 1)
-            counts[cells].reshape(rows, columns)[y0 : max(0, y + height), x0 : max(0, x + width)] += ONE
-        else:
-            add_use(counts[cells].reshape(rows, columns), y, x, height, width, weight)
+        add_use(counts[cells].reshape(rows, columns), y, x, height, width, weight)
 
 
 @kernel
@@ -181,15 +176,11 @@ def placed_near(grid: Any, row: int, column: int, reach: int, canvas: Any) -> An
 
 
 @kernel
-def prices(
-    found: Any, others: Any, at: Any, layout: Any, multiply: bool, steady: int, unit: int, distance: int, out: Any
-) -> None:
+def prices(found: Any, others: Any, at: Any, layout: Any, steady: int, unit: int, distance: int, out: Any) -> None:
     """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
 
     `found` (n, 4): distance, variant, row, column. `others` (n, 8): the placements around. `at` (2,): first pixel of
     the window. `steady`: the price of a count of ONE; `unit`: the additional price of a full repeat at the same place.
-    With `multiply` the price is instead the squared distance times (1 + count)**2, so that distances are multiplied by
-    1 + count (Multrus 2003, 4.2.1).
     """
     frames, shape, canvas, offsets, factor = layout.frames, layout.shape, layout.canvas, layout.offsets, layout.factor
     counts, striking = layout.priced, layout.striking
@@ -213,8 +204,6 @@ def prices(
                 near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
                 total += (share * near * near) >> 16
         price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
-        if multiply:
-            price = (found[k, 0] * (ONE + counts[cell]) ** 2 >> 16) - found[k, 0]
         out[k] = -1 if total < 0 else found[k, 0] + price
 
 
@@ -261,10 +250,10 @@ def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, first: int, picks: A
         row, column = windows[n, 0], windows[n, 1]
         others = placed_near(grid, row, column, reach, layout.canvas)
         dues = int(steady * usual[n]), int(strength * usual[n])
-        prices(rows, others, at[n], layout, False, dues[0], dues[1], distance, price)
+        prices(rows, others, at[n], layout, dues[0], dues[1], distance, price)
         k = pick(price[: counts[n]], tolerance, int(match * usual[n]), bits[n])
         if k < 0:
             return n
         picks[n] = rows[k, 1:]
-        note(layout, picks[n], at[n], grid[row, column], False)
+        note(layout, picks[n], at[n], grid[row, column])
     return len(windows)

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..canvas import Canvas
 from ..geometry import laid
 from ..guide import Guide
 from ..search.candidates import SHORT_LIST, Search
-from ..search.drawn_pyramid import Drawn
 from ..search.posed import PosedExemplars, isometry_ids
 from ..search.windows import WindowGrid
 from .fill_order import fill_order
-from .repetition import RepetitionRule
+from .repetition import Repetition
+
+if TYPE_CHECKING:
+    from ..search.guide import WindowGuide
+    from ..search.guided import Guided
 
 SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
 
@@ -22,7 +25,7 @@ SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
 class Repeats(NamedTuple):
     """What a repeat costs: by which rule, its price, and the least distance of two, px (0: any)."""
 
-    rule: RepetitionRule = RepetitionRule.PRICES
+    rule: type[Repetition] = Repetition
     usage: float = 0.0
     distance: int = 0
 
@@ -65,14 +68,14 @@ class PatchSettings:
     courses: float = 0.0  # weight of lines between courses
     isometries: str | tuple[int, ...] = "none"
     search: str = "fast"
-    pyramid: tuple[str, int] = ("mean", 1)  # of search="pyramid": the filter, and how many positions are followed
-    drawn: Drawn | None = None  # draw at every level of the pyramid, and how
     listed: int = SHORT_LIST  # candidates kept of every search
     repeats: Repeats = field(default=Repeats())  # what a repeat costs
     rim: int = 0  # how deep start pixels may be replaced, px
     boundaries: Boundaries = field(default=Boundaries())  # how patches lie along the boundaries of a guide's labels
-    # Makes the search of a method that has one of its own, from variants and the size of the windows.
-    finder: Callable[[PosedExemplars, tuple[int, int]], Search] | None = None
+    # Makes the search of a method that has one of its own, from variants, size of the windows, and how many it lists;
+    finder: Callable[[PatchSettings, PosedExemplars, tuple[int, int], int], Search] | None = None
+    # and from that, under a guide, what the guide says and the unit of seams, the search under the guide.
+    guided: Callable[[Any, WindowGuide, int], Guided[Any]] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
         """The isometries in which patches are taken, those for boundaries of labels included."""

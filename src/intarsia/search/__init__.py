@@ -1,1 +1,1 @@
-"""Finding patches: exact, by pyramid, by histograms, under masks and guides."""
+"""Finding patches: exact, under masks and guides."""

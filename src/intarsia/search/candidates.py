@@ -76,16 +76,15 @@ class Prices:
     """The prices of repeats, as the short-list takes them into account.
 
     ``counts``: for every variant an int32 map over its coarse positions, 256 = one full repeat. Such a repeat
-    costs ``weight`` / 65536 of the usual distance; with ``multiply`` distances are multiplied by 1 + repeats.
+    costs ``weight`` / 65536 of the usual distance.
     """
 
     counts: list[Array]
     weight: int
-    multiply: bool = False
 
     def of(self, v: int) -> Fee:
         """Return the prices of one variant."""
-        return Fee(self.counts[v], self.weight, self.multiply)
+        return Fee(self.counts[v], self.weight)
 
 
 class Search(Protocol):

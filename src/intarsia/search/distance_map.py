@@ -12,8 +12,9 @@ from ..analysis.stretched import RANGE, channel_shares
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
-from . import pyramid_kernels
+from . import exhaustive_kernels
 from .candidates import Candidates
+from .fourier_kernels import FAR as FARTHEST
 from .posed import PosedExemplars
 
 FAR = -1.0  # stands where no patch may begin
@@ -25,15 +26,15 @@ def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> 
     Root mean square over the known pixels of the window, every position measured exactly. `scale`: what a
     difference of 1 on the 0..1 scale is in features, squared and summed over channels (:func:`full_scale`).
     """
-    window = np.ascontiguousarray(found.feats).ravel()
     area = max(int(found.known.sum()), 1)
     out = []
     for v, valid in enumerate(variants.valid):
-        squared = np.empty(valid.shape, np.int64)
-        if valid.size:
-            pyramid_kernels.measure_all(window, found.known, variants.flat, variants.table[v], valid, squared)
-        rms = np.sqrt(squared.clip(0) / (area * scale))
-        out.append(np.where(valid, rms, FAR).astype(np.float32))
+        at = np.argwhere(valid)
+        rows = np.column_stack([np.full(len(at), FARTHEST), np.full(len(at), v), at])
+        exhaustive_kernels.measure(found.feats, found.known, variants.posed, rows)
+        rms = np.full(valid.shape, FAR, np.float32)
+        rms[*at.T] = np.sqrt(rows[:, 0] / (area * scale))
+        out.append(rms)
     return out
 
 

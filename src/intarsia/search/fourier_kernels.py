@@ -136,21 +136,21 @@ def smallest(values: Any, n: int, k: int) -> Any:
 def short_list(correlated: Any, fee: Any, listed: Any) -> None:
     """Put the best positions of one variant for n windows into their lists, as :func:`keep_best` does."""
     correlations, squares, slots, energies, valid, variant = correlated
-    (penalty, weight, multiply), (best, counts, usual) = fee, listed
+    (penalty, weight), (best, counts, usual) = fee, listed
     dist = np.empty(valid.shape, np.int32)
     for k in range(len(slots)):
         q = patch_distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
         if usual[k] < 0:
             usual[k] = q
         unit = weight * max(usual[k], 0) >> 8
-        counts[k] = keep_best(dist, penalty, unit, multiply, variant, best[k], counts[k])
+        counts[k] = keep_best(dist, penalty, unit, variant, best[k], counts[k])
 
 
 @kernel
-def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, best: Any, count: int) -> int:
+def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count: int) -> int:
     """Put the positions of smallest cost into `best`; return how many it holds.
 
-    Cost is distance + penalty * unit / 2**16, or with `multiply` distance * (1 + penalty / 256)**2.
+    Cost is distance + penalty * unit / 2**16.
 
     `best` (K, 4) int64: cost, variant, row, column, cheapest first. Equal costs: the earlier position stays.
     """
@@ -169,8 +169,7 @@ def keep_best(dist: Any, penalty: Any, unit: int, multiply: bool, variant: int, 
         for x in range(w):
             if d[x] >= worst:
                 continue
-            cost = np.int64(d[x])
-            cost = (cost * (256 + p[x]) ** 2) >> 16 if multiply else cost + ((np.int64(p[x]) * unit) >> 16)
+            cost = np.int64(d[x]) + ((np.int64(p[x]) * unit) >> 16)
             if cost >= worst and count == size:
                 continue
             count = min(count + 1, size)

@@ -4,25 +4,32 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, Generic, TypeVar
+from collections.abc import Sequence
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
 from ..arrays import Array
 from ..exemplar import Exemplar
-from ..kernels.windows import Posed
-from . import guided_kernels, pyramid_kernels
-from .candidates import Candidates, Prices
+from . import guided_kernels
+from .candidates import Candidates, Prices, Search
 from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import Among
 from .guide import ONE, WindowGuide
-from .pyramid import LEVELS, PyramidSearch, to_level
-from .pyramid_kernels import Rung
 from .reduce_kernels import Listed
 
-AnySearch = TypeVar("AnySearch", PatchSearch, PyramidSearch)
 MOST = float(1 << 30)  # costs of the short-list stay below
+
+
+class Divisible(Search, Protocol):
+    """A search that can be narrowed to some patches."""
+
+    def within(self, valid: Sequence[Array]) -> Self:
+        """Return the same search among some patches only: of every variant, where they may begin."""
+
+
+AnySearch = TypeVar("AnySearch", bound=Divisible)
 
 
 class GuideSearch(PatchSearch):
@@ -127,41 +134,3 @@ def seam_unit(exemplar: Exemplar, weights: tuple[float, ...] | None) -> int:
     Channels count as in the search; what other planes differ by comes on top.
     """
     return round(full_scale(exemplar, weights))
-
-
-class GuidedPyramid(Guided[PyramidSearch]):
-    """Search patches for windows under a guide, from coarse to fine."""
-
-    def __init__(self, search: PyramidSearch, guidance: WindowGuide, unit: int) -> None:
-        super().__init__(search, guidance, unit)
-        self.guide = PyramidSearch(guidance.pictures, guidance.layout.patch, search.seam, search.smoothing)
-
-    def _weighed(self, search: PyramidSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
-        n, guide = len(at), self.guide
-        stack = search.stack(variant, yx, at, self.guidance.layout.wraps)
-        beside = guide.whole_stack(*self.guidance.wanted(at))
-        sums = np.array([known.sum(axis=(1, 2), dtype=np.int64) for _, known in stack])
-        usual = np.full(n, -1, np.int64)
-        best, found = np.empty((n, 0, 4), np.int64), np.full(n, -1, np.int64)
-        for number in range(LEVELS, -1, -1):
-            (feats, known), (wanted, inside) = stack[number], beside[number]
-            level, labels = search.levels[number], guide.levels[number]
-            shares = self.shares(known, inside)
-            here = usual if number == LEVELS else to_level(usual, sums, number)
-            kept, many = best, found
-            best = np.empty((n, (search.kept if number else search.listed) + 1, 4), np.int64)
-            found = np.zeros(n, np.int64)
-            for v, allowed in enumerate(level.allowed):
-                if allowed.any():
-                    pyramid_kernels.search_guided(
-                        feats, known, Rung(level.flat, level.table[v], allowed, number, v), wanted, inside,
-                        Posed(labels.flat, labels.table), shares, kept, many, level.reach, prices.of(v),
-                        Listed(best, found, here),
-                    )  # fmt: skip
-            search.followed(best, found, at, number)
-        rows = np.empty((n, search.listed, 4), np.int64)
-        guided_kernels.guided_refine_all(
-            feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
-            Among(search.flat_valid, search.offsets), np.ascontiguousarray(best[:, : search.listed]), found, 1, rows,
-        )  # fmt: skip
-        return Candidates.of_all(rows, found, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)

@@ -47,7 +47,7 @@ def guided_short_list(correlated: Any, labels: Any, shares: Any, scales: Any, fe
     `labels`: the guide, correlated as the pixels are; `shares`, `scales` (n,): see :func:`add_guide`.
     """
     correlations, squares, slots, energies, valid, variant = correlated
-    (penalty, weight, multiply), (best, counts, usual) = fee, listed
+    (penalty, weight), (best, counts, usual) = fee, listed
     dist = np.empty(valid.shape, np.int32)
     for k in range(len(slots)):
         q = patch_distances(correlations[k], squares[slots[k]], energies[k], valid, dist)
@@ -56,7 +56,7 @@ def guided_short_list(correlated: Any, labels: Any, shares: Any, scales: Any, fe
         unit = int((weight * max(usual[k], 0) >> 8) * scales[k])
         own = labels.squares[labels.slots[k]]
         add_guide(dist, labels.values[k], own, labels.energies[k], shares[k], scales[k])
-        counts[k] = keep_best(dist, penalty, unit, multiply, variant, best[k], counts[k])
+        counts[k] = keep_best(dist, penalty, unit, variant, best[k], counts[k])
 
 
 @kernel

@@ -160,17 +160,15 @@ def usual_distance(rough: Any, exact: Any) -> int:
 
 
 @kernel
-def cost_of(distance: Any, repeats: Any, unit: int, multiply: bool) -> Any:
+def cost_of(distance: Any, repeats: Any, unit: int) -> Any:
     """What a position costs by its distance: :func:`fourier_kernels.keep_best`. More for more distance."""
-    if multiply:
-        return (np.int64(distance) * (256 + repeats) ** 2) >> 16
     return np.int64(distance) + ((np.int64(repeats) * unit) >> 16)
 
 
 @kernel
 def last_cost(rough: Any, fee: Any, unit: int, best: Any, count: int, least: Any) -> Any:
     """What the last of the list costs at most, with every distance more by `slack`; NONE while the list has room."""
-    (correlation, own, energy, valid, slack), (penalty, _, multiply) = rough, fee
+    (correlation, own, energy, valid, slack), (penalty, _) = rough, fee
     size = len(best)
     costs = np.empty(size, np.int64)
     costs[:] = NONE
@@ -187,7 +185,7 @@ def last_cost(rough: Any, fee: Any, unit: int, best: Any, count: int, least: Any
         for x in range(len(dist)):
             if dist[x] >= worst:
                 continue
-            cost = cost_of(dist[x], p[x], unit, multiply)
+            cost = cost_of(dist[x], p[x], unit)
             if full and cost >= worst:
                 continue
             k = min(count, size - 1)
@@ -210,7 +208,7 @@ def measure(
 
     -1, with the list half done, where more than `most` have to be correlated again.
     """
-    (correlation, own, energy, valid, slack), (penalty, _, multiply) = rough, fee
+    (correlation, own, energy, valid, slack), (penalty, _) = rough, fee
     picture, template, spans = whole
     size = len(best)
     dist = np.empty(valid.shape[1], np.int32)
@@ -224,13 +222,13 @@ def measure(
                 continue
             exact = np.int64(dist[x])
             if slack > 0:
-                if cost_of(max(exact - 2 * slack, 0), p[x], unit, multiply) > limit:
+                if cost_of(max(exact - 2 * slack, 0), p[x], unit) > limit:
                     continue
                 most -= 1
                 if most < 0:
                     return -1
                 exact = own[y, x] + energy - 2 * np.int64(product(picture, template, spans, y, x))
-            cost = cost_of(exact, p[x], unit, multiply)
+            cost = cost_of(exact, p[x], unit)
             if count == size and cost >= best[size - 1, 0]:
                 continue
             count = insert(best, min(count, size - 1), cost, variant, y, x)

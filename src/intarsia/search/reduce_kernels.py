@@ -26,7 +26,6 @@ class Fee(NamedTuple):
 
     counts: NDArray[np.int32]  # (rows, columns): uses; 256 = one full repeat
     weight: int  # price of such a repeat, in 1 / 65536 of the usual distance
-    multiply: bool  # distances are multiplied by 1 + repeats instead
 
 
 class Listed(NamedTuple):

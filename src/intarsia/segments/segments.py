@@ -106,7 +106,7 @@ class Segments:
 
 
 @dataclass(frozen=True, eq=False)
-class _Candidate:
+class Candidate:
     """A group at one scale that passes the filters."""
 
     tree: GroupTree
@@ -151,15 +151,15 @@ def find_segments(features: NDArray[np.int16], usable: Mask | None = None) -> Se
     pixels = small.shape[0] * small.shape[1] if mask is None else int(np.count_nonzero(mask))
     colours = even_colours(small, mask)
     if colours is None:
-        return _fallback(features, usable, None, "The exemplar is constant.")
-    scales = list(_scales(colours, mask))
-    candidates = [c for scale, tree in scales for c in _candidates(scale, tree, pixels)]
+        return fallback(features, usable, None, "The exemplar is constant.")
+    every = list(scales(colours, mask))
+    candidates = [c for scale, tree in every for c in candidates_at(scale, tree, pixels)]
     if not candidates:
-        return _fallback(features, usable, scales[len(scales) // 2][1], "No group of segments passes the filters.")
+        return fallback(features, usable, every[len(every) // 2][1], "No group of segments passes the filters.")
     sizes = np.array([c.size for c in candidates], np.int64)
     areas = np.array([int(c.lists.areas.sum()) for c in candidates], np.int64)
     winner, support = vote(sizes, [c.energy for c in candidates], areas)
-    return _of_group(candidates[winner], support, factor, features.shape[:2])
+    return of_group(candidates[winner], support, factor, features.shape[:2])
 
 
 def vote(sizes: Int64, energies: list[float], areas: Int64) -> tuple[int, float]:
@@ -188,7 +188,7 @@ def _ladder(top: int) -> Int64:
     return np.array(steps, np.int64)
 
 
-def _scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int], GroupTree]]:
+def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int], GroupTree]]:
     """Segments and groups at every scale: from little to much blur, from little to much slack."""
     unit = int(DEVIATION * math.sqrt(colours.shape[2]))  # the usual distance of a colour from the mean
     blurred, done = colours, 0
@@ -199,17 +199,19 @@ def _scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int]
             yield (passes, slack), group_tree(graph.segments(slack * unit), colours)
 
 
-def _candidates(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterator[_Candidate]:
+def candidates_at(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterator[Candidate]:
+    """The groups of a scale that pass the filters."""
     for node in range(len(tree.nodes)):
         elements = tree.elements(node)
         if int(elements.max()) < FILTERS.fewest:  # measuring takes longest
             continue
         lists = measured(elements)
         if lists is not None and admitted(lists, pixels):
-            yield _Candidate(tree, node, lists, scale, *size_and_gap(lists), lists.energy)
+            yield Candidate(tree, node, lists, scale, *size_and_gap(lists), lists.energy)
 
 
-def _of_group(winner: _Candidate, support: float, factor: int, shape: tuple[int, ...]) -> Segments:
+def of_group(winner: Candidate, support: float, factor: int, shape: tuple[int, ...]) -> Segments:
+    """The segments of the winner's scale, and the patch and zone that follow from it."""
     labels, groups, chosen = winner.tree.around(winner.node)
     patch = limited(-(-winner.size * factor // FINE), min(shape))
     return Segments(
@@ -221,7 +223,7 @@ def _of_group(winner: _Candidate, support: float, factor: int, shape: tuple[int,
     )  # fmt: skip
 
 
-def _fallback(features: NDArray[np.int16], usable: Mask | None, tree: GroupTree | None, why: str) -> Segments:
+def fallback(features: NDArray[np.int16], usable: Mask | None, tree: GroupTree | None, why: str) -> Segments:
     """The size from the autocorrelation; the segments, if there are any, of the middle scale."""
     shape = features.shape[:2]
     factor = 1

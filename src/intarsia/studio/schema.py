@@ -30,7 +30,7 @@ PICTURES = ("donors",)
 
 OWN = (
     "files", "saved", "maps", "out", "force", "as_json", "progress", "quiet", "threads", "many", "dry_run",
-    "max_pixels", "as_set", "several", "explain", "executor", "dask",
+    "max_pixels", "as_set", "several", "explain", "document", "executor", "dask",
 )  # fmt: skip
 """What the server gives itself, or nobody needs here."""
 

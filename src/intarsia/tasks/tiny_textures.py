@@ -48,10 +48,8 @@ def _kinds() -> Iterator[dict[str, Any]]:
         for values in options:
             if "heights" in values:  # they need a wall, which is laid by the kernels of courses
                 continue
-            if values.get("search") == "pyramid":
+            if values.get("pyramid"):
                 values |= {"patch": 12, "overlap": 4}
-            if "fit" in values:  # only looked at by the plain variant
-                values |= {"variant": "plain"}
             yield {"method": slug, "values": values}
         yield from ({"method": slug} | asked for ability, asked in ASKED.items() if ability in cls.supports)
 

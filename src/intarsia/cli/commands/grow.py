@@ -13,7 +13,7 @@ from ...choosing.auto import AUTO_METHOD
 from ...errors import ParameterError, ResourceError
 from ...geometry import Wrap
 from ...levelling import Finish, Levelling
-from ...methods.base import METHODS
+from ...methods.base import METHODS, PRESETS, preset
 from ..choosing import BY, EXPLAIN, TRIALS, chosen_of
 from ..exits import begun
 from ..help import HelpfulCommand
@@ -62,6 +62,10 @@ OWN = (
         help="Size in px; by default twice the exemplar. One number is a square.",
     ),
     METHOD,
+    opt(
+        "document", "--as", type=click.Choice(PRESETS),
+        help="Set what a paper sets: method, its parameters and mixing. What is given besides wins.",
+    ),
     TRIALS,
     BY,
     EXPLAIN,
@@ -90,6 +94,13 @@ def wish_of(
     method: str, explain: bool, feather: int | None, mixing: str | None, union: Union = UNION, **given: Any
 ) -> Wish:
     """Understand the options on method and canvas; `union` are the parameters of methods that the command knows."""
+    if (document := given.pop("document", None)) is not None:
+        settings = preset(document)
+        own, usual = settings.pop("method"), settings.pop("mixing", None)
+        if method not in (AUTO_METHOD, own):
+            raise ParameterError(f"--as {document} sets --method {own}; drop one of them.")
+        method, mixing = own, usual if mixing is None else mixing
+        given |= {name: text for name, text in settings.items() if given.get(name) is None}
     size, wrap, trials = given.pop("size", None), given.pop("wrap", "none"), given.pop("trials", None)
     by = given.pop("by", None)
     finish, repair, labels = finish_of(given.pop("level", None)), given.pop("repair", 0), given.pop("labels", None)

@@ -1,1 +1,0 @@
-"""Growth pixel by pixel: neighbourhoods, scanning in rows, and growing outward."""

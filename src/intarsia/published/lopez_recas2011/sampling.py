@@ -1,0 +1,288 @@
+"""Random sampling and gap filling as published: square blocks, wedge borders, the best fitting patch in each gap.
+
+Which patch lies where depends only on its block and the seed: any window of the endless texture can be made alone.
+
+Source: Lopez Recas 2011, 4.2. Departures: vectors are real, positions rounded from exact multiples; draws belong to
+places, so that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...analysis.features import features
+from ...analysis.usable import valid_windows
+from ...arrays import Array, Laid
+from ...blocks.wrapping import STRAIN, Place, beside, returning, unfit
+from ...canvas import Canvas
+from ...draws import draw_many
+from ...errors import MethodError, ParameterError
+from ...exemplar import Exemplar
+from ...lattice.vectors import UNIT, Vector, cell_of
+from ...run import Run
+from . import sampling_kernels as kernels
+from .shortlist import ShortList
+
+STAGE = 20110
+LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
+DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
+TOGETHER = 16  # gaps that one call fills
+
+
+class Settings(NamedTuple):
+    """The parameters of gap-filling, decided; px."""
+
+    lattice: Sequence[Sequence[float]]  # the vectors, (x, y)
+    block: int = 40  # side
+    border: int = 10  # width of the zone in which gaps are compared
+    slack: int = 3  # how far a gap's block may leave the lattice
+    fit: str = "difference"  # or "correlation"
+    channel_weights: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class SquareBlocks:
+    """Square blocks of a canvas, and the lattice under it."""
+
+    block: Place  # rows and columns of a block, px; around a wrapped canvas some are one px shorter
+    lengths: Place  # rows and columns of the canvas, px
+    around: Place  # how many blocks lie around it along each axis; 0 where it does not wrap
+    # The lattice vectors, 1/256 px, that go once around; one px along the axis where it does not wrap.
+    turns: tuple[Vector, Vector]
+
+    @classmethod
+    def of(cls, cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> SquareBlocks:
+        """Lay blocks of `side` px on a canvas; ParameterError where it does not close on the lattice."""
+        rows = 2 * max(1, round(canvas.height / (2 * side))) if canvas.wrap.y else 0
+        columns = 2 * max(1, round(canvas.width / (2 * side))) if canvas.wrap.x else 0
+        block = -(-canvas.height // rows) if rows else side, -(-canvas.width // columns) if columns else side
+        down = once_around(cell, canvas.height, 0) if rows else (UNIT, 0)
+        across = once_around(cell, canvas.width, 1) if columns else (0, UNIT)
+        return cls(block, (canvas.height, canvas.width), (rows, columns), (down, across))
+
+    def begin(self, i: int, j: int) -> Place:
+        """First pixel of a block."""
+        y, x = (
+            n * length // count if count else n * side
+            for n, length, count, side in zip((i, j), self.lengths, self.around, self.block, strict=True)
+        )
+        return y, x
+
+    def block_of(self, y: int, x: int) -> Place:
+        """The block that holds a pixel."""
+        i, j = (
+            ((p + 1) * count - 1) // length if count else p // side
+            for p, length, count, side in zip((y, x), self.lengths, self.around, self.block, strict=True)
+        )
+        return i, j
+
+    def number(self, i: int, j: int) -> Place:
+        """Number of a block; around a wrapped canvas the numbers return."""
+        return returning(self.around, i, j)
+
+    def lattice_place(self, i: int, j: int) -> Place:
+        """Where a block begins in the lattice, 1/256 px: as on the canvas, less the stretch."""
+        y, x = self.begin(*self.number(i, j))
+        (a, b), (c, d) = self.turns
+        tall, wide = (n if count else 1 for n, count in zip(self.lengths, self.around, strict=True))
+        whole = tall * wide
+        return (
+            (2 * (y * a * wide + x * c * tall) + whole) // (2 * whole),
+            (2 * (y * b * wide + x * d * tall) + whole) // (2 * whole),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """An endless texture of square blocks."""
+
+    picture: NDArray[np.int16]  # (H, W, C): the exemplar's features
+    valid: NDArray[np.bool_]  # where a patch with its border may begin in the exemplar
+    cell: tuple[Vector, Vector]  # the lattice vectors (rows, columns), 1/256 px
+    blocks: SquareBlocks  # how the canvas lies on the lattice, and where its blocks begin
+    border: int  # px
+    slack: int  # how far a gap's patch may leave the lattice, px
+    correlate: bool  # compare borders by correlation in place of squared differences
+    seed: int  # what the draws follow from
+    ring: Array  # (n, 3): the px of a gap's border and the neighbour that each is read from
+    runs: Array  # (n, 3): stretches of rows that make up the border, in the order in which they are compared
+    sums: tuple[Array, Array]  # of values and of squares in the border of every place, (h, w, C)
+    short_list: ShortList | None  # where places are so many that comparing them one by one would be slow
+    everywhere: Array | None  # (n, 2): all places, where a gap's patch may come from any of them
+
+    @classmethod
+    def of(cls, settings: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
+        """Prepare an exemplar; MethodError where its patches are too few."""
+        picture = features([exemplar], settings.channel_weights).pictures[0]
+        v1, v2 = cell_of(settings.lattice, picture.shape[:2])
+        if v2 is None:
+            raise ParameterError("gap-filling needs two lattice vectors; give both, or use method near-regular.")
+        border = settings.border
+        laid = SquareBlocks.of((v1, v2), settings.block, canvas)
+        height, width = laid.block
+        if border % 2 or border > min(height, width):
+            raise ParameterError(
+                f"border={border}: gap-filling needs an even border that is no wider than a block "
+                f"({min(height, width)} px); choose another."
+            )
+        valid = valid_windows(picture.shape, exemplar.usable, False, (height + border, width + border))
+        area = abs(v1[0] * v2[1] - v1[1] * v2[0])
+        room = [max(0, n - 1) * UNIT for n in valid.shape]  # a px is lost by rounding; masks are seen later
+        if math.prod(room) < area or max(room) < min(math.hypot(*v1), math.hypot(*v2)):
+            raise _no_room(laid.block, border)
+        ring = kernels.wedges(height, width, border)
+        runs = _runs(ring, border, picture.shape)
+        correlate = settings.fit == "correlation"
+        sums = kernels.ring_sums(picture, height, width, border)
+        share = min(1.0, (2 * settings.slack + 1) ** 2 * UNIT**2 / area)
+        far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
+        everywhere = np.argwhere(valid) if far <= settings.slack else None
+        listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
+        slack = settings.slack
+        return cls(picture, valid, (v1, v2), laid, border, slack, correlate, seed, ring, runs, sums, listed, everywhere)
+
+    def window(
+        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
+    ) -> tuple[NDArray[np.int32], None]:
+        """The exemplar pixels (height, width, 2) of a window, all upright."""
+        run = run or Run()
+        out = np.zeros((height, width, 2), np.int32)
+        (i0, j0), (i1, j1) = self.blocks.block_of(y0, x0), self.blocks.block_of(y0 + height - 1, x0 + width - 1)
+        fields = [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
+        gaps = [f for f in fields if sum(f) % 2]
+        drawn = self._sampled(sorted({n for f in gaps for n in beside(*f)} | {f for f in fields if sum(f) % 2 == 0}))
+        parts = [gaps[k : k + TOGETHER] for k in range(0, len(gaps), TOGETHER)]
+        filled: dict[Place, Place] = {}
+        wave = 4 * run.workers
+
+        def draft() -> Laid:
+            now = np.full(out.shape, -1, np.int32)
+            self._write_all(fields, drawn | filled, now, y0, x0)
+            return np.maximum(now, 0), None, now[:, :, 0] >= 0
+
+        with run.pool() as each:
+            for k in range(0, len(parts), wave):
+                run.tick(k, len(parts), draft)
+                for made in each(lambda part: self._filled(part, drawn), parts[k : k + wave]):
+                    filled |= made
+        self._write_all(fields, drawn | filled, out, y0, x0)
+        run.tick(len(parts), len(parts), draft)
+        return out, None
+
+    def _write_all(self, fields: list[Place], found: dict[Place, Place], out: Array, y0: int, x0: int) -> None:
+        """Write what of some blocks lies in a window, if they were found."""
+        for f in fields:
+            if f in found:
+                self._write(f, found[f], out, y0, x0)
+
+    def _sampled(self, blocks: list[Place]) -> dict[Place, Place]:
+        """Draw a patch for each block: all its places in the lattice are equally likely (4.2.1)."""
+        first = np.array([self._first(*b) for b in blocks], np.int64).reshape(-1, 2)
+        bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.blocks.number(*b) for b in blocks])]
+        v1, v2 = np.array(self.cell, np.int64)
+        found = kernels.sampled(first, v1, v2, self.valid, np.array(bits, np.int64))
+        if (found < 0).any():
+            raise _no_room(self.blocks.block, self.border)
+        return dict(zip(blocks, map(tuple, found.tolist()), strict=True))
+
+    def _filled(self, gaps: list[Place], drawn: dict[Place, Place]) -> dict[Place, Place]:
+        """Find the patch for each gap whose border fits its four neighbours best (4.2.2)."""
+        v1, v2 = np.array(self.cell, np.int64)
+        channels = self.picture.shape[2]
+        exemplar = self.picture.reshape(-1), self.picture.shape[1] * channels, channels, self.runs
+        marks = np.zeros(self.valid.shape, np.uint8)
+        border = np.empty(len(self.ring) * channels, np.int16)
+        found = {}
+        for gap in gaps:
+            y, x = self.blocks.begin(*gap)
+            sources = []
+            for n in beside(*gap):
+                (py, px), (by, bx) = drawn[n], self.blocks.begin(*n)
+                sources.append((py - by + y, px - bx + x))  # both begin half a border before the block
+            kernels.template(self.picture, self.ring, np.array(sources, np.int64), border)
+            places = self.everywhere
+            if places is None:
+                first = np.array(self._first(*gap), np.int64)
+                places = kernels.near_places(first, v1, v2, self.valid, self.slack, marks)
+            if not len(places):
+                raise _no_room(self.blocks.block, self.border)
+            if self.short_list is not None:
+                places = self.short_list.best(border, places)
+            if self.correlate:
+                best = kernels.best_by_correlation(*exemplar, border, places, *self.sums)
+            else:
+                best = kernels.best_by_difference(*exemplar, border, places)
+            found[gap] = int(places[best, 0]), int(places[best, 1])
+        return found
+
+    def _first(self, i: int, j: int) -> Place:
+        """Where a block lies in the lattice, 1/256 px, its border included: near the exemplar's first pixel."""
+        y, x = self.blocks.lattice_place(i, j)
+        y, x = y - self.border // 2 * UNIT, x - self.border // 2 * UNIT
+        (a, b), (c, d) = self.cell
+        area = a * d - b * c
+        m, n = (y * d - x * c) // area, (x * a - y * b) // area
+        return y - m * a - n * c, x - m * b - n * d
+
+    def _write(self, block: Place, place: Place, out: Array, y0: int, x0: int) -> None:
+        """Write what of a block lies in a window."""
+        (y, x), (v, u) = self.blocks.begin(*block), self.blocks.begin(block[0] + 1, block[1] + 1)
+        top, left = max(y, y0), max(x, x0)
+        bottom, right = min(v, y0 + out.shape[0]), min(u, x0 + out.shape[1])
+        if bottom <= top or right <= left:
+            return
+        sy, sx = place[0] + self.border // 2 - y, place[1] + self.border // 2 - x
+        part = out[top - y0 : bottom - y0, left - x0 : right - x0]
+        part[:, :, 0] = np.arange(top + sy, bottom + sy)[:, None]
+        part[:, :, 1] = np.arange(left + sx, right + sx)
+
+
+def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
+    """Cut a border into stretches of rows; well spread, so that poor fits show early."""
+    channels = shape[2]
+    longest = max(1, min(border, LONGEST // channels))
+    found, begin = [], 0
+    for k in range(1, len(ring) + 1):
+        next_one = k < len(ring) and ring[k, 0] == ring[k - 1, 0] and ring[k, 1] == ring[k - 1, 1] + 1
+        if not next_one or k - begin == longest:
+            y, x = ring[begin, :2].tolist()
+            found.append(((y * shape[1] + x) * channels, begin * channels, (k - begin) * channels))
+            begin = k
+    runs = np.array(found, np.int64)
+    return runs[np.argsort(np.arange(len(runs)) * 40503 % 65536, kind="stable")]
+
+
+def _no_room(block: Place, border: int) -> MethodError:
+    return MethodError(
+        f"no patch of {block[1]}x{block[0]} px with a border of {border} px fits into the exemplar at some place of "
+        "the lattice; choose a smaller block or border, or a larger exemplar."
+    )
+
+
+def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
+    """The lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
+    (a, b), (c, d) = cell
+    area = a * d - b * c
+
+    def nearest(size: int) -> tuple[float, Vector]:
+        y, x = goal = (size * UNIT, 0) if axis == 0 else (0, size * UNIT)
+        m, n = (y * d - x * c) // area, (x * a - y * b) // area
+        around = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3) if (s, t) != (0, 0)]
+        points = [(s * a + t * c, s * b + t * d) for s, t in around]
+        return min((math.dist(v, goal), v) for v in points)
+
+    off, best = nearest(length)
+    if off <= STRAIN * length * UNIT:
+        return best
+    good: list[int] = []
+    for sizes in (range(length - 1, 0, -1), range(length + 1, 5 * length + 4096)):
+        good += islice((n for n in sizes if nearest(n)[0] <= STRAIN * n * UNIT / 2), 1)
+    raise ParameterError(unfit(axis, length, "is no whole number of periods", off / (length * UNIT), good))
+

@@ -1,0 +1,272 @@
+"""The pyramid search: all positions at a quarter of the resolution, then only around the best of them.
+
+Multrus 2003, 4.3. The source follows a single position from level to level and loses its way on regular textures; here
+several are kept, always the best. The source draws at every level: drawn_pyramid.py.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Array
+from ...errors import ParameterError
+from ...filtering.filters import ndimage
+from ...kernels import windows
+from ...kernels.windows import Posed
+from ...search import fourier_kernels, guided_kernels
+from ...search.candidates import SHORT_LIST, Candidates, Prices
+from ...search.guide import WindowGuide
+from ...search.guided import Guided
+from ...search.posed import PosedExemplars, in_one_row
+from ...search.reduce_kernels import Listed
+from . import pyramid_kernels
+from .pyramid_kernels import Rung
+from .repeats import Factors
+
+LEVELS = 2  # reductions by two
+MARGIN = 1 << LEVELS  # what filters see around a window, px
+BATCH = 16
+LEAST = 4  # shortest patch and seam: the coarsest level keeps 1 px of them
+FILTERS = {
+    "mean": ((1, 1, 1), (1, 1, 1), (1, 1, 1)),
+    "gaussian": ((1, 2, 1), (2, 4, 2), (1, 2, 1)),
+    "none": ((0, 0, 0), (0, 1, 0), (0, 0, 0)),
+}
+"""What is averaged before every second pixel is dropped: as in the source, with more weight in the middle, nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class PyramidLevel:
+    """One level of the pyramid: posed exemplars at 1 / 2**level, and the windows' size there.
+
+    ``flat`` and ``table`` as in PosedExemplars; ``allowed``: for every variant the positions from which a valid patch
+    can be reached; ``reach``: how far around a projected position is searched.
+    """
+
+    flat: NDArray[np.int16]
+    table: NDArray[np.int64]
+    allowed: list[NDArray[np.bool_]]
+    window: tuple[int, int]
+    reach: NDArray[np.int64]
+
+
+class PyramidSearch:
+    """Search patches of one size in a set of variants, from coarse to fine.
+
+    `patch`, for which the variants are laid out: rows and columns of the windows, seams included; `seam`: rows and
+    columns of these; `smoothing`: one of FILTERS; `kept`: positions followed from each level to the next finer one;
+    `listed`: candidates returned.
+    """
+
+    factor = 1
+
+    def __init__(
+        self, variants: PosedExemplars, patch: tuple[int, int], seam: tuple[int, int], smoothing: str = "mean",
+        kept: int = 1, listed: int = SHORT_LIST,
+    ) -> None:  # fmt: skip
+        self.variants, self.patch, self.seam, self.kept, self.listed = variants, patch, seam, kept, listed
+        self.cells, self.smoothing = patch, smoothing
+        self.weights = np.array(FILTERS[smoothing], np.int64)
+        self.levels = self._levels()
+        self._limit(variants.valid)
+
+    def within(self, valid: Sequence[Array]) -> PyramidSearch:
+        """Return the same search among some patches only: of every variant, where they may begin."""
+        narrow = copy.copy(self)
+        narrow._limit(valid)
+        return narrow
+
+    def _limit(self, valid: Sequence[Array]) -> None:
+        """Search among these patches only, and at coarse levels where one of them can be reached."""
+        self.valid = list(valid)
+        self.flat_valid, self.offsets = in_one_row(self.valid)
+        levels = [replace(self.levels[0], allowed=self.valid)]
+        for level in self.levels[1:]:
+            allowed = [self._allowed(v, level, levels[-1]) for v in range(len(self.variants))]
+            levels.append(replace(level, allowed=allowed))
+        self.levels = levels
+
+    def _levels(self) -> list[PyramidLevel]:
+        pictures = [self.variants.picture(v) for v in range(len(self.variants))]
+        out: list[PyramidLevel] = []
+        for level in range(LEVELS + 1):
+            if level:
+                pictures = [self._halved(p) for p in pictures]
+            sides = tuple(level_size(p, s, level) for p, s in zip(self.patch, self.seam, strict=True))
+            window = (sides[0], sides[1])
+            begins = np.cumsum([0] + [p.size for p in pictures])
+            table = [(b, *p.shape[:2], p.shape[1]) for b, p in zip(begins.tolist(), pictures, strict=False)]
+            reach = np.array([n // 2 + 1 for n in window], np.int64)  # a square of twice the side, and 1 px of slack
+            flat = np.concatenate([p.ravel() for p in pictures]) if level else self.variants.flat
+            out.append(PyramidLevel(flat, np.array(table, np.int64), [], window, reach))
+        return out
+
+    def _halved(self, picture: Array) -> Array:
+        rows, columns = picture.shape[0] // 2, picture.shape[1] // 2
+        out, state = np.empty((rows, columns, picture.shape[2]), np.int16), np.empty((rows, columns), np.uint8)
+        pyramid_kernels.halve(picture, np.ones(picture.shape[:2], np.uint8), self.weights, True, out, state)
+        return out
+
+    @staticmethod
+    def _allowed(v: int, level: PyramidLevel, finer: PyramidLevel) -> NDArray[np.bool_]:
+        """Positions from which the search at the finer level finds one that is allowed."""
+        shape = level.table[v, 1:3].tolist()
+        rows, columns = (max(n - w + 1, 0) for n, w in zip(shape, level.window, strict=True))
+        allowed = finer.allowed[v]
+        if not allowed.size or not rows * columns or not allowed.any():
+            return np.zeros((rows, columns), bool)
+        size = (2 * finer.reach + 1).tolist()
+        near = ndimage.maximum_filter(allowed.astype(np.uint8), size=size, mode="constant")
+        y = np.minimum(2 * np.arange(rows), allowed.shape[0] - 1)
+        x = np.minimum(2 * np.arange(columns), allowed.shape[1] - 1)
+        return np.asarray(near[np.ix_(y, x)] > 0)
+
+    def followed(self, best: Array, found: Array, at: Array, number: int) -> None:
+        """Leave of the `best` of a level what is followed to the next one: here all that was kept."""
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+        return BATCH
+
+    def find(
+        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
+    ) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map, as PatchSearch does."""
+        stack = self.stack(variant, yx, at, wrap)
+        n = len(at)
+        sums = np.array([[k.sum() for k in known] for _, known in stack], np.int64)  # (levels, n)
+        usual = np.full(n, -1, np.int64)
+        kept, many = np.empty((n, 0, 4), np.int64), np.zeros(n, np.int64)
+        for number in range(LEVELS, -1, -1):
+            level, (feats, known) = self.levels[number], stack[number]
+            size = self.kept if number else self.listed
+            best, found = np.empty((n, size + 1, 4), np.int64), np.zeros(n, np.int64)
+            here = usual if number == LEVELS else to_level(usual, sums, number)
+            for v, allowed in enumerate(level.allowed):
+                if not allowed.any():
+                    continue
+                rung = Rung(level.flat, level.table[v], allowed, number, v)
+                given = feats, known, rung, fee_of(prices, v), Listed(best, found, here)
+                if number == LEVELS:
+                    pyramid_kernels.search_all(*given)
+                else:
+                    pyramid_kernels.search_near(*given, kept, many, level.reach, np.zeros(allowed.shape, np.int32))
+            kept, many = best, found
+        feats, known = stack[0]
+        rows = np.empty((n, self.listed, 4), np.int64)
+        fourier_kernels.refine_all(
+            feats, known, self.variants.posed, fourier_kernels.Among(self.flat_valid, self.offsets),
+            np.ascontiguousarray(kept[:, : self.listed]), many, 1, rows,
+        )  # fmt: skip
+        return Candidates.of_all(rows, many, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)
+
+    def stack(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> list[tuple[Array, Array]]:
+        """Features and known pixels of the windows at all levels, from fine to coarse."""
+        n, channels = len(at), self.variants.channels
+        size = [side + 2 * MARGIN for side in self.patch]
+        feats, state = np.empty((n, *size, channels), np.int16), np.empty((n, *size), np.uint8)
+        windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at - MARGIN, feats, state)
+        inner = tuple(slice(MARGIN, MARGIN + side) for side in self.patch)
+        stack = [(feats[:, *inner].copy(), state[:, *inner].copy())]
+        for k, (y, x) in enumerate((at - MARGIN).tolist()):
+            pyramid_kernels.mark_outside(state[k], y, x, variant.shape, wrap)
+        for level in self.levels[1:]:
+            strict = self._reduced(feats, state, np.zeros(n, np.bool_))
+            bare = ~(self._cut(strict[1], level) == pyramid_kernels.KNOWN).any(axis=(1, 2))
+            feats, state = self._reduced(feats, state, bare) if bare.any() else strict
+            known = (self._cut(state, level) == pyramid_kernels.KNOWN).astype(np.uint8)
+            stack.append((np.ascontiguousarray(self._cut(feats, level)), known))
+        return stack
+
+    def whole_stack(self, pictures: Array, inside: Array) -> list[tuple[Array, Array]]:
+        """Windows (n, h, w, C) of which all is known that lies `inside` (n, h, w), at all levels."""
+        around = [(0, 0), (MARGIN, MARGIN), (MARGIN, MARGIN)]
+        feats = np.pad(pictures, [*around, (0, 0)])
+        state = np.pad(np.where(inside > 0, pyramid_kernels.KNOWN, pyramid_kernels.OUTSIDE).astype(np.uint8), around,
+                       constant_values=pyramid_kernels.OUTSIDE)  # fmt: skip
+        stack = [(pictures, inside)]
+        for level in self.levels[1:]:
+            feats, state = self._reduced(feats, state, np.zeros(len(feats), np.bool_))
+            there = (self._cut(state, level) == pyramid_kernels.KNOWN).astype(np.uint8)
+            stack.append((np.ascontiguousarray(self._cut(feats, level)), there))
+        return stack
+
+    def _reduced(self, feats: Array, state: Array, loose: Array) -> tuple[Array, Array]:
+        shape = (feats.shape[0], feats.shape[1] // 2, feats.shape[2] // 2)
+        out, out_state = np.empty((*shape, feats.shape[3]), np.int16), np.empty(shape, np.uint8)
+        pyramid_kernels.reduce_windows(feats, state, self.weights, loose, out, out_state)
+        return out, out_state
+
+    def _cut(self, array: Array, level: PyramidLevel) -> Array:
+        """Take the window itself out of its reduced surroundings."""
+        margin = MARGIN >> next(k for k, own in enumerate(self.levels) if own is level)
+        return array[:, margin : margin + level.window[0], margin : margin + level.window[1]]
+
+
+class GuidedPyramid(Guided[PyramidSearch]):
+    """Search patches for windows under a guide, from coarse to fine."""
+
+    def __init__(self, search: PyramidSearch, guidance: WindowGuide, unit: int) -> None:
+        super().__init__(search, guidance, unit)
+        self.guide = PyramidSearch(guidance.pictures, guidance.layout.patch, search.seam, search.smoothing)
+
+    def _weighed(self, search: PyramidSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+        n, guide = len(at), self.guide
+        stack = search.stack(variant, yx, at, self.guidance.layout.wraps)
+        beside = guide.whole_stack(*self.guidance.wanted(at))
+        sums = np.array([known.sum(axis=(1, 2), dtype=np.int64) for _, known in stack])
+        usual = np.full(n, -1, np.int64)
+        best, found = np.empty((n, 0, 4), np.int64), np.full(n, -1, np.int64)
+        for number in range(LEVELS, -1, -1):
+            (feats, known), (wanted, inside) = stack[number], beside[number]
+            level, labels = search.levels[number], guide.levels[number]
+            shares = self.shares(known, inside)
+            here = usual if number == LEVELS else to_level(usual, sums, number)
+            kept, many = best, found
+            best = np.empty((n, (search.kept if number else search.listed) + 1, 4), np.int64)
+            found = np.zeros(n, np.int64)
+            for v, allowed in enumerate(level.allowed):
+                if allowed.any():
+                    pyramid_kernels.search_guided(
+                        feats, known, Rung(level.flat, level.table[v], allowed, number, v), wanted, inside,
+                        Posed(labels.flat, labels.table), shares, kept, many, level.reach, fee_of(prices, v),
+                        Listed(best, found, here),
+                    )  # fmt: skip
+            search.followed(best, found, at, number)
+        rows = np.empty((n, search.listed, 4), np.int64)
+        guided_kernels.guided_refine_all(
+            feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
+            fourier_kernels.Among(search.flat_valid, search.offsets),
+            np.ascontiguousarray(best[:, : search.listed]), found, 1, rows,
+        )  # fmt: skip
+        return Candidates.of_all(rows, found, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)
+
+
+def fee_of(prices: Prices, v: int) -> pyramid_kernels.Fee:
+    """What repeats cost at the positions of one variant: added to distances, or multiplied with them."""
+    return pyramid_kernels.Fee(prices.counts[v], prices.weight, isinstance(prices, Factors))
+
+
+def to_level(usual: Array, sums: Array, level: int) -> Array:
+    """Return the usual distances of the coarsest level in units of another; `sums` (levels, n): known pixels."""
+    return np.asarray(usual * sums[level] // np.maximum(sums[LEVELS], 1))
+
+
+def level_size(patch: int, seam: int, level: int) -> int:
+    """Return the side of a window at a level: patch and seams are halved each for itself (Multrus 2003, 4.3.1)."""
+    inner = max(patch - 2 * seam, 0)
+    return max((inner >> level) + 2 * (seam >> level), 1)
+
+
+def check_pyramid(patch: tuple[int, int], seam: tuple[int, int]) -> None:
+    """Refuse patches and seams (rows, columns) of which nothing would be left at the coarsest level."""
+    if min(patch) < LEAST or min(seam) < LEAST:
+        raise ParameterError(
+            f"search=pyramid needs at least {LEAST} px of patch without seams and of seam, not {min(patch)} and "
+            f"{min(seam)}; choose larger ones, or search=fast."
+        )

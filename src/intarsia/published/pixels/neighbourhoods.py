@@ -1,0 +1,128 @@
+"""The exemplars as single pixels with neighbourhoods: what methods that grow pixel by pixel search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...analysis.usable import valid_windows
+from ...errors import MethodError, ParameterError
+from ...exemplar import Exemplar
+from ...search.posed import PosedExemplars
+from ...search.sizes import elements
+from .neighbourhood_kernels import LEFT_OUT, Ground
+
+Array = NDArray[Any]
+Reach = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class PixelPlanes:
+    """One variant of the exemplar as planes (P, H, W), and which of its pixels may be used."""
+
+    planes: NDArray[np.int16]
+    usable: NDArray[np.bool_]
+    toroidal: bool
+
+
+def layers(variants: PosedExemplars, exemplars: Sequence[Exemplar]) -> list[PixelPlanes]:
+    """Take variants made for patches of one pixel apart into planes."""
+    return [
+        PixelPlanes(
+            np.ascontiguousarray(np.moveaxis(variants.picture(v), 2, 0)),
+            variants.valid[v],
+            exemplars[variants.exemplar[v]].toroidal,
+        )
+        for v in range(len(variants))
+    ]
+
+
+def ground(given: Sequence[PixelPlanes], half: Reach, whole: Reach) -> Ground:
+    """Lay variants out for neighbourhoods of two kinds, each reaching so far (up, left, down, right) px.
+
+    Neighbourhoods lie inside the exemplar and hold usable pixels only.
+    """
+    top, left, bottom, right = whole
+    table = np.zeros((len(given), 13), np.int64)
+    values, closed = [], []
+    begin = at = 0
+    for v, one in enumerate(given):
+        planes, usable = one.planes, one.usable
+        if one.toroidal:
+            pad = ((0, top + bottom), (0, left + right))
+            planes, usable = np.pad(planes, ((0, 0), *pad), mode="wrap"), np.pad(usable, pad, mode="wrap")
+        count, rows, stride = planes.shape
+        height, width = one.planes.shape[1:]
+        begins = (top, left) if one.toroidal else (0, 0)
+        table[v, :9] = begin, height, width, stride, rows * stride, at, *begins, one.toroidal
+        for kind, reach in enumerate((half, whole)):
+            allowed = _allowed(usable, reach)
+            if one.toroidal:  # every pixel once
+                inner = np.zeros_like(allowed)
+                inner[top : top + height, left : left + width] = True
+                allowed &= inner
+            found = np.flatnonzero(allowed)
+            table[v, [9 + kind, 11 + kind]] = (found[0], found[-1] + 1) if len(found) else (0, 0)
+            closed.append(np.where(allowed, np.float32(0), LEFT_OUT).ravel())
+        values.append(planes.ravel())
+        begin += count * rows * stride
+        at += rows * stride
+    flat = np.concatenate(values)
+    both = np.stack([np.concatenate(closed[kind::2]) for kind in (0, 1)])
+    return Ground(flat, flat.astype(np.float32), table, both)
+
+
+def choices(of: Ground, kind: int) -> NDArray[np.int64]:
+    """List all (variant, position) at which a neighbourhood of that kind may lie, in order: (n, 2)."""
+    found = []
+    for v, row in enumerate(of.table):
+        positions = np.flatnonzero(of.closed[kind, row[5] : row[5] + row[4]] == 0)
+        found.append(np.stack([np.full(len(positions), v), positions], axis=1))
+    return np.concatenate(found).astype(np.int64)
+
+
+def check_window(exemplars: Sequence[Exemplar], window: str, reach: Reach) -> None:
+    """Refuse a window that finds no room in an exemplar that is sampled."""
+    for e in exemplars:
+        if e.usable is not None and not e.usable.any():
+            continue
+        rows, columns = reach[0] + reach[2] + 1, reach[1] + reach[3] + 1
+        if not e.toroidal and (rows > e.height or columns > e.width):
+            raise ParameterError(
+                f"window={window} reaches over {columns}x{rows} px, more than the exemplar ({e.width} x {e.height} px) "
+                "has; choose a smaller window, or a larger exemplar."
+            )
+    if not any(_room(e, reach) for e in exemplars):
+        raise MethodError(
+            f"no window={window} of the exemplar is free of masked pixels; choose a smaller window, or mask less."
+        )
+
+
+def default_window(exemplars: Sequence[Exemplar], least: int, most: int, reach: Callable[[int], Reach]) -> int:
+    """Return an odd window side: the size of the largest elements, if that finds room; `reach` tells how far it is."""
+    sampled = [e for e in exemplars if e.usable is None or e.usable.any()]
+    side = min(max(max(elements(e).size for e in sampled), least), most) // 2 * 2 + 1
+    while side > 3 and not all(_room(e, reach(side)) for e in sampled):
+        side -= 2
+    check_window(exemplars, str(side), reach(side))
+    return side
+
+
+def _room(exemplar: Exemplar, reach: Reach) -> bool:
+    size = reach[0] + reach[2] + 1, reach[1] + reach[3] + 1
+    usable = np.ones((exemplar.height, exemplar.width), bool) if exemplar.usable is None else exemplar.usable
+    shape = tuple(n + exemplar.toroidal * (side - 1) for n, side in zip(usable.shape, size, strict=True))
+    return bool(valid_windows(shape, usable, exemplar.toroidal, size).any())
+
+
+def _allowed(usable: NDArray[np.bool_], reach: Reach) -> NDArray[np.bool_]:
+    """Where everything within reach lies inside the picture and is usable."""
+    top, left, bottom, right = reach
+    out = np.zeros_like(usable)
+    free = valid_windows(usable.shape, usable, False, (top + bottom + 1, left + right + 1))
+    out[top : top + free.shape[0], left : left + free.shape[1]] = free
+    return out

@@ -1,0 +1,246 @@
+"""Filling a torus row by row, each pixel by what lies above and to the left of it.
+
+At the beginning every pixel of the torus shows something, mostly noise; the first pixels see it where their
+neighbourhoods reach across the border. Pixels below and to the right count only if they are known for good: those
+of a start, and the first rows and columns, seen by the last ones across a border that wraps.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...kernels.draws import below, draw
+from ...kernels.jit import kernel
+from ...kernels.kd_tree import FAR, ask, asking_room
+from .neighbourhood_kernels import (
+    CLOSED,
+    aim,
+    find_nearest,
+    known_value,
+    position_of,
+    room_for,
+    show,
+    template_distance,
+    workplace,
+)
+from .tree_kernels import project_vector
+
+ABOVE, BELOW, COARSE = 0, 1, 2  # kinds of taps: always counted; counted where known for good; of the coarser level
+FIRST = 12  # components by which a full search rules most candidates out, or SHARE / 16 of them
+SHARE = 10
+BRANCHES = 4  # neighbours whose continuations make the first bound
+
+
+class Torus(NamedTuple):
+    """What the rows are filled into, and how neighbourhoods look."""
+
+    variant: NDArray[np.uint8]  # (H, W)
+    yx: NDArray[np.int32]  # (H, W, 2)
+    done: NDArray[np.bool_]  # (H, W): known for good
+    coarse: NDArray[np.int16]  # (P, H, W): what the coarser level shows here
+    taps: NDArray[np.int64]  # (n, 3): row, column, kind; the nearest first
+    channels: int  # planes of this level; those of the coarser one follow
+    whole: bool  # whether neighbourhoods all around count, and find room in the exemplar
+    wraps: tuple[bool, bool]  # whether the canvas, too, continues in itself, down and along
+    choices: NDArray[np.int64]  # (m, 2): every (variant, position) that a neighbourhood of kind 0 fits
+    seed: np.uint64
+    stage: int
+    level: int
+
+
+@kernel
+def beyond(torus: Any, y: int, x: int) -> bool:
+    """Whether a pixel below or beside another lies beyond the border of a canvas that ends there."""
+    height, width = torus.variant.shape
+    return (y >= height and not torus.wraps[0]) or (not 0 <= x < width and not torus.wraps[1])
+
+
+@kernel
+def template_of(torus: Any, ground: Any, y: int, x: int, template: Any) -> Any:
+    """Read the neighbourhood of (y, x); return its number of components, its kind, and if it is the usual one."""
+    height, width = torus.variant.shape
+    n, kind, usual = 0, 0, True
+    for t in range(len(torus.taps)):
+        dy, dx, sort = torus.taps[t, 0], torus.taps[t, 1], torus.taps[t, 2]
+        a, b = (y + dy) % height, (x + dx) % width
+        if sort == COARSE:
+            for c in range(len(torus.coarse)):
+                template.plane[n], template.dy[n], template.dx[n] = torus.channels + c, dy, dx
+                template.value[n], template.weight[n] = torus.coarse[c, a, b], 1
+                n += 1
+            continue
+        if a == y and b == x:  # a tiny torus comes round to the pixel itself
+            usual = usual and sort == BELOW
+            continue
+        if sort == BELOW:
+            if not torus.whole or not torus.done[a, b] or beyond(torus, y + dy, x + dx):
+                continue
+            kind, usual = 1, False
+        for c in range(torus.channels):
+            template.plane[n], template.dy[n], template.dx[n] = c, dy, dx
+            template.value[n] = known_value(ground, torus.variant[a, b], torus.yx, a, b, c)
+            template.weight[n] = 1
+            n += 1
+    return n, kind, usual
+
+
+@kernel
+def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> Any:
+    """Return (variant, position) that continues at (y, x) what tap `t` shows; -1 where the exemplar ends."""
+    a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
+    b = (x + torus.taps[t, 1]) % torus.variant.shape[1]
+    v, i, j = torus.variant[a, b], torus.yx[a, b, 0] - torus.taps[t, 0], torus.yx[a, b, 1] - torus.taps[t, 1]
+    return np.int64(v), np.int64(position_of(ground, v, i, j, kind))
+
+
+@kernel
+def best_continuation(torus: Any, ground: Any, y: int, x: int, kind: int, template: Any, n: int) -> Any:
+    """Return (distance, variant, position) of the best exemplar pixel that continues a nearest neighbour."""
+    best, variant, position = FAR, -1, -1
+    left = BRANCHES
+    for t in range(len(torus.taps)):
+        if torus.taps[t, 2] != ABOVE:
+            continue
+        v, at = continuation(torus, ground, y, x, t, kind)
+        if at >= 0:
+            aim(ground, v, template, n)
+            d = template_distance(ground, v, at, template, n, best)
+            if d < best or (d == best and (v < variant or (v == variant and at < position))):
+                best, variant, position = d, v, at
+        left -= 1
+        if left == 0:
+            break
+    return best, variant, position
+
+
+@kernel
+def full_pixels(torus: Any, ground: Any, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2), in turn, with the exemplar pixels whose neighbourhoods are most similar of all."""
+    template, work = room_for(components), workplace(ground)
+    for k in range(len(pixels)):
+        n, kind, _ = template_of(torus, ground, pixels[k, 0], pixels[k, 1], template)
+        full_pixel(torus, ground, pixels[k, 0], pixels[k, 1], n, kind, template, work)
+
+
+@kernel
+def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, template: Any, work: Any) -> None:
+    """Fill a pixel by comparing its neighbourhood with all others; of equal ones the first is taken."""
+    torus.done[y, x] = True
+    if n == 0:
+        k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
+        show(ground, torus.variant, torus.yx, y, x, torus.choices[k, 0], torus.choices[k, 1])
+        return
+    best, _, _ = best_continuation(torus, ground, y, x, kind, template, n)
+    find_nearest(ground, template, n, kind, best, 0, max(FIRST, n * SHARE // 16), work)
+    show(ground, torus.variant, torus.yx, y, x, work.variant[0], work.position[0])
+
+
+@kernel
+def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2), in turn, with the best of a few that a tree names, and of the continuations.
+
+    Neighbourhoods that are not the usual ones are searched in full.
+    """
+    template, work = room_for(components), workplace(ground)
+    point, room = np.empty(tree.points.shape[1], np.int64), asking_room(tree.points.shape[1])
+    near, number = np.empty(few, np.int64), np.empty(few, np.int64)
+    for i in range(len(pixels)):
+        y, x = pixels[i, 0], pixels[i, 1]
+        n, kind, usual = template_of(torus, ground, y, x, template)
+        if not usual or n == 0:
+            full_pixel(torus, ground, y, x, n, kind, template, work)
+            continue
+        torus.done[y, x] = True
+        best, variant, position = best_continuation(torus, ground, y, x, kind, template, n)
+        project_vector(template.value, tree.mean, tree.axes, point)
+        aimed = -1
+        for k in range(ask(tree, point, leaves, near, number, room)):
+            v, at = torus.choices[number[k], 0], torus.choices[number[k], 1]
+            if v != aimed:
+                aim(ground, v, template, n)
+                aimed = v
+            d = template_distance(ground, v, at, template, n, best)
+            if d < best or (d == best and (v < variant or (v == variant and at < position))):
+                best, variant, position = d, v, at
+        show(ground, torus.variant, torus.yx, y, x, variant, position)
+
+
+@kernel
+def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
+    """Fill pixels (n, 2), in turn, with the best of those that continue their neighbours in the exemplar."""
+    template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
+    for k in range(len(pixels)):
+        coherent_pixel(torus, ground, similar, pixels[k, 0], pixels[k, 1], template, tried)
+
+
+@kernel
+def coherent_pixel(torus: Any, ground: Any, similar: Any, y: int, x: int, template: Any, tried: Any) -> None:
+    """Fill a pixel with the best of those that continue a neighbour; where the exemplar ends, a drawn one is tried.
+
+    `similar` (positions, k, 2) are pixels to try beside every candidate: (variant, position), -1 for none. Of equal
+    candidates the first stays.
+    """
+    n, kind, _ = template_of(torus, ground, y, x, template)
+    best, variant, position, count = FAR, np.int64(-1), np.int64(-1), 0
+    for t in range(len(torus.taps)):
+        if not _counts(torus, y, x, t, kind):
+            continue
+        v, at = continuation(torus, ground, y, x, t, kind)
+        if at < 0:
+            k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
+            v, at = torus.choices[k, 0], torus.choices[k, 1]
+            if ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
+                continue
+        known = False
+        for k in range(count):
+            known = known or (tried[k, 0] == v and tried[k, 1] == at)
+        if known:
+            continue
+        tried[count, 0], tried[count, 1] = v, at
+        count += 1
+        spot = ground.table[v, CLOSED] + at
+        for k in range(-1, similar.shape[1]):
+            if k >= 0:
+                v, at = similar[spot, k, 0], similar[spot, k, 1]
+                if v < 0 or ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
+                    continue
+            aim(ground, v, template, n)
+            d = template_distance(ground, v, at, template, n, best)
+            if d < best:
+                best, variant, position = d, v, at
+    if variant < 0:
+        k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
+        variant, position = torus.choices[k, 0], torus.choices[k, 1]
+    show(ground, torus.variant, torus.yx, y, x, variant, position)
+    torus.done[y, x] = True
+
+
+@kernel
+def _counts(torus: Any, y: int, x: int, t: int, kind: int) -> bool:
+    """Say whether tap `t` shows a pixel that a neighbourhood of this kind compares."""
+    a, b = (y + torus.taps[t, 0]) % torus.variant.shape[0], (x + torus.taps[t, 1]) % torus.variant.shape[1]
+    if torus.taps[t, 2] == COARSE or (a == y and b == x):
+        return False
+    below_counts = kind == 1 and torus.done[a, b] and not beyond(torus, y + torus.taps[t, 0], x + torus.taps[t, 1])
+    return torus.taps[t, 2] == ABOVE or bool(below_counts)
+
+
+@kernel
+def start_from_noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any, stage: int, level: int) -> None:
+    """Show at every pixel an exemplar pixel drawn blindly among the choices (m, 2)."""
+    for y in range(variant.shape[0]):
+        for x in range(variant.shape[1]):
+            k = below(len(choices), draw(seed, stage, 64 + level, y, x))
+            show(ground, variant, yx, y, x, choices[k, 0], choices[k, 1])
+
+
+@kernel
+def white_noise(low: Any, high: Any, seed: Any, stage: int, out: Any) -> None:
+    """Fill planes (P, H, W) with numbers drawn evenly from `low` to `high`, (P,) each."""
+    for c in range(out.shape[0]):
+        for y in range(out.shape[1]):
+            for x in range(out.shape[2]):
+                out[c, y, x] = low[c] + below(high[c] - low[c] + 1, draw(seed, stage, 64 + c, y, x))

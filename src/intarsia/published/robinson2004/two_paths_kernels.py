@@ -1,0 +1,57 @@
+"""Norms of what differs between two patches, and their sums over an overlap for every place of an exemplar."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...kernels.jit import kernel
+
+PARTS = 16.0  # norms are counted in parts of a step of the features
+
+
+@kernel
+def norms(shown: Any, patch: Any) -> Any:
+    """Return the norm of the difference of every pixel (h, w, C), in 1/16: (h, w) int64."""
+    height, width, channels = shown.shape
+    out = np.zeros((height, width), np.int64)
+    for i in range(height):
+        for j in range(width):
+            total = np.int64(0)
+            for c in range(channels):
+                d = np.int64(shown[i, j, c]) - np.int64(patch[i, j, c])
+                total += d * d
+            out[i, j] = np.int64(np.sqrt(np.float64(total)) * PARTS)
+    return out
+
+
+@kernel
+def overlap_sums(picture: Any, valid: Any, shown: Any, known: Any, tolerance: float) -> Any:
+    """Return for every place the sum of norms over the `known` pixels (h, w) of a window: (rows, columns) int64.
+
+    -1 where no patch may begin, and where it is clear that the sum is beyond the tolerance of the least.
+    """
+    height, width = known.shape
+    channels = picture.shape[2]
+    out = np.full(valid.shape, -1, np.int64)
+    limit = np.int64(1) << 60
+    for y in range(valid.shape[0]):
+        for x in range(valid.shape[1]):
+            if not valid[y, x]:
+                continue
+            whole = np.int64(0)
+            for i in range(height):
+                for j in range(width):
+                    if known[i, j]:
+                        total = np.int64(0)
+                        for c in range(channels):
+                            d = np.int64(shown[i, j, c]) - np.int64(picture[y + i, x + j, c])
+                            total += d * d
+                        whole += np.int64(np.sqrt(np.float64(total)) * PARTS)
+                if whole > limit:
+                    break
+            if whole <= limit:
+                out[y, x] = whole
+                limit = min(limit, np.int64(np.ceil((1.0 + tolerance) * whole)))
+    return out

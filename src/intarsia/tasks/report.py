@@ -1,0 +1,335 @@
+"""A report: pictures, the score part by part, and how it is made again, as one page of HTML or as one picture.
+
+    page = ia.report(ia.synthesize("stones.png", 512))
+
+The page needs nothing else: it holds no script and loads nothing, and says so to the browser; it follows the light or
+dark setting of whoever reads it.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ..arguments import expect
+from ..errors import InputError, legible
+from ..files.lettering import lettered
+from ..files.png import encode_png
+from ..image import Plane
+from ..judging.score import Score, Worth
+from ..rendering.mixers import averaged
+from ..synthesis import Synthesis
+from .drawings import Drawn, Pixels, lay, looked, pictures_of, stretched
+from .scoring import Outcome
+
+STYLE = """
+:root { color-scheme: light dark; --paper: #fafaf8; --ink: #1d1d1b; --quiet: #66665f; --line: #e0e0da; --track: #e7e7e1;
+  --bad: #b3261e; --fair: #b7791f; --good: #2f6f4f;
+  --s1: 4px; --s2: 8px; --s3: 16px; --s4: 32px; --s5: 64px;
+  --t1: 0.8125rem; --t2: 1rem; --t3: 1.375rem; --t4: 3.5rem; }
+@media (prefers-color-scheme: dark) { :root { --paper: #171716; --ink: #e9e9e4; --quiet: #9c9c94; --line: #33332f;
+  --track: #2b2b28; --bad: #f2857d; --fair: #e3b15c; --good: #7fc8a0; } }
+* { box-sizing: border-box; }
+body { margin: 0 auto; max-width: 1440px; padding: var(--s4) var(--s3) var(--s5); background: var(--paper);
+  color: var(--ink); font: var(--t2)/1.5 system-ui, sans-serif; }
+h1, h2, p, figure, dl, dd { margin: 0; font-weight: 400; }
+h1 { font-size: var(--t3); overflow-wrap: anywhere; }
+h2 { font-size: var(--t3); margin: var(--s5) 0 var(--s3); overflow-wrap: anywhere; }
+.card h2 { margin: 0; }
+small, figcaption, .quiet { font-size: var(--t1); color: var(--quiet); }
+header { display: flex; flex-wrap: wrap; gap: var(--s3) var(--s4); align-items: flex-end; margin-bottom: var(--s4); }
+header > div { flex: 1 1 20rem; }
+.total { font-size: var(--t4); line-height: 1; font-variant-numeric: tabular-nums; }
+.missed { border-left: var(--s1) solid var(--bad); padding: var(--s2) var(--s3); margin-bottom: var(--s4); }
+.pictures { display: grid; gap: var(--s4) var(--s3);
+  grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); }
+.pictures img, .card img { display: block; width: 100%; height: auto; background: var(--track); }
+.small img { image-rendering: pixelated; }
+figcaption { padding-top: var(--s2); }
+figcaption b { display: block; font-weight: 600; color: var(--ink); font-size: var(--t2); }
+.part { display: grid; grid-template-columns: 14rem 1fr 5rem; gap: var(--s1) var(--s3); align-items: baseline;
+  padding: var(--s3) 0; border-top: 1px solid var(--line); }
+.part b { font-weight: 600; }
+.takes { text-align: right; font-variant-numeric: tabular-nums; }
+.bar { display: block; width: 100%; height: var(--s2); background: var(--track); border-radius: var(--s1); }
+.bad { fill: var(--bad); } .fair { fill: var(--fair); } .good { fill: var(--good); }
+.ends { display: flex; justify-content: space-between; }
+dl { display: grid; grid-template-columns: 14rem 1fr; gap: var(--s2) var(--s3); }
+dt { color: var(--quiet); } dd { overflow-wrap: anywhere; }
+pre { margin: var(--s3) 0; padding: var(--s3); background: var(--track); font-size: var(--t1); white-space: pre-wrap;
+  overflow-wrap: anywhere; }
+summary { cursor: pointer; padding: var(--s2) 0; }
+.card { display: grid; grid-template-columns: minmax(10rem, 24rem) 1fr; gap: var(--s4); padding: var(--s4) 0;
+  border-top: 1px solid var(--line); align-items: start; }
+@media (max-width: 44rem) { .card, dl { grid-template-columns: 1fr; } .part { grid-template-columns: 1fr auto; }
+  .part .scale { grid-column: 1 / -1; grid-row: 2; } }
+@media print { .bar { print-color-adjust: exact; } figure, .part, .card { break-inside: avoid; } }
+"""
+
+_DIGEST = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
+RULES = f"default-src 'none'; img-src data:; style-src 'sha256-{_DIGEST}'; base-uri 'none'; form-action 'none'"
+"""What a page tells a browser to allow: the pictures inside, and this style."""
+
+PIXELATED = 256  # px: pictures up to this size are enlarged without smoothing
+SMALL = 384  # px: side of the pictures of an index
+
+SIDE, GAP = 512, 24  # px of a panel, and between panels
+COLUMNS = 5  # panels side by side; the numbers are a sixth
+WORD, NUMBER = 18, 96  # px: height of letters
+ROW = 44  # px from one part to the next
+PAPER, INK, TRACK = (250, 250, 248), (29, 29, 27), (226, 226, 220)
+BARS = {"bad": (179, 38, 30), "fair": (183, 121, 31), "good": (47, 111, 79)}
+
+
+def report(made: Synthesis, name: str = "the output") -> str:
+    """Return a page of HTML on how good a synthesis is, what it is made of, and where it loses.
+
+    Parameters
+    ----------
+    made : Synthesis
+        What :func:`synthesize` and its like return.
+    name : str
+        What it is called on the page.
+
+    Returns
+    -------
+    str
+        The whole page, pictures inside; write it to a file that ends in ``.html``, as UTF-8.
+
+    Notes
+    -----
+    docs/reports.md tells what is to be seen; the score is that of :func:`score`.
+    """
+    expect(made, Synthesis, "made", "a Synthesis, as synthesize returns one", InputError)
+    expect(name, str, "name", "a word")
+    return page_of(Outcome.of(made, name))
+
+
+def page_of(outcome: Outcome) -> str:
+    """Return the page on one output."""
+    drawn = pictures_of(outcome)
+    output = [d for d in drawn if d.name not in ("exemplar", "usage", "sources")]
+    exemplar = [d for d in drawn if d not in output]
+    body = [
+        _head(outcome), _missed(outcome.missed),
+        f'<section class="pictures">{"".join(map(_figure, output))}</section>',
+        f'<h2>The exemplar</h2><section class="pictures">{"".join(map(_figure, exemplar))}</section>',
+        f"<h2>The score</h2>{_parts(outcome.score)}",
+        f"<h2>How it was made</h2>{_facts(outcome)}",
+    ]  # fmt: skip
+    return _page(outcome.name, body)
+
+
+def index_of(outcomes: Sequence[tuple[Outcome, Pixels]]) -> str:
+    """Return the page on several outputs with their thumbnails, the worst first."""
+    ranked = sorted(outcomes, key=lambda one: one[0].score.total)
+    title = f"{len(ranked)} outputs, the worst first"
+    cards = [
+        f'<section class="card">{_image(small, outcome.name)}'
+        f'<div><h2>{_text(outcome.name)}</h2><p class="total">{outcome.score.total:.0f}</p>'
+        f"<small>of 100, {outcome.score.verdict}</small>{_missed(outcome.missed)}"
+        f"{_parts(outcome.score)}{_again(outcome)}</div></section>"
+        for outcome, small in ranked
+    ]
+    return _page(title, [f"<header><div><h1>{_text(title)}</h1></div></header>", *cards])
+
+
+def _page(title: str, body: Iterable[str]) -> str:
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{RULES}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{_text(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        + "".join(f"{part}\n" for part in body) + "</body>\n</html>\n"
+    )  # fmt: skip
+
+
+def _text(words: object) -> str:
+    """Any text as it may stand in HTML, between tags and in quotes; what cannot be printed becomes "?"."""
+    return escape(legible(str(words)))
+
+
+def _head(outcome: Outcome) -> str:
+    found = outcome.score
+    taken = [f"{name} takes {100 * found.loss(name):.0f}" for name in found.ranked[:3] if found.loss(name) >= 0.005]
+    said = ", ".join(taken) or "nothing speaks against it"
+    return (
+        f'<header><div><h1>{_text(outcome.name)}</h1><p class="quiet">{_text(said)}</p></div>'
+        f'<p><span class="total">{found.total:.0f}</span> '
+        f'<span class="quiet">of 100, {found.verdict}</span></p></header>'
+    )
+
+
+def _missed(missed: Sequence[str]) -> str:
+    return f'<p class="missed">Falls short: {_text(", ".join(missed))}.</p>' if missed else ""
+
+
+def _figure(drawn: Drawn) -> str:
+    small = ' class="small"' if max(drawn.pixels.shape[:2]) <= PIXELATED else ""
+    caption = f"<figcaption><b>{_text(drawn.title)}</b>{_text(drawn.says)}</figcaption>"
+    return f"<figure{small}>{_image(drawn.pixels, drawn.title)}{caption}</figure>"
+
+
+def _image(pixels: Pixels, name: str) -> str:
+    data = base64.b64encode(encode_png(pixels)).decode("ascii")
+    height, width = pixels.shape[:2]
+    return f'<img src="data:image/png;base64,{data}" width="{width}" height="{height}" alt="{_text(name)}">'
+
+
+def quality(one: Worth) -> str:
+    """A word for the worth of a part."""
+    return "good" if one.worth >= 0.8 else "fair" if one.worth >= 0.4 else "bad"
+
+
+def _parts(found: Score) -> str:
+    return "".join(_part(name, found) for name in found.ranked)
+
+
+def _part(name: str, found: Score) -> str:
+    one = found.parts[name]
+    takes = f"-{lost:.1f}" if (lost := 100 * found.loss(name)) >= 0.05 else "0"
+    unit = _text(one.part.unit)
+    return (
+        f'<div class="part"><div><b>{_text(name)}</b> {one.measured:.1f} {unit}<br>'
+        f'<small>{_text(one.part.says)}</small></div><div class="scale">'
+        f'<svg class="bar" role="img" aria-label="worth {one.worth:.2f} of 1" width="100%" height="8">'
+        f'<rect class="{quality(one)}" width="{100 * one.worth:.1f}%" height="8"/></svg>'
+        f'<div class="ends"><small>bad {one.bad:.1f} {unit}</small><small>worth {one.worth:.2f}</small>'
+        f"<small>good {one.good:.1f} {unit}</small></div></div>"
+        f'<div class="takes">{takes}</div></div>'
+    )
+
+
+def facts_of(outcome: Outcome) -> list[tuple[str, str]]:
+    """What a report says of how an output was made, as far as its recipe tells."""
+    recipe = outcome.recipe
+    said: list[tuple[str, str]] = [(key, _value(recipe[key])) for key in ("method", "seed") if key in recipe]
+    said += [("size", f"{outcome.output.width} x {outcome.output.height} px"), ("wrap", outcome.wrap.value)]
+    if isinstance(values := recipe.get("parameters"), dict):
+        said += [(key.replace("_", " "), _value(value)) for key, value in values.items()]
+    said += [(key, _value(recipe[key])) for key in ("blend", "inputs", "depth", "repair", "auto") if key in recipe]
+    return said + ([] if outcome.energy is None else [("energy", f"{outcome.energy} knees per million px")])
+
+
+def _value(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _facts(outcome: Outcome) -> str:
+    pairs = "".join(f"<dt>{_text(key)}</dt><dd>{_text(value)}</dd>" for key, value in facts_of(outcome))
+    return f"<dl>{pairs}</dl>{_again(outcome)}"
+
+
+def _again(outcome: Outcome) -> str:
+    said = ""
+    if outcome.command:
+        command = f"<pre>{escape(outcome.command)}</pre>"
+        said += f"<details open><summary>The command that makes it again</summary>{command}</details>"
+    if outcome.recipe:
+        recipe = json.dumps(outcome.recipe, indent=2, sort_keys=True)
+        said += f"<details><summary>Its recipe</summary><pre>{escape(recipe)}</pre></details>"
+    return said
+
+
+def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
+    """What an index needs of an outcome, and nothing that is large."""
+    return outcome.but(output=outcome.output.like(outcome.output.samples[:1, :1]), exemplars=(), map=None,
+                       judged=outcome.judged.alone), looked(outcome.output, SMALL)  # fmt: skip
+
+
+# As one picture
+
+
+def sheet_of(outcome: Outcome) -> Plane:
+    """Return the report on one output as a picture of 8 bits."""
+    drawn = pictures_of(outcome)
+    deep = SIDE + WORD + 2 * GAP
+    needed = NUMBER + 5 * GAP + ROW * len(outcome.score.parts)
+    paper = _paper(max(-(-len(drawn) // COLUMNS) * deep, needed), COLUMNS + 1)
+    for number, one in enumerate(drawn):
+        _panel(paper, _place(number, COLUMNS, deep), one.title, fitted(one.pixels, SIDE))
+    _numbers(paper, _place(COLUMNS, COLUMNS + 1, deep), outcome)
+    return Plane(paper)
+
+
+def index_sheet(outcomes: Sequence[tuple[Outcome, Pixels]]) -> Plane:
+    """Return several outputs with their parts as one picture, the worst first."""
+    found = sorted(outcomes, key=lambda one: one[0].score.total)
+    columns = min(len(found), 4)
+    deep = SIDE // 2 + 2 * WORD + 4 * GAP + NUMBER + ROW * len(found[0][0].score.parts)
+    paper = _paper(-(-len(found) // columns) * deep, columns)
+    for number, (outcome, small) in enumerate(found):
+        y, x = _place(number, columns, deep)
+        _panel(paper, (y, x), shortened(outcome.name), fitted(small, SIDE // 2))
+        _numbers(paper, (y + WORD + GAP + SIDE // 2, x), outcome)
+    return Plane(paper)
+
+
+def shortened(path: str) -> str:
+    """Leave out the beginning of a path that is wider than its column: the end tells outputs apart."""
+    kept = path[-200:]
+    while len(kept) > 1 and lettered("..." * (kept != path) + kept, WORD).shape[1] > SIDE:
+        kept = kept[1:]
+    return "..." * (kept != path) + kept
+
+
+def fitted(picture: Pixels, side: int) -> Pixels:
+    """Enlarge or reduce a picture, so that its longest side is `side` px."""
+    n = max(1, min(max(picture.shape[:2]) // side, *picture.shape[:2]))
+    height, width = (m - m % n for m in picture.shape[:2])
+    if n > 1:
+        picture = averaged(Plane(picture[:height, :width]), n)
+    longest = max(picture.shape[:2])
+    if longest == side:
+        return picture
+    size = tuple(max(1, round(m * side / longest)) for m in picture.shape[:2])
+    return np.stack([np.rint(stretched(picture[..., c], size)) for c in range(3)], axis=2).astype(np.uint8)
+
+
+def _paper(height: int, columns: int) -> Pixels:
+    return np.full((height + GAP, columns * (SIDE + GAP) + GAP, 3), PAPER, np.uint8)
+
+
+def _place(number: int, columns: int, deep: int) -> tuple[int, int]:
+    """Where a panel begins, of panels side by side, in rows `deep` px high."""
+    row, column = divmod(number, columns)
+    return GAP + row * deep, GAP + column * (SIDE + GAP)
+
+
+def _panel(paper: Pixels, at: tuple[int, int], title: str, picture: Pixels) -> None:
+    _write(paper, *at, title)
+    lay(paper, at[0] + WORD + GAP // 2, at[1], picture)
+
+
+def _numbers(paper: Pixels, at: tuple[int, int], outcome: Outcome) -> None:
+    """The total, and a bar from bad to good for each part."""
+    (y, x), found = at, outcome.score
+    _write(paper, y, x, f"{found.total:.0f}", NUMBER)
+    _write(paper, y + NUMBER - WORD, x + SIDE // 4 + GAP, found.verdict)
+    y += NUMBER + GAP
+    if outcome.missed:
+        _write(paper, y, x, "falls short: " + ", ".join(outcome.missed), ink=BARS["bad"])
+    y += 2 * GAP
+    for name in found.ranked:
+        one = found.parts[name]
+        taken = f"-{lost:.0f}" if (lost := 100 * found.loss(name)) >= 0.5 else ""
+        for column, said in ((0, name), (SIDE // 4, f"{one.measured:.1f} {one.part.unit}"), (SIDE - 2 * WORD, taken)):
+            _write(paper, y, x + column, said)
+        left, right = x + SIDE // 2, x + SIDE - 3 * WORD
+        paper[y + WORD // 4 : y + WORD, left:right] = TRACK
+        paper[y + WORD // 4 : y + WORD, left : left + round((right - left) * one.worth)] = BARS[quality(one)]
+        y += ROW
+
+
+def _write(paper: Pixels, y: int, x: int, text: str, size: int = WORD, ink: tuple[int, int, int] = INK) -> None:
+    """Write a line that is cut off where its column ends."""
+    cover = lettered(text[:200], size)[:, :SIDE]
+    spot = paper[y : y + cover.shape[0], x : x + cover.shape[1]]
+    share = cover[: spot.shape[0], : spot.shape[1], None] / 255
+    spot[:] = np.rint(spot * (1 - share) + np.array(ink) * share)

@@ -1,0 +1,221 @@
+"""Random sampling and gap filling: the method of Lopez Recas 2011, whose sections are named, and its promises."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from published.lopez_recas2011 import naive_gap_filling as naive_rsgf
+
+import intarsia as ia
+from intarsia.analysis.correlation import gncc
+from intarsia.analysis.features import features
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.kernels.lattice_points import lattice_points
+from intarsia.published.lopez_recas2011 import sampling_kernels
+from intarsia.published.lopez_recas2011.sampling import Sampling, Settings
+from intarsia.published.lopez_recas2011.shortlist import ShortList
+from intarsia.testing import texture
+
+PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, slack=1)
+
+
+def changed(**parameters: object) -> ia.GapFilling:
+    return replace(PLAIN, **parameters)
+
+
+def settings_of(method: ia.GapFilling) -> Settings:
+    assert method.lattice is not None
+    return Settings(method.lattice, method.block, method.border, method.slack, method.fit)
+
+
+@pytest.mark.parametrize("fit", ["difference", "correlation"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_it_is_the_method_of_the_source(fit: str, channels: int) -> None:
+    """Sections 4.2.1 and 4.2.2, pixel for pixel."""
+    e = Exemplar.of(texture(31, 34, channels, 5))
+    method = changed(fit=fit)
+    made = ia.synthesize(e, (37, 41), method, seed=11)
+    picture = features([e], None).pictures[0]
+    v1, v2 = ((round(y * 256), round(x * 256)) for x, y in method.lattice)
+    want = naive_rsgf.synthesized(picture, v1, v2, 8, 4, 1, (37, 41), 11, fit)
+    np.testing.assert_array_equal(made.map.yx, want)
+
+
+@pytest.mark.parametrize("fit", ["difference", "correlation"])
+def test_any_texture_may_come_from_anywhere(fit: str) -> None:
+    """Section 5.2: vectors 1,0 0,1, and the search by transforms finds what comparing one by one finds."""
+    e = Exemplar.of(texture(25, 27, 2, 3))
+    method = changed(lattice=((1, 0), (0, 1)), slack=2, fit=fit)
+    made = ia.synthesize(e, (20, 19), method, seed=4)
+    want = naive_rsgf.synthesized(
+        features([e], None).pictures[0], (0, 256), (256, 0), 8, 4, 2, (20, 19), 4, fit
+    )
+    np.testing.assert_array_equal(made.map.yx, want)
+
+
+@given(st.integers(0, 9999))
+@settings(max_examples=60)
+def test_points_of_a_lattice_are_all_found(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    v1, v2 = rng.integers(-2500, 2500, (2, 2))
+    if abs(int(v1[0] * v2[1] - v1[1] * v2[0])) < 256 * 256 * 4 or min(np.hypot(*v1), np.hypot(*v2)) < 700:
+        return
+    first, low, high = rng.integers(-3000, 9000, 2), rng.integers(-5, 5, 2), rng.integers(5, 40, 2)
+    found, exact = lattice_points(first, v1, v2, low, high)
+    reduced = {(y, x) for y, x, _, _ in naive_rsgf.lattice_places(first, v1, v2, low, high)}
+    assert reduced <= {(int(y), int(x)) for y, x in found}  # the naive one looks at 121 x 121 multiples only
+    assert (found >= low).all()
+    assert (found <= high).all()
+    np.testing.assert_array_equal(np.floor(exact / 256 + 0.5), found)
+    times = (exact - first) @ np.linalg.inv(np.array([v1, v2], float))
+    np.testing.assert_allclose(times, np.rint(times), atol=1e-6)
+
+
+@pytest.mark.parametrize(("height", "width", "border"), [(8, 8, 4), (9, 6, 2), (5, 7, 4), (4, 4, 4)])
+def test_wedges_meet_in_mitres_and_do_not_overlap(height: int, width: int, border: int) -> None:
+    """Section 4.2.2: together they are the whole border, each pixel once; sides are mirrored but for the diagonals."""
+    ring = sampling_kernels.wedges(height, width, border)
+    want = [
+        (y, x, naive_rsgf.side_of(y, x, height, width, border))
+        for y in range(height + border)
+        for x in range(width + border)
+    ]
+    assert [tuple(r) for r in ring.tolist()] == [w for w in want if w[2] is not None]
+    assert len(ring) == (height + border) * (width + border) - max(0, height - border) * max(0, width - border)
+
+
+@pytest.mark.parametrize("correlate", [False, True])
+def test_borders_are_compared_as_by_gncc_with_a_hole(correlate: bool) -> None:
+    """Section 4.2.2: the best place is that of the GNCC, or of the squared differences, of a template with a hole."""
+    picture = texture(40, 44, 3, 8).astype(np.int16)
+    ring = sampling_kernels.wedges(10, 12, 4)
+    hole = np.zeros((14, 16), bool)
+    hole[ring[:, 0], ring[:, 1]] = True
+    other = texture(14, 16, 3, 9).astype(np.int16)
+    border = other[ring[:, 0], ring[:, 1]].reshape(-1)
+    places = np.argwhere(np.ones((27, 29)))
+    windows = np.lib.stride_tricks.sliding_window_view(picture.astype(np.int64), (14, 16), (0, 1))
+    if correlate:
+        want = gncc(picture, other, None, hole)[13:40, 15:44].argmax()
+    else:
+        want = ((windows - np.moveaxis(other, 2, 0))[..., hole] ** 2).sum(axis=(-1, -2)).argmin()
+    sums = sampling_kernels.ring_sums(picture, 10, 12, 4)
+    listed = ShortList(picture, ring, sums, correlate).best(border, places)
+    assert tuple(places[want]) in {tuple(p) for p in listed.tolist()}
+    assert len(listed) < 10
+    np.testing.assert_array_equal(sums[0], windows[..., hole].sum(axis=-1))
+    np.testing.assert_array_equal(sums[1], (windows[..., hole] ** 2).sum(axis=-1))
+
+
+@pytest.mark.parametrize("correlate", [False, True])
+@pytest.mark.parametrize("colour", [0, 3, 40])
+def test_all_equally_good_places_are_short_listed(correlate: bool, colour: int, thorough: bool) -> None:
+    """Of transforms in single precision, and of the main colours alone: none of the best is lost, few others stay."""
+    shades = np.tile(texture(17, 18, 1, 3).astype(np.int16), (3, 3, 1))  # each border is there twice or more
+    tint = np.tile(texture(17, 18, 3, 4).astype(np.int16), (3, 3, 1)) % (colour + 1)
+    picture = shades * np.array((3, 5, 2), np.int16) + tint
+    ring = sampling_kernels.wedges(10, 12, 4)
+    places = np.argwhere(np.ones((51 - 13, 54 - 15)))
+    listed = ShortList(picture, ring, sampling_kernels.ring_sums(picture, 10, 12, 4), correlate)
+    assert listed.axes.shape == (3, 3 if correlate else 1)
+    for n in range(12) if thorough else (1, 2, 5, 11):
+        y, x = 2 * n, (7 * n) % 23
+        noise = texture(14, 16, 3, n).astype(np.int16) % (1 if n < 4 else 40)
+        border = (picture[y : y + 14, x : x + 16] + noise)[ring[:, 0], ring[:, 1]]
+        there = [picture[ring[:, 0] + py, ring[:, 1] + px] for py, px in places]
+        fits = [-naive_rsgf.correlation(t, border) if correlate else naive_rsgf.difference(t, border) for t in there]
+        best = {tuple(places[k]) for k in np.flatnonzero(np.array(fits) == min(fits))}
+        found = [tuple(p) for p in listed.best(border.reshape(-1), places).tolist()]
+        assert len(best) >= 2
+        assert best <= set(found)
+        assert found == sorted(found)
+        assert len(found) < 20
+
+
+def test_a_random_block_is_a_patch_of_the_exemplar_and_all_places_are_drawn() -> None:
+    """Sections 4.2 and 4.2.1: within a random block the map runs on unbroken; each place is about equally likely."""
+    e = Exemplar.of(texture(40, 40, 1, 2))
+    made = ia.synthesize(e, 400, changed(lattice=((8, 0), (0, 8)), block=8), seed=3)
+    yx = made.map.yx.reshape(50, 8, 50, 8, 2).transpose(0, 2, 1, 3, 4)
+    step = yx - yx[:, :, :1, :1]
+    i, j = np.mgrid[:50, :50]
+    assert (step == np.moveaxis(np.indices((8, 8)), 0, 2)).all()
+    places, count = np.unique(yx[(i + j) % 2 == 0][:, 0, 0], axis=0, return_counts=True)
+    assert len(places) == 9
+    assert count.min() > 0.7 * 1250 / 9
+    assert (places % 8 == 0).all()
+
+
+def test_the_blend_is_the_linear_ramp_of_the_source() -> None:
+    """Sections 4.2.3 and 5.2: 4 px by default: 4/5, 3/5, 2/5, 1/5 across an edge."""
+    assert PLAIN.blend.feather == 4
+    pixels = np.zeros((60, 60), np.float32)
+    pixels[:, 30:] = 1
+    yx = np.zeros((20, 20, 2), np.int32) + 15
+    yx[:, 10:, 1] = 45
+    yx += np.moveaxis(np.indices((20, 20)), 0, 2) % 10
+    e = Exemplar.of({"height": pixels})
+    smap = ia.SourceMap(yx, None, None, (e.source,))
+    made = ia.synthesize(e, 20, changed(lattice=((9, 0), (0, 9))), seed=1)
+    row = replace(made, map=smap).render(feather=4).pixels.reshape(20, 20)[10]
+    np.testing.assert_allclose(row[6:14], [0, 0, 0.2, 0.4, 0.6, 0.8, 1, 1], atol=1e-6)
+
+
+def test_defaults_of_the_source() -> None:
+    """Section 5.2."""
+    e = Exemplar.of(texture(128, 128, 3, 1))
+    method = ia.GapFilling(lattice=((20, 0), (0, 20))).resolved([e], Canvas(256, 256))
+    assert (method.block, method.border, method.slack, method.blend.feather) == (40, 10, 3, 4)
+    assert ia.NearRegular(lattice=((20, 0), (0, 20))).resolved([e], Canvas(9, 9)).border == 14
+
+
+def test_the_error_between_neighbours_does_not_grow() -> None:
+    """Section 4.2: the mean step across block edges is the same near the first and the last block."""
+    e = Exemplar.of(texture(60, 64, 1, 6))
+    out = ia.synthesize(e, (40, 1600), changed(), seed=5).render(feather=0).pixels.astype(int)
+    step = np.abs(np.diff(out.reshape(40, 1600), axis=1))[:, 7::8]
+    assert step[:, 150:].mean() < 1.15 * step[:, :50].mean()
+
+
+@pytest.mark.parametrize("corner", [(0, 0), (-31, 77), (2**40 - 3, -(2**40) - 11)])
+def test_a_window_is_a_crop(corner: tuple[int, int]) -> None:
+    y, x = corner
+    plain = Sampling.of(settings_of(PLAIN), Exemplar.of(texture(40, 44, 2, 1)), Canvas(10, 10), 5)
+    whole = plain.window(y, x, 60, 70)[0]
+    for top, left, height, width in ((0, 0, 1, 1), (11, 31, 30, 9), (59, 0, 1, 70)):
+        part = plain.window(y + top, x + left, height, width)[0]
+        np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
+
+
+def test_a_wrapped_canvas_continues_in_itself_and_keeps_the_phase() -> None:
+    """What lies at q is read near M M'^-1 q, but for lattice multiples and the slack of gaps."""
+    e = Exemplar.of(texture(60, 66, 1, 1))
+    method = changed(lattice=((9.5, 0), (0, 7.75)), slack=0)
+    plain = Sampling.of(settings_of(method), e, Canvas(124, 115, ia.Wrap.BOTH), 3)
+    here = plain.window(0, 0, 124, 115)[0]
+    np.testing.assert_array_equal(plain.window(124, -115, 124, 115)[0], here)
+    for axis, (period, turns, length) in enumerate(((7.75, 16, 124), (9.5, 12, 115))):
+        at = np.arange(length) * (turns * period / length)
+        off = here[..., axis] - (at[:, None] if axis == 0 else at[None, :])
+        assert np.abs((off + period / 2) % period - period / 2).max() < 0.5 + 8 * 0.02 + 0.5
+
+
+@pytest.mark.parametrize(
+    ("parameters", "size", "wrap", "message"),
+    [
+        ({"border": 5}, 30, "none", "border=5: gap-filling needs an even border"),
+        ({"border": 10}, 30, "none", "border=10: gap-filling needs an even border that is no wider than a block"),
+        ({"lattice": ((0, 9),)}, 30, "none", "gap-filling needs two lattice vectors"),
+        ({"block": 30}, 60, "none", "no patch of 30x30 px with a border of 4 px fits"),
+        ({"lattice": ((9, 0), (0, 20))}, (30, 36), "y", r"wrap: height=30 px is no whole .* choose 2\d or 4\d px"),
+    ],
+)
+def test_what_cannot_work_is_refused(parameters: dict, size: object, wrap: str, message: str) -> None:
+    with pytest.raises((ia.ParameterError, ia.MethodError), match=message) as caught:
+        ia.synthesize(texture(36, 36), size, changed(**parameters), wrap=wrap)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,82 @@
+"""Ashikhmin against a plain version of itself, and what else it promises."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from published.pixels.naive_pixels import NaiveScan
+from published.pixels.test_wei_levoy import COLOUR, GRAY, TWO, USABLE, shown, smooth, with_hole
+
+import intarsia as ia
+from intarsia.exemplar import Exemplar
+from intarsia.published.pixels.ashikhmin import STAGE
+
+CASES: dict[str, dict[str, Any]] = {
+    "gray": {"exemplars": [Exemplar.of(GRAY)]},
+    "wrapped": {"exemplars": [Exemplar.of(GRAY)], "wrap": "both"},
+    "wrapped along x": {"exemplars": [Exemplar.of(GRAY)], "window": (2, 7), "wrap": "x"},
+    "colour": {"exemplars": [Exemplar.of(COLOUR)], "window": (2, 3), "wrap": "y"},
+    "one row": {"exemplars": [Exemplar.of(TWO)], "window": (1, 5), "wrap": "both"},
+    "masked": {"exemplars": [Exemplar.of(GRAY, usable=USABLE)], "window": (2, 3), "wrap": "both"},
+    "toroidal": {"exemplars": [Exemplar.of(GRAY, usable=USABLE, toroidal=True)]},
+    "several": {"exemplars": [Exemplar.of(COLOUR), Exemplar.of(COLOUR[::-1].copy(), toroidal=True)], "wrap": "x"},
+    "no room all around": {"exemplars": [Exemplar.of(GRAY[:4])], "wrap": "both"},
+    "tiny": {"exemplars": [Exemplar.of(GRAY)], "wrap": "both", "size": (2, 3)},
+    "one pixel": {"exemplars": [Exemplar.of(GRAY)], "size": (1, 1), "wrap": "both"},
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_takes_what_the_plain_version_takes(name: str) -> None:
+    """Every pixel of the map is the same."""
+    case = {"size": (17, 14), "window": (3, 5), "wrap": "none"} | CASES[name]
+    for seed in (0, 79):
+        method = ia.Ashikhmin(window=case["window"])
+        out = ia.synthesize(case["exemplars"], case["size"], method, seed=seed, wrap=case["wrap"])
+        plain = NaiveScan(
+            case["exemplars"], case["size"], case["window"], seed, STAGE, ia.Wrap(case["wrap"]), coherent=True
+        )
+        assert shown(out) == plain.run()
+
+
+def test_a_start_is_continued_as_the_plain_version_does() -> None:
+    e = Exemplar.of(smooth(4, 20, 19))
+    start, holes = with_hole(e)
+    out = ia.synthesize(e, None, ia.Ashikhmin(window=(2, 5)), start=start, wrap="y", seed=3)
+    known = {(int(y), int(x)): (0, int(y), int(x)) for y, x in np.argwhere(~holes)}
+    assert shown(out) == NaiveScan([e], (20, 19), (2, 5), 3, STAGE, ia.Wrap.Y, coherent=True, start=known).run()
+
+
+def test_the_result_is_made_of_pieces() -> None:
+    """Most pixels continue their left or upper neighbour: pieces of the exemplar are copied, not single pixels."""
+    out = ia.synthesize(smooth(3, 50, 50), 80, ia.Ashikhmin(window=(3, 5)))
+    step = np.diff(out.map.yx, axis=1)
+    beside = (step[:, :, 0] == 0) & (step[:, :, 1] == 1)
+    assert beside.mean() > 0.5
+
+
+def test_jumps_bring_nearer_neighbourhoods() -> None:
+    """With similar pixels to choose from, what is taken fits its neighbourhood better (k-coherence)."""
+    e = Exemplar.of(smooth(6, 60, 60))
+
+    def misfit(jumps: int) -> float:
+        out = ia.synthesize(e, 70, ia.Ashikhmin(window=(3, 5), jumps=jumps), seed=1)
+        picture, pixels, yx = e.base.pixels.astype(int), out.render().pixels.astype(int), out.map.yx
+        total = 0
+        for dy, dx in ((0, -1), (0, -2), (-1, -1), (-1, 0), (-1, 1), (-2, 0)):
+            there = pixels[2 + dy : 70 + dy, 2 + dx : 68 + dx]
+            source = yx[2:70, 2:68]
+            total += int(((there - picture[source[:, :, 0] + dy, source[:, :, 1] + dx]) ** 2).sum())
+        return total
+
+    assert misfit(4) < 0.9 * misfit(0)
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    for window in (1, 6, (3, 4)):
+        with pytest.raises(ia.ParameterError, match="odd"):
+            ia.Ashikhmin(window=window)
+    with pytest.raises(ia.ParameterError, match="larger exemplar"):
+        ia.synthesize(GRAY, 20, ia.Ashikhmin(window=(3, 19)))
