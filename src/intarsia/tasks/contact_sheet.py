@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import files
 from ..image import Plane
-from ..rendering.mixers import averaged
+from ..rendering.mixing import averaged
 
 SIDE = 256
 GAP = 8

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..geometry import Wrap
 from ..image import Plane
 from ..judging.places import OFTEN, Often, Spot, damaged_at, joins_at, too_often, usage_of
-from ..rendering.mixers import averaged
+from ..rendering.mixing import averaged
 from .outcome import Outcome
 from .overlays import CYAN, YELLOW
 

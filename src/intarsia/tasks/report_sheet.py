@@ -9,7 +9,7 @@ import numpy as np
 from ..files.lettering import lettered
 from ..image import Plane
 from ..judging.score import Score
-from ..rendering.mixers import averaged
+from ..rendering.mixing import averaged
 from .outcome import Outcome
 from .report_page import quality
 from .report_pictures import Pixels, pictures_of, stretched
