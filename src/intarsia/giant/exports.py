@@ -31,7 +31,7 @@ from ..files.png import decode_png, encode_png
 from ..files.recipe import recipe_path
 from ..files.write import check_depth, write
 from ..image import Array, Kind, Plane
-from ..rendering.mixers import averaged
+from ..rendering.mixing import averaged
 from ..run import Run
 from .cells import SIDE, Cell, Grid
 from .executors import extra

@@ -137,6 +137,7 @@ class ZarrStore(Store):
         """Make a new array, without chunks; what lay in its place goes away as a whole."""
         target = Path(os.path.realpath(self.path))
         new, old = not target.exists(), whole.name_in(target.parent)
+        whole.sweep(target.parent)
         try:
             if described(target / SIGN) is not None:
                 os.replace(target, old)

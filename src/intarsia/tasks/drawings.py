@@ -19,7 +19,7 @@ from ..image import Plane
 from ..judging.places import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.lattice import Lattice
 from ..lattice.vectors import UNIT
-from ..rendering.mixers import averaged
+from ..rendering.mixing import averaged
 from ..segments.segments import Segments, segments
 from .scoring import Outcome
 

@@ -23,7 +23,7 @@ from ..files.lettering import lettered
 from ..files.png import encode_png
 from ..image import Plane
 from ..judging.score import Score, Worth
-from ..rendering.mixers import averaged
+from ..rendering.mixing import averaged
 from ..synthesis import Synthesis
 from .drawings import Drawn, Pixels, lay, looked, pictures_of, stretched
 from .scoring import Outcome
