@@ -32,10 +32,10 @@ FLOORS = (
     {"blocks", "seams", "tiles"},
     {"courses", "covering", "judging"},
     {"methods"},
-    {"choosing", "published"},
+    {"choosing"},
     {"synthesis"},
     {"giant", "tasks"},
-    {"cli", "testing"},
+    {"cli", "published", "testing"},
     {"studio.beside"},
     {"studio"},
     {"cli.commands"},
@@ -81,7 +81,8 @@ def room_of(module: str) -> str:
 
 def document_of(module: str) -> str:
     """The package of the leaf that a module lies in, such as ``published.multrus2003``; empty elsewhere."""
-    return ".".join(module.split(".")[:2]) if room_of(module) == LEAF else ""
+    parts = module.split(".")
+    return ".".join(parts[:2]) if parts[0] == LEAF and len(parts) > 2 else ""
 
 
 def imports(path: Path) -> Iterator[tuple[str, ...]]:

@@ -116,13 +116,13 @@ def test_every_parameter_of_a_method_has_a_field(page: Desk) -> None:
         expect(field).to_be_visible()
         if told["kind"] in ("int", "float") and told["high"] is not None:
             assert float(field.get_attribute("max") or "") == told["high"]
-    field = page.page.get_by_label("Pyramid kept")
-    field.fill("65")
+    field = page.page.get_by_label("Boundary patch")
+    field.fill("65537")
     assert field.evaluate("f => f.matches(':invalid')")
     field.fill("64")
     page.button("Grow").click()
     page.grown()
-    assert page.jobs[0]["options"]["pyramid_kept"] == 64
+    assert page.jobs[0]["options"]["boundary_patch"] == 64
 
 
 def test_escape_closes_the_list_of_methods(page: Desk) -> None:

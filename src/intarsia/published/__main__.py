@@ -1,0 +1,36 @@
+"""``python -m intarsia.published 000 -o out/``: the figures of a document, made again from an exemplar."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from .. import files
+from .figures import write
+
+DOCUMENTS = {"000": "multrus2003"}
+"""Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES."""
+
+
+def main(words: Sequence[str] | None = None) -> Path:
+    """Make all figures of a document, or those that are named; return the page."""
+    told = argparse.ArgumentParser(prog="python -m intarsia.published", description=__doc__)
+    told.add_argument("document", choices=DOCUMENTS)
+    told.add_argument("-o", "--output", type=Path, required=True, help="the folder to write")
+    told.add_argument("--exemplar", default="sample:pebbles", help="a picture; by default sample:pebbles")
+    told.add_argument("--only", action="append", metavar="NUMBER", help="a figure, such as 3.6; may be repeated")
+    asked = told.parse_args(words)
+    made = importlib.import_module(f".{DOCUMENTS[asked.document]}.figures", __package__)
+    known = {figure.number: figure for figure in made.FIGURES}
+    for number in asked.only or ():
+        if number not in known:
+            told.error(f"figure {number} is not there; give one of {', '.join(known)}")
+    page = write(made.TITLE, [known[n] for n in asked.only or known], files.read(asked.exemplar), asked.output)
+    print(page)
+    return page
+
+
+if __name__ == "__main__":
+    main()
