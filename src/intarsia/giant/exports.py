@@ -17,11 +17,9 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ..arguments import expect_path
 from ..disk import whole
 from ..disk.writing import check_writable
 from ..errors import ParameterError
@@ -35,7 +33,7 @@ from ..rendering.mixing import averaged
 from ..run import Run
 from .cells import SIDE, Cell, Grid
 from .executors import extra
-from .picture import Picture, Results, Store, check_side, checked, recipe_of
+from .picture import Picture, Results, Store, check_side
 from .places import check_place
 
 AREA = 1 << 20  # px of a TIFF drawn together, about
@@ -136,18 +134,15 @@ class TiffStore(Export):
     packer: TiffPacker
 
     @classmethod
-    def of(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
-    ) -> TiffStore:
-        """Plan a file; ParameterError for sides that TIFF does not hold, MissingExtraError without tifffile."""
+    def cut(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+    ) -> tuple[Grid, TiffPacker]:
+        """Decide on rows of tiles; ParameterError for sides that TIFF does not hold."""
         extra("tifffile")
-        expect_path(path)
-        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096, 16)
+        tile = check_side("tile", side, 4096, 16)
         if max(sides) > LONGEST:
             raise ParameterError(f"a TIFF holds at most {LONGEST} px a side; write a zarr array.")
-        grid = Grid(*sides, tile, tile * max(AREA // tile**2, 1))
-        recipe = recipe_of(texture, sides, origin)
-        return cls(Path(path), texture, origin, grid, recipe, force, TiffPacker(tile))
+        return Grid(*sides, tile, tile * max(AREA // tile**2, 1)), TiffPacker(tile)
 
     def fill(self, results: Results, run: Run) -> None:
         """Write the tiles as they come, and what describes them."""
@@ -197,22 +192,19 @@ class TileStore(Export):
     packer: TilePacker
 
     @classmethod
-    def of(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
-    ) -> TileStore:
-        """Plan a pyramid; ParameterError for pixels that PNG does not hold."""
-        expect_path(path)
-        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096)
+    def cut(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+    ) -> tuple[Grid, TilePacker]:
+        """Decide on squares of tiles; ParameterError for pixels that PNG does not hold."""
+        tile, like = check_side("tile", side, 4096), texture.like
         if texture.dtype.name not in ("bool", "uint8", "uint16") or texture.channels > 4:
             raise ParameterError(
                 f"tiles are PNG of 1 to 4 channels, 8 or 16 bit, not {texture.channels} of {texture.dtype.name}; write "
                 "a zarr array or a TIFF."
             )
-        side = tile * max(SIDE // tile, 1)
-        grid, like = Grid(*sides, side, side), texture.like
+        together = tile * max(SIDE // tile, 1)
         small = Plane(like.pixels[:1, :1], like.kind, like.transfer, like.meta)
-        recipe = recipe_of(texture, sides, origin)
-        return cls(Path(path), texture, origin, grid, recipe, force, TilePacker(tile, small))
+        return Grid(*sides, together, together), TilePacker(tile, small)
 
     @property
     def levels(self) -> int:
@@ -296,20 +288,17 @@ class HeldStore(Export):
     packer: HeldPacker
 
     @classmethod
-    def of(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int, force: bool
-    ) -> HeldStore:
-        """Plan a picture; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
-        expect_path(path)
+    def cut(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+    ) -> tuple[Grid, HeldPacker]:
+        """Decide on cells; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
         if side:
             raise ParameterError(f"{path}: a picture in one piece has no chunks; drop --chunk, or name a .zarr.")
-        origin = checked(texture, sides, origin)
         try:
             check_depth(path, texture.like, size=(sides[1], sides[0]))
         except ParameterError as e:
             raise ParameterError(f"{path}: {str(e).partition('; ')[0]}; name a .zarr or a .tif.") from None
-        recipe = recipe_of(texture, sides, origin)
-        return cls(Path(path), texture, origin, Grid(*sides, SIDE, SIDE), recipe, force, HeldPacker())
+        return Grid(*sides, SIDE, SIDE), HeldPacker()
 
     @property
     def held(self) -> int:

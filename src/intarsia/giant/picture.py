@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from ..arguments import called, pair, whole
+from ..arguments import called, expect_path, pair, whole
 from ..errors import ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
@@ -186,6 +187,23 @@ class Store(ABC):
 
     resumes: ClassVar[bool] = False
     """Whether it goes on where it was stopped."""
+
+    @classmethod
+    def of(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int, force: bool
+    ) -> Self:
+        """Plan a store with chunks or tiles of `side` px; nothing is written yet."""
+        expect_path(path)
+        first = checked(texture, sides, origin)
+        grid, packer = cls.cut(texture, path, sides, side)  # refuses much before functions are asked for all of it
+        return cls(Path(path), texture, first, grid, recipe_of(texture, sides, first), force, packer)
+
+    @classmethod
+    @abstractmethod
+    def cut(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+    ) -> tuple[Grid, Packer]:
+        """Decide on cells, and on what packs them; ParameterError for what such a store cannot hold."""
 
     @property
     def printable(self) -> str:

@@ -20,7 +20,7 @@ from .exports import HeldStore, TiffStore, TileStore
 from .picture import Packer, Picture, Results, Store
 from .zarrays import ZarrStore
 
-STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore] | type[HeldStore], int]] = {
+STORES: dict[str, tuple[type[Store], int]] = {
     "zarr": (ZarrStore, 512),
     "tiff": (TiffStore, 512),
     "tiles": (TileStore, 256),

@@ -107,9 +107,9 @@ class Weave(Picture):
         ResourceError
             where the disk is full; the same call later goes on.
         """
-        from .stream import store_of, stream
+        from .stream import STORES, stream
 
-        stream(store_of("zarr", self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
+        stream(STORES["zarr"][0].of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 512,
@@ -120,9 +120,9 @@ class Weave(Picture):
         `tile` is the side of its tiles, a multiple of 16 px. A call that was stopped or killed begins anew, and `force`
         replaces what is there.
         """
-        from .stream import store_of, stream
+        from .stream import STORES, stream
 
-        stream(store_of("tiff", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(STORES["tiff"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
     def to_tiles(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 256,
@@ -133,9 +133,9 @@ class Weave(Picture):
         Viewers open ``PATH/image.dzi``; the recipe lies beside it. Each level is the one below it, averaged by what its
         pixels mean.
         """
-        from .stream import store_of, stream
+        from .stream import STORES, stream
 
-        stream(store_of("tiles", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(STORES["tiles"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
 
 def weave(

@@ -15,14 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ..arguments import expect_path
 from ..disk import whole
 from ..errors import InputError, ParameterError
 from ..image import Array
 from ..run import Run
 from .cells import SIDE, Cell, Grid
 from .executors import extra
-from .picture import Picture, Results, Store, check_side, checked, recipe_of
+from .picture import Picture, Results, Store, check_side
 from .places import check_place
 
 SIGN = "zarr.json"
@@ -81,20 +80,15 @@ class ZarrStore(Store):
     resumes: ClassVar[bool] = True
 
     @classmethod
-    def of(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, chunk: int,
-        force: bool,
-    ) -> ZarrStore:  # fmt: skip
-        """Plan an array; MissingExtraError without zarr."""
+    def cut(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+    ) -> tuple[Grid, ZarrPacker]:
+        """Decide on files of several chunks; MissingExtraError without zarr."""
         extra("zarr")
-        expect_path(path)
-        origin, chunk = checked(texture, sides, origin), check_side("chunk", chunk, 8192)
-        side = chunk * max(SIDE // chunk, 1)
+        chunk = check_side("chunk", side, 8192)
+        together = chunk * max(SIDE // chunk, 1)
         tail = () if texture.like.pixels.ndim == 2 else (texture.channels,)
-        grid = Grid(*sides, side, side)  # refuses what is too large before functions are asked for all of it
-        recipe = recipe_of(texture, sides, origin) | {"chunk": chunk}
-        packer = ZarrPacker(chunk, side, tail, texture.dtype.name)
-        return cls(Path(path), texture, origin, grid, recipe, force, packer)
+        return Grid(*sides, together, together), ZarrPacker(chunk, together, tail, texture.dtype.name)
 
     def look(self) -> None:
         """Refuse, before any work, a place where this store cannot be; writes nothing."""
@@ -155,7 +149,8 @@ class ZarrStore(Store):
     def _sign(self) -> bytes:
         """The description of the array, with the recipe among its attributes."""
         files: dict[str, Any] = {}
-        self.packer.array((self.grid.height, self.grid.width), {"intarsia": self.recipe}, files)
+        recipe = self.recipe | {"chunk": self.packer.chunk}
+        self.packer.array((self.grid.height, self.grid.width), {"intarsia": recipe}, files)
         data: bytes = files[SIGN].to_bytes()
         return data
 
