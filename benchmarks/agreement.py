@@ -30,7 +30,8 @@ import intarsia as ia
 from intarsia.analysis.reduction import blocks
 from intarsia.exemplar import Exemplar
 from intarsia.judging.parts import PARTS, TEXTURE
-from intarsia.judging.score import Score, score_picture
+from intarsia.judging.score import Score, judge
+from unweighed import of_picture
 
 GRADES = {"G": 2, "F": 1, "B": 0}
 SHEET = {"ours": (16, 264), "quilting": (16, 784)}  # where the pictures of a sheet begin, (y, x) px
@@ -112,13 +113,14 @@ def pairs_of_methods() -> Iterator[Pair]:
 
 
 def judged(exemplar: Pixels, output: Pixels) -> Judged:
-    """The score, and three plain measures beside it: smaller is better."""
-    found = score_picture([Exemplar.of(exemplar)], Exemplar.of(output))
+    """The score, and measures beside it: smaller is better."""
+    mine, shown = Exemplar.of(exemplar), Exemplar.of(output)
     gray = [p.astype(np.float64) @ (0.299, 0.587, 0.114) for p in (exemplar, output)]
     marks = (local_binary_pattern(g.astype(np.uint8), 8, 1, "uniform").astype(int).ravel() for g in gray)
     a, b = (np.bincount(m, minlength=10) / m.size for m in marks)
     apart = float(((a - b) ** 2 / (a + b + 1e-9)).sum())
-    return Judged(found, {"LBP": apart, "SSIM": _ssim(*gray), "moments": _moments(*gray)})
+    plain = {"LBP": apart, "SSIM": _ssim(*gray), "moments": _moments(*gray)}
+    return Judged(judge([mine], shown).score, plain | of_picture(mine, shown))
 
 
 def _moments(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
@@ -140,7 +142,7 @@ def _ssim(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     return 1 - float(np.mean(best))
 
 
-WEIGHED = tuple(part for part in PARTS if part.weight and part is not TEXTURE)  # what others are is not fitted
+WEIGHED = tuple(part for part in PARTS if part is not TEXTURE)  # what others are is not fitted
 
 
 def faults(one: Score) -> NDArray[np.float64]:
@@ -220,10 +222,10 @@ def main() -> None:
     steps = np.array([faults(of(p, p.worse).score) - faults(of(p, p.better).score) for p in pairs])
     heads = [f"{name} ({which.sum()})" for name, which in groups(pairs).items()]
     print(f"| the better is named | {' | '.join(heads)} |\n|:---|{'---:|' * len(heads)}")
-    for name in ("LBP", "SSIM", "moments"):
-        say(name, np.array([of(p, p.worse).plain[name] - of(p, p.better).plain[name] for p in pairs]), pairs)
     for k, part in enumerate(PARTS):
         say(part.name, steps[:, k], pairs)
+    for name in ("LBP", "SSIM", "moments", "strange", "lost"):
+        say(name, np.array([of(p, p.worse).plain[name] - of(p, p.better).plain[name] for p in pairs]), pairs)
     weighed = steps[:, [PARTS.index(part) for part in WEIGHED]]
     margin = left_out(weighed, counts, textures)
     say("all, weights of the other textures", margin, pairs)

@@ -411,7 +411,6 @@ def case_graphcut() -> list[Result]:
         timed("graph cut as `auto` sets it, pebbles, 512x512 from 256x256", 12,
               lambda: ia.synthesize(exemplar, 512, chosen, seed=1, run=ONE).render(run=ONE)),
         timed("graph cut, 512x512 from 192x192", 60, work()),
-        timed("the same, the exemplar shifted as a whole", None, work(placement="entire")),
     ]
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from PIL import Image
 
 import intarsia as ia
-from intarsia.tasks.outcome import Outcome
-from intarsia.tasks.report_sheet import sheet_of
+from intarsia.tasks.report import sheet_of
+from intarsia.tasks.scoring import Outcome
 
 FOLDER = Path(__file__).resolve().parent / "images"
 METHODS = (ia.Graphcut(), ia.RandomTiling(patch=16))

@@ -7,7 +7,7 @@ from make_pictures import FOLDER, beside, grown, rgb, sample
 from PIL import Image
 
 import intarsia as ia
-from intarsia.tasks.segment_drawing import segment_overlay
+from intarsia.tasks.drawings import segment_overlay
 
 
 def segments() -> np.ndarray:

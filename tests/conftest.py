@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-pytest.register_assert_rewrite("intarsia.testing")
+pytest.register_assert_rewrite("intarsia.testing", "search.search_contract")
 
 settings.register_profile(
     "intarsia", deadline=None, max_examples=12, derandomize=True, suppress_health_check=[HealthCheck.too_slow]

@@ -127,7 +127,6 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "report name": lambda v: ia.report(made(), v),
     "score exemplar": lambda v: ia.score(v, made()),
     "score output": lambda v: ia.score(SMALL, v),
-    "score map": lambda v: ia.score(SMALL, SMALL, map=v),
     "score wrap": lambda v: ia.score(SMALL, SMALL, wrap=v),
     "flattened": ia.flattened,
     "magnified exemplar": lambda v: ia.magnified(v, 2),

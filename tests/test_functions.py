@@ -59,7 +59,6 @@ PAIRS = [
     ("jitter_output", even, odd), ("jitter_exemplar", even, odd), ("feature", round_, square),
     ("angle", turned, elsewhere),
 ]  # fmt: skip
-SIDES = {"zarr": "chunk", "tiff": "tile", "tiles": "tile"}
 
 
 def exemplar() -> Exemplar:
@@ -131,15 +130,13 @@ def test_windows_ask_for_nothing_that_the_whole_does_not_ask_for() -> None:
     assert asked[1] == asked[2] > asked[3]
 
 
-@pytest.mark.parametrize("how", SIDES)
-def test_a_store_goes_on_with_its_own_function_alone(how: str, tmp_path: Path) -> None:
+def test_a_store_goes_on_with_its_own_function_alone(tmp_path: Path) -> None:
     """Finished or not; the same one changes nothing, whoever draws."""
-    if how == "zarr":
-        needs("zarr")
+    needs("zarr")
 
     def stream(path: Path, f: Any, executor: Any = None) -> dict[str, bytes]:
         woven = ia.weave(exemplar(), ia.ParallelControllable(**FREE, jitter_output=f), 3)
-        getattr(woven, f"to_{how}")(path, (70, 90), origin=(3, -8), executor=executor, **{SIDES[how]: 32})
+        woven.to_zarr(path, (70, 90), origin=(3, -8), executor=executor, chunk=32)
         return files_below(path)
 
     first = stream(tmp_path / "o", even)
@@ -159,11 +156,12 @@ def test_a_function_that_no_process_could_find_is_refused_before_work(tmp_path: 
 
 
 def test_a_store_far_from_the_origin_is_told_apart(tmp_path: Path) -> None:
+    needs("zarr")
     woven = [ia.weave(exemplar(), ia.ParallelControllable(**FREE, jitter_output=f), 3) for f in (even, beyond)]
     assert (woven[0][500:560, 500:560] != woven[1][500:560, 500:560]).any()
-    woven[0].to_tiff(tmp_path / "o.tif", 60, origin=(500, 500))
+    woven[0].to_zarr(tmp_path / "o", 60, origin=(500, 500))
     with pytest.raises(ia.ParameterError, match="holds another recipe"):
-        woven[1].to_tiff(tmp_path / "o.tif", 60, origin=(500, 500))
+        woven[1].to_zarr(tmp_path / "o", 60, origin=(500, 500))
 
 
 def test_blocks_of_dask_are_those_of_their_own_function() -> None:

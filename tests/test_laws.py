@@ -126,20 +126,18 @@ class TestGraphcut(MethodContract):
     method = ia.Graphcut(patch=12, overlap=4)
 
 
-class TestGraphcutOfEntirePatches(MethodContract):
-    """The exemplar shifted as a whole, gradient seams."""
-
-    method = ia.Graphcut(patch=10, overlap=3, placement="entire", seam="gradient", usage=0.3)
+class TestGraphcutAlongGradients(MethodContract):
+    method = ia.Graphcut(patch=10, overlap=3, seam="gradient", usage=0.3)
     examples = 6
 
 
 @pytest.mark.long
-class TestGraphcutOfEntirePatchesInAllPoses(TestGraphcutOfEntirePatches):
-    method = replace(TestGraphcutOfEntirePatches.method, isometries="both")
+class TestGraphcutInAllPoses(TestGraphcutAlongGradients):
+    method = replace(TestGraphcutAlongGradients.method, isometries="both")
 
 
-class TestGraphcutOfRandomRectangles(MethodContract):
-    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), placement="random", isometries="180", tries=2, overreach=7)
+class TestGraphcutOfRectangles(MethodContract):
+    method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), isometries="180", overreach=7)
     examples = 6
 
 

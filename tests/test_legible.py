@@ -97,7 +97,7 @@ def test_texts_of_headers_are_told_legibly(tmp_path: Path) -> None:
         with pytest.raises(ia.InputError) as caught:
             files.read_plane(bent)
         assert legible(str(caught.value))
-    error = files.headers.damaged("x", HARM)
+    error = files.source.damaged("x", HARM)
     assert legible(str(error))
 
 

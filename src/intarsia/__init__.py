@@ -63,7 +63,7 @@ _HOMES = {
     "magnified": "rendering.magnification",
     "read": "files",
     "repair": "tasks.repair",
-    "report": "tasks.report_page",
+    "report": "tasks.report",
     "score": "tasks.scoring",
     "synthesize": "synthesis",
     "tile": "tasks.tileable",
@@ -164,7 +164,7 @@ if TYPE_CHECKING:
     from .tasks.completion import extend, heal
     from .tasks.inspection import Findings, analyze
     from .tasks.repair import repair
-    from .tasks.report_page import report
+    from .tasks.report import report
     from .tasks.scoring import score
     from .tasks.starts import Margins
     from .tasks.tileable import tile

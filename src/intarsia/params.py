@@ -100,6 +100,12 @@ def parameters(method: Any) -> list[Parameter]:
     ]
 
 
+def functions_of(method: Any) -> dict[str, Any]:
+    """The functions among the parameters of a method, by name."""
+    values = {p.name: getattr(method, p.name) for p in parameters(method)}
+    return {name: value for name, value in values.items() if isinstance(value, fields.Field) and value.is_function}
+
+
 def check(method: Any) -> None:
     """Refuse, in one line, every parameter that is out of its range; put the given values into normal form."""
     for p in parameters(method):

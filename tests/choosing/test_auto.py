@@ -113,7 +113,7 @@ class TestRules:
     def test_every_rule_names_a_method_and_says_why(self) -> None:
         assert len({r.name for r in RULES}) == len(RULES)
         assert {r.method for r in RULES} <= set(METHODS)
-        methods = {"near-regular", "best-tile", "image-quilting", "segment-based", "graphcut", "parallel-controllable"}
+        methods = {"near-regular", "best-tile", "image-quilting", "graphcut", "parallel-controllable"}
         assert methods <= {r.method for r in RULES}
         assert all(r.when for r in RULES)
         assert [r.name for r in RULES[-2:]] == ["patches", "endless"]  # these hold for everything
@@ -173,35 +173,34 @@ class TestRules:
         assert found.lattice is (found.lattices.accepted if laid else None)
         assert found.ordered is not laid
 
-    def test_a_large_exemplar_is_not_analysed_for_corrections(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_a_large_exemplar_is_not_analysed_for_corrections(self) -> None:
         """Up to 1024 x 1024 px; beyond 512 x 512 px by the same rule as smaller ones."""
         assert choice_of(speckle(513, 512)).rule == choice_of(speckle(512, 512)).rule == "mixed"
-        monkeypatch.setattr(rules, "_repeats", lambda f: True)
+        grain = SimpleNamespace(found=12)
         for width, mixed in ((1024, True), (1025, False)):
-            shape = SimpleNamespace(exemplar=SimpleNamespace(height=1024, width=width))
-            assert rules._mixed(shape) is mixed  # type: ignore[arg-type]
+            shape = SimpleNamespace(height=1024, width=width)
+            known = SimpleNamespace(
+                exemplar=shape, canvas=CANVAS, lattice=None, element=grain, ordered=False, outlines=0, elements=9
+            )
+            assert rules._mixed(known) is mixed  # type: ignore[arg-type]
+
+    @pytest.mark.parametrize(
+        ("elements", "size", "turns", "mixed"),
+        [(11.9, 50, False, True), (12, 10, False, True), (12, 50, True, True), (12, 50, False, False)],
+    )
+    def test_few_elements_fine_grain_and_what_turns_are_mixed(
+        self, elements: float, size: int, turns: bool, mixed: bool
+    ) -> None:
+        known = _Changed(Facts([Exemplar.of(speckle(120, 120))], CANVAS), "elements", elements)
+        vars(known.facts)["element"] = SimpleNamespace(found=12, size=size)
+        known.keeps = lambda poses: turns
+        assert rules._mixed(known) is mixed  # type: ignore[arg-type]
 
     def test_a_canvas_that_is_vast_is_quilted(self) -> None:
         found = choice_of(speckle(96, 96), ia.Canvas(4096, 4097))
         assert (found.rule, found.method.slug) == ("patches", "image-quilting")
         assert any("minutes" in why for why in found.why)
         assert choice_of(speckle(96, 96), ia.Canvas(4096, 4096)).rule == "mixed"
-
-    def test_patches_are_turned_only_where_that_keeps_the_look(self) -> None:
-        turned = []
-        for pixels in (picture("fur"), speckle(96, 96)):
-            found = choice_of(pixels, given={"placement": "sub"})
-            assert found.method.slug == "graphcut"
-            turned.append(found.method.isometries != "none")
-            assert turned[-1] == ({0, 5, 6, 7} <= set(found.facts.symmetry))
-        assert turned == [False, True]
-
-    def test_repeats_are_dear_where_there_are_few_elements(self) -> None:
-        few, many = (choice_of(p, given={"placement": "sub"}) for p in (picture("noise_pink"), speckle(96, 96)))
-        assert few.facts.elements < 12 < many.facts.elements
-        assert (few.method.slug, many.method.slug) == ("graphcut", "graphcut")
-        assert few.method.usage == few.decided["usage"] == 0.3
-        assert many.method.usage < 0.1
 
     def test_elements_that_lie_loosely_are_not_cut_by_a_lattice(self) -> None:
         facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)
@@ -225,15 +224,12 @@ class TestRules:
             assert known.ordered == ordered
 
     def test_elements_must_end_in_ten_of_twelve_directions_to_be_counted(self) -> None:
-        """A slow change of tone hides them: then nothing is said of their number, and fine grain is looked for."""
+        """A slow change of tone hides them: then nothing is said of their number."""
         speckled = Facts([Exemplar.of(speckle(96, 96))], CANVAS)
         for found, counts in ((12, True), (10, True), (9, False), (7, False)):
             known = Facts(speckled.exemplars, CANVAS)
             vars(known)["element"] = replace(speckled.element, size=20, found=found)
-            vars(known)["segment"] = (8, 2)
-            holds = {r.name for r in RULES if r.holds(known)}
-            assert ("turnable" in holds) == counts
-            assert ("grain" in holds) == (not counts)
+            assert ("mixed" in {r.name for r in RULES if r.holds(known)}) == counts
 
     def test_two_vectors_are_taken_where_rows_are_surer_and_hold_them(self) -> None:
         facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)
@@ -251,7 +247,7 @@ class TestRules:
     def test_the_first_rule_that_holds_leads_and_nothing_else_is_measured(self) -> None:
         found = choice_of(picture("brick_colours"))
         assert "symmetry" not in vars(found.facts)
-        assert "segment" not in vars(found.facts)
+        assert "outlines" not in vars(found.facts)
 
     def test_the_same_exemplar_gives_the_same_choice(self) -> None:
         first, second = choice_of(texture(90, 80, 3)), choice_of(texture(90, 80, 3))
@@ -274,11 +270,6 @@ class TestAsked:
         assert choice_of(wall, given={"jumps": 2}).method.slug == "ashikhmin"
         assert choice_of(wall, given={"border": 8}).method.slug == "near-regular"
         assert choice_of(wall, given={"border": 8}).method.border == 8
-
-    def test_a_patch_that_cannot_be_turned_is_laid_upright(self) -> None:
-        found = choice_of(speckle(96, 96), given={"patch": (20, 30)})
-        assert (found.method.slug, found.method.patch) == ("graphcut", (20, 30))
-        assert found.method.isometries == "none"
 
     def test_parameters_that_no_method_has_together_are_refused(self) -> None:
         with pytest.raises(ia.ParameterError, match="no method has all of"):

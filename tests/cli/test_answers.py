@@ -186,12 +186,8 @@ class TestNames:
         said = run(line).stderr.splitlines()[-1]
         assert said.startswith(f"{DONE[name]}: ")
         assert os.listdir("elsewhere") == ["a.png"]
-        if name == "weave":  # the same command goes on, another is refused
-            run(line)
-            assert "holds another recipe" in run(f"{line} --seed 1", code=2).stderr
-        else:
-            assert run(line, code=2).stderr.startswith(f"intarsia: {DONE[name]} exists; name another file")
-            run(f"{line} --force")
+        assert run(line, code=2).stderr.startswith(f"intarsia: {DONE[name]} exists")
+        run(f"{line} --force")
 
     def test_samples_and_the_standard_input(self) -> None:
         assert told("grow sample:stones --size 40 --dry-run")["files"][0]["path"] == "stones_grown.png"

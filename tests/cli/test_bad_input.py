@@ -90,7 +90,7 @@ class Place:
             self.check(words, result, made)
         finally:
             for name in made:
-                os.rmdir(name) if os.path.isdir(name) else os.unlink(name)  # of weave, the picture and its ledger
+                os.rmdir(name) if os.path.isdir(name) else os.unlink(name)  # of weave
         return result.exit_code, result.stderr
 
     def check(self, words: list[str], result: Result, made: list[str]) -> None:

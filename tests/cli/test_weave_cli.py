@@ -9,18 +9,18 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from giant.giants import needs
+from giant.giants import files_below, needs
 
 import intarsia as ia
 from intarsia.cli.app import cli
 from intarsia.cli.exits import Interrupted
 from intarsia.disk import memory
 from intarsia.files import read_plane, read_recipe
-from intarsia.giant.held import HeldStore
+from intarsia.giant.exports import HeldStore, TiffStore, TileStore
 from intarsia.testing import as_depth, texture
 
 LAID = ["--method", "near-regular", "--lattice", "20,0 0,17", "--block", "16", "--border", "4"]
@@ -90,33 +90,43 @@ def test_a_picture_that_does_not_fit_into_memory_is_refused(here: Path, monkeypa
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGKILL"])
-def test_a_picture_that_is_stopped_leaves_nothing(name: str, here: Path) -> None:
+@pytest.mark.parametrize("out", ["o.png", "o.tif"])
+def test_a_picture_that_is_stopped_leaves_nothing(out: str, name: str, here: Path) -> None:
+    """Of a kill nothing but what the next start sweeps."""
     before = sorted(os.listdir(here))
-    words = ["wall.png", "-o", "o.png", "--size", "6000", "--threads", "1", "--progress", "json", *LAID]
+    words = ["wall.png", "-o", out, "--size", "6000", "--threads", "1", "--progress", "json", *LAID]
     command = [sys.executable, "-m", "intarsia", "weave", *words]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as begun:
         assert begun.stderr is not None
-        assert any('"weave"' in line for line in begun.stderr)
+        assert any('"done": 1,' in line for line in begun.stderr)
         begun.send_signal(getattr(signal, name))
         told = begun.stderr.read()
+    if (name, out) == ("SIGKILL", "o.tif"):
+        assert len(os.listdir(here)) == len(before) + 1
+        words = ["wall.png", "-o", out, "--size", "64", "-q", *LAID]
+        assert subprocess.run([sys.executable, "-m", "intarsia", "weave", *words], check=False).returncode == 0
+        os.unlink(out)
     assert sorted(os.listdir(here)) == before
     if name == "SIGINT":
         assert begun.returncode == 130
         assert told.splitlines()[-1] == "intarsia: stopped; nothing was written, and the same command begins anew."
 
 
-def test_of_planes_that_are_stopped_none_is_left(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("out", ["o.png", "o.tif", "o"])
+def test_of_planes_that_are_stopped_none_is_left(out: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first is whole by then."""
-    before, finish = sorted(os.listdir(here)), HeldStore.finish
+    before, kind = sorted(os.listdir(here)), {"o.png": HeldStore, "o.tif": TiffStore, "o": TileStore}[out]
+    fill = kind.fill
 
-    def finished(store: HeldStore, how: ia.Run) -> None:
-        if store.path.name == "o_height.png":
+    def filled(store: HeldStore, *given: Any) -> None:
+        if "_height" in store.path.name:
             raise Interrupted
-        finish(store, how)
+        fill(store, *given)
 
-    monkeypatch.setattr(HeldStore, "finish", finished)
-    done = run("wall.png", "--map", "height=wall_h.png", "-o", "o.png", "--size", "64", *LAID)
+    monkeypatch.setattr(kind, "fill", filled)
+    done = run("wall.png", "--map", "height=wall_h.png", "-o", out, "--size", "64", *LAID)
     assert done.exit_code == 130
+    assert done.stderr.splitlines()[-1].endswith("stopped; nothing was written, and the same command begins anew.")
     assert sorted(os.listdir(here)) == before
 
 
@@ -155,13 +165,14 @@ def test_progress_is_told_as_json(here: Path) -> None:
 
 REFUSED = [
     (["-o", "o.jp2"], 2, "-o o.jp2: name a .zarr, a .tif, a picture such as .png, or a folder (no ending) for tiles."),
-    (["-o", "wall.png"], 2, "wall.png exists; name another file, or allow to replace it with --force"),
+    (["-o", "wall.png"], 2, "wall.png exists, and nothing but a .zarr is gone on with; name another file, or"),
     (["-o", "missing/o.png"], 3, "missing does not exist; make it first, or name another."),
     (["-o", "o.png", "--chunk", "64"], 2, "o.png: a picture in one piece has no chunks; drop --chunk, or name a .zarr"),
     (["-o", "o.pfm"], 2, "o.pfm: pfm holds float, not 8 bit; name a .zarr or a .tif."),
     (["-o", "-"], 2, "-o -: a giant picture does not fit into a pipe"),
     (["-o", "o{colour}.tif"], 2, "{colour} is unknown"),
-    (["-o", "missing/o.tif"], 3, "the folder of missing/o.tif does not exist; make it first, or name another."),
+    (["-o", "missing/o.tif"], 3, "missing does not exist; make it first, or name another."),
+    (["-o", "missing/o.zarr"], 3, "the folder of missing/o.zarr does not exist; make it first, or name another."),
     (["-o", "o.tif", "--dask", "nowhere"], 2, "executor='nowhere' is unknown; give threads, processes, local, the tcp://"),
     (["-o", "o.tif", "--dask", "local", "--executor", "threads"], 2, "--executor and --dask exclude each other"),
     (["-o", "o.tif", "--origin", "1099511627776,0"], 2, "lie too far away; stay within 2**40 px."),
@@ -184,7 +195,9 @@ def test_bad_input_is_one_line(words: list[str], code: int, message: str, here: 
 
 
 def test_a_missing_extra_exits_with_5(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module, words in (("zarr", ["-o", "o.zarr"]), ("distributed", ["-o", "o.tif", "--dask", "local"])):
+    for module, words in (
+        ("zarr", ["-o", "o.zarr"]), ("tifffile", ["-o", "o.tif"]), ("distributed", ["-o", "o", "--dask", "local"]),
+    ):  # fmt: skip
         monkeypatch.setitem(sys.modules, module, None)
         done = run("wall.png", "--size", "64", *words, *LAID)
         assert done.exit_code == 5
@@ -192,29 +205,30 @@ def test_a_missing_extra_exits_with_5(here: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_another_recipe_is_refused_and_a_woven_picture_is_not_replayed(here: Path) -> None:
-    assert run("wall.png", "-o", "o.tif", "--size", "64", "-q", *LAID).exit_code == 0
-    done = run("wall.png", "-o", "o.tif", "--size", "64", "--seed", "1", *LAID)
+    needs("zarr")
+    assert run("wall.png", "-o", "o.zarr", "--size", "64", "-q", *LAID).exit_code == 0
+    done = run("wall.png", "-o", "o.zarr", "--size", "64", "--seed", "1", *LAID)
     assert done.exit_code == 2
-    assert "o.tif holds another recipe (seed); name another place, or replace it with --force" in done.stderr
-    assert run("wall.png", "-o", "o.tif", "--size", "64", "--seed", "1", "-q", "--force", *LAID).exit_code == 0
+    assert "o.zarr holds another recipe (seed); name another place, or replace it with --force" in done.stderr
+    assert run("wall.png", "-o", "o.zarr", "--size", "64", "--seed", "1", "-q", "--force", *LAID).exit_code == 0
+    assert run("wall.png", "-o", "o.tif", "--size", "64", "-q", *LAID).exit_code == 0
     again = CliRunner().invoke(cli, ["replay", "o.tif", "-o", "p.png", "--exemplar", "wall.png"])
     assert again.exit_code == 3
     assert "o.tif was woven; make it again with intarsia weave" in again.stderr
 
 
 def test_what_ctrl_c_stops_the_same_command_goes_on_with(here: Path) -> None:
+    zarr = needs("zarr")
     words = [sys.executable, "-m", "intarsia", "weave", "wall.png", "--size", "1500", "--threads", "2", *LAID]
-    assert subprocess.run([*words, "-q", "-o", "whole.tif"], check=False).returncode == 0
-    begun = subprocess.Popen([*words, "-o", "o.tif"], stderr=subprocess.PIPE, text=True)
-    ledger = here / "o.tif.ledger"
-    while begun.poll() is None and (not ledger.exists() or ledger.read_bytes().count(b"\n") < 2):
+    assert subprocess.run([*words, "-q", "-o", "whole.zarr"], check=False).returncode == 0
+    begun = subprocess.Popen([*words, "-o", "o.zarr"], stderr=subprocess.PIPE, text=True)
+    while begun.poll() is None and not list(here.glob("o.zarr/c/*/*/0")):
         time.sleep(0.01)
     begun.send_signal(signal.SIGINT)
     told = begun.communicate()[1]
     if begun.returncode != 0:  # it may have been done already
         assert begun.returncode == 130
         assert told.splitlines()[-1] == "intarsia: stopped; the same command goes on where it was."
-    assert subprocess.run([*words, "-q", "-o", "o.tif"], check=False).returncode == 0
-    for ending in ("", ".ledger"):
-        assert (here / f"o.tif{ending}").read_bytes() == (here / f"whole.tif{ending}").read_bytes()
-    assert np.asarray(read_plane("o.tif")).shape == (1500, 1500, 3)
+    assert subprocess.run([*words, "-q", "-o", "o.zarr"], check=False).returncode == 0
+    assert files_below(here / "o.zarr") == files_below(here / "whole.zarr")
+    assert zarr.open_array(here / "o.zarr", mode="r").shape == (1500, 1500, 3)

@@ -18,7 +18,7 @@ import intarsia as ia
 from intarsia import files
 from intarsia.cli.app import cli
 from intarsia.corrections.correction_kernels import Axis
-from intarsia.corrections.jitter import spread_over
+from intarsia.corrections.descent import spread_over
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box
 from intarsia.run import Run

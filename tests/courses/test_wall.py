@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from courses import naive_wall as naive
 from long import going_round
-from scipy.ndimage import label
+from paint_setts import COURSE
+from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
 import intarsia as ia
 from intarsia.analysis.features import features
@@ -19,7 +20,6 @@ from intarsia.courses.brickwork import brickwork_of
 from intarsia.courses.wall import Wall, courses_of
 from intarsia.courses.wall_kernels import FACE
 from intarsia.exemplar import Exemplar
-from intarsia.files.setts import COURSE
 from intarsia.kernels import paths
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -80,12 +80,25 @@ def test_beds_and_joints_are_found(kind) -> None:
         assert np.abs(np.array(found) - inner).max(initial=0) <= 1
 
 
-def test_slopes_do_not_draw_beds_to_one_side_of_the_joints() -> None:
-    """Of a material with normals: every bed in the middle of its joint, and ten stones in each course."""
+def test_the_material_of_setts_has_ten_stones_in_a_course() -> None:
+    """Every bed in the middle of its joint, and ten stones in each course."""
     work = courses_of(((0.0, COURSE),), None, ia.read("sample:setts"))[0]
     off = np.median(work.beds, axis=1) / COURSE
     assert np.abs(off - off.round()).max() * COURSE < 2
     assert {len(work.of_course[k]) for k in work.courses} <= {10, 11}
+
+
+@pytest.mark.parametrize("kind", [FREE, THIN])
+def test_slopes_do_not_draw_beds_to_one_side_of_the_joints(kind) -> None:
+    """Of a material of one tone almost, whose bricks are round: each bed in the middle of its joint."""
+    pixels, numbers = exemplar_of(kind)
+    course, _, joint = kind
+    dy, dx = np.gradient(gaussian_filter(np.minimum(distance_transform_edt(numbers), joint), 0.7))
+    normal = np.dstack([-dx, dy, np.ones_like(dx)]) / np.sqrt(dx**2 + dy**2 + 1)[:, :, None]
+    planes = {"albedo": pixels // 4 + 80, "normal": np.round(127.5 * normal + 127.5).astype(np.uint8)}
+    work = courses_of(((0.0, float(course)),), None, Exemplar.of(planes))[0]
+    off = np.median(work.beds, axis=1) / course
+    assert np.abs(off - off.round()).max() * course < 2
 
 
 @pytest.mark.parametrize("kind", WALLS)

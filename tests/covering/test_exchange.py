@@ -178,10 +178,11 @@ def test_what_fills_does_not_strike_and_is_sure() -> None:
     assert (found.sure[fillers] >= exchange.SCALE.sure).all()
 
 
-def test_graphcut_exchanges_where_it_makes_whole() -> None:
+def test_graphcut_exchanges_where_it_makes_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     """With `whole` and elements outlines stay; the same map as by hand, for any number of threads."""
-    plain = ia.Graphcut(patch=64, overlap=24, refinements=4, tries=1, whole=1)
-    few = ia.Graphcut(patch=64, overlap=24, refinements=4, tries=1, whole=1, striking=0)
+    monkeypatch.setattr("intarsia.seams.graphcut.TRIES", 1)
+    plain = ia.Graphcut(patch=64, overlap=24, refinements=4, whole=1)
+    few = ia.Graphcut(patch=64, overlap=24, refinements=4, whole=1, striking=0)
     made = ia.synthesize(EXEMPLAR, (300, 290), plain, seed=2, run=ONE)
     out = exchange.exchanged(0, Laying(plain.channel_weights), [EXEMPLAR], Canvas(300, 290), made.map, ONE)
     for n in (1, 3):

@@ -29,7 +29,13 @@ from intarsia.synthesis import Synthesis
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
-GRAPHCUT = ia.Graphcut(patch=24, overlap=10, refinements=4, tries=1, seam="difference", structure=0)
+GRAPHCUT = ia.Graphcut(patch=24, overlap=10, refinements=4, seam="difference", structure=0)
+
+
+@pytest.fixture(autouse=True)
+def few_placements(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One for each window: quicker, and more returns."""
+    monkeypatch.setattr("intarsia.seams.graphcut.TRIES", 1)
 
 
 def spotted(height: int = 96, width: int = 90, seed: int = 3) -> np.ndarray:

@@ -189,11 +189,12 @@ def test_numbers_written_out_are_read_as_they_are() -> None:
     bits = np.arange(3000 * 500) % 3 == 0
     picture = files.read_plane(b"P1 3000 500 " + b" ".join(b"1" if b else b"0" for b in bits))
     np.testing.assert_array_equal(picture.pixels.reshape(-1) == 0, bits)
-    for wrong in (b"65536", b"000001", b"1.5", b"-1", b"x"):
+    for wrong in (b"65536", b"99999999999999999999", b"1.5", b"-1", b"x"):
         with pytest.raises(InputError, match="no number"):
             files.read_plane(b"P2 2 1 65535 7 " + wrong)
-    with pytest.raises(InputError, match="too early"):
-        files.read_plane(b"P3 8000 8000 255\n1 2 3")
+    for short in (b"P3 8000 8000 255\n1 2 3", b"P2 1 1 9 \n ", b"P1 2 1 1"):
+        with pytest.raises(InputError, match="too early"):
+            files.read_plane(short)
 
 
 def source(**change: object) -> dict[str, object]:
@@ -255,3 +256,22 @@ def test_a_frozen_array_becomes_a_plane_as_it_is() -> None:
     pixels.flags.writeable = False
     assert np.shares_memory(ia.Plane(pixels).pixels, pixels)
     assert os.environ.get("INTARSIA_MAX_PIXELS") is None
+
+
+def test_a_tile_of_an_exr_is_no_larger_than_a_picture_may_be(tmp_path: Path) -> None:
+    """A header of a tile of 30000 px a side, in a picture of 8 px and a file of nothing else."""
+    import OpenImageIO as oiio
+
+    path = tmp_path / "tiled.exr"
+    spec = oiio.ImageSpec(8, 8, 1, "half")
+    spec.tile_width = spec.tile_height = 16
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), spec)
+    assert file.write_image(np.zeros((8, 8, 1), np.float16))
+    file.close()
+    assert files.read_plane(path).pixels.shape == (8, 8)
+    data = path.read_bytes()
+    at = data.index(b"tiles\0tiledesc\0") + 19
+    path.write_bytes(data[:at] + (30000).to_bytes(4, "little") * 2 + data[at + 8 :])
+    with pytest.raises(InputError, match="claims 30000x30000"):
+        files.read_plane(path)

@@ -1,4 +1,4 @@
-"""Kill a weave again and again, resume it, and compare the files with those of one that nobody killed.
+"""Kill a weave again and again, call it again, and compare the files with those of one that nobody killed.
 
 Run by ``test_weave_kills.py`` in a process of its own without threads, which forks for every weave: so a kill costs no
 import, and fifty of them take seconds. Prints how many were killed before they were done.
@@ -21,23 +21,13 @@ SIZE, FORMATS = (150, 170), ("zarr", "tiff", "tiles")
 
 
 def woven(path: Path, how: str) -> None:
-    """Weave a small picture in many small cells."""
-    made, run = small(), ia.Run(1)
-    if how == "zarr":
-        from intarsia.giant import zarrays
+    """Weave a small picture in many small cells; what does not go on begins anew."""
+    from intarsia.giant import exports, zarrays
 
-        zarrays.SIDE = 32
-        made.to_zarr(path, SIZE, origin=(-30, 2**31 - 80), chunk=16, run=run)
-    elif how == "tiff":
-        from intarsia.giant import bigtiff
-
-        bigtiff.AREA = 32 * 64
-        made.to_tiff(path, SIZE, origin=(-30, 2**31 - 80), tile=32, run=run)
-    else:
-        from intarsia.giant import deepzoom
-
-        deepzoom.SIDE = 64
-        made.to_tiles(path, SIZE, origin=(-30, 2**31 - 80), tile=32, run=run)
+    zarrays.SIDE = exports.SIDE = 32
+    exports.AREA = 32 * 64
+    side = {"chunk" if how == "zarr" else "tile": 16 if how != "tiles" else 32}
+    getattr(small(), f"to_{how}")(path, SIZE, origin=(-30, 2**31 - 80), force=how != "zarr", run=ia.Run(1), **side)
 
 
 def forked(path: Path, how: str) -> int:
@@ -55,7 +45,8 @@ def forked(path: Path, how: str) -> int:
 
 def main(folder: Path, rounds: int) -> None:
     """Kill `rounds` weaves at random moments, one or more times each."""
-    import zarr  # noqa: F401  here, so that no child has to
+    import tifffile  # noqa: F401  here, so that no child has to
+    import zarr  # noqa: F401
 
     small()[0:20, 0:20]  # loads the kernels that all share; draws in this thread
     whole, spent, killed = {}, {}, 0
@@ -66,15 +57,19 @@ def main(folder: Path, rounds: int) -> None:
         whole[how] = files_below(path)
     for n in range(rounds):
         how = FORMATS[n % len(FORMATS)]
-        path, before = folder / f"killed-{n}", killed
+        (folder / str(n)).mkdir()
+        path, before = folder / str(n) / "killed", killed
         for again in range(3):
             pid = forked(path, how)
             time.sleep(spent[how] * below(1000, draw(n, 77, again)) / 1000 / (again + 1))
             os.kill(pid, signal.SIGKILL)
             killed += os.WIFSIGNALED(os.waitpid(pid, 0)[1])
+            if how != "zarr" and path.exists():
+                assert files_below(path) == whole[how], n  # what bears its name is whole
         assert killed > before or files_below(path), n
         assert os.waitpid(forked(path, how), 0)[1] == 0, n
         assert files_below(path) == whole[how], n
+        assert list(path.parent.iterdir()) == [path], n
     print(killed)
 
 

@@ -1,43 +1,181 @@
-"""Every kind of store keeps the promises of a store."""
+"""Every kind of store keeps the promises of a store: see `intarsia.giant.picture.Store`."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from giant.giants import needs
 
 import intarsia as ia
-from intarsia.errors import ParameterError
-from intarsia.files import read_plane, read_recipe
-from intarsia.giant import bigtiff, deepzoom, held, zarrays
+from intarsia.errors import IntarsiaError, ParameterError
+from intarsia.files import read_plane, read_recipe, recipe_path
+from intarsia.geometry import Box
+from intarsia.giant import exports, zarrays
+from intarsia.giant.cells import Cell
 from intarsia.giant.picture import Store
-from intarsia.giant.stream import STORES, store_of
-from intarsia.run import Run
-from intarsia.testing import StoreContract, StorePromises
-from intarsia.testing.store import endless
+from intarsia.giant.stream import STORES, store_of, stream
+from intarsia.testing import as_depth, texture
+
+DEPTHS = (("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1), ("uint16", 3), ("float32", 3))
+"""Types of samples, and numbers of channels."""
 
 
-class OfTheGiant(StorePromises):
-    """A kind that has a name; of small cells, so that a small picture has several."""
+def endless(seed: int = 0, dtype: str = "uint8", channels: int = 3) -> ia.Weave:
+    """An endless texture that is quick to draw."""
+    return ia.weave(as_depth(texture(29, 31, channels, seed), dtype), ia.Repeat(), seed)
 
-    kind = ""
-    side: int | None = 32
+
+class StoppedError(Exception):
+    """Whoever draws was stopped."""
+
+
+class StorePromises:
+    """What every :class:`intarsia.giant.picture.Store` promises; subclass it and say which one, and how it is read."""
+
+    sides: ClassVar[tuple[int, int]] = (150, 170)
+    origin: ClassVar[tuple[int, int]] = (3, -8)
+    kind: ClassVar[str]
+    ending: ClassVar[str] = ""
+    side: ClassVar[int | None] = 32
 
     @pytest.fixture(autouse=True)
     def cut(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        for module in (zarrays, deepzoom, held):
+        """Small cells, so that a small picture has several along both axes, the last ones smaller."""
+        for module in (zarrays, exports):
             monkeypatch.setattr(module, "SIDE", 64)
-        monkeypatch.setattr(bigtiff, "AREA", 64 * 64)
+        monkeypatch.setattr(exports, "AREA", 64 * 64)
 
     def make(self, picture: ia.Weave, path: Path, force: bool = False) -> Store:
+        """Plan a store of a picture at a place; ParameterError where it cannot hold such pixels."""
         return store_of(self.kind, picture, path, self.sides, self.origin, self.side, force)
 
+    def read(self, path: Path) -> Any:
+        """Read the pixels of a store that is whole, by other means than its own."""
+        raise NotImplementedError
 
-class TestZarr(OfTheGiant, StoreContract):
+    def files(self, path: Path) -> dict[str, bytes]:
+        """Every file of a store, by its name behind that of the store."""
+        beside = [path, *path.parent.glob(f"{path.name}.*")]
+        found = [p for p in (*beside, *path.rglob("*")) if p.is_file()]
+        return {str(p)[len(str(path)) :]: p.read_bytes() for p in found}
+
+    def test_its_cells_are_the_picture_once_over(self, tmp_path: Path) -> None:
+        """Several, numbered row by row; no pixel belongs to two of them or to none."""
+        store = self.make(endless(), tmp_path / f"o{self.ending}")
+        assert (store.grid.height, store.grid.width) == self.sides
+        assert store.origin == self.origin
+        times = np.zeros(self.sides, int)
+        for number, cell in enumerate(store.grid):
+            assert cell.number == number
+            assert store.grid.cell(number) == cell
+            times[cell.box.y0 : cell.box.y1, cell.box.x0 : cell.box.x1] += 1
+        assert (times == 1).all()
+        assert store.grid.down > 1
+        assert len(store.grid) > 3
+
+    def test_it_holds_the_picture_whatever_its_type(self, tmp_path: Path) -> None:
+        """Every depth and number of channels is read as it was drawn, or refused before anything is written."""
+        held = 0
+        for dtype, channels in DEPTHS:
+            path = tmp_path / f"{dtype}-{channels}{self.ending}"
+            picture = endless(4, dtype, channels)
+            try:
+                store = self.make(picture, path)
+            except IntarsiaError:
+                assert not self.files(path)
+                continue
+            stream(store, None, ia.Run(1))
+            shown = self.read(path)
+            assert shown.dtype == picture.dtype
+            assert (shown.reshape(*self.sides, -1) == self._window(picture).reshape(*self.sides, -1)).all()
+            held += 1
+        assert held
+
+    def test_looking_and_planning_write_nothing(self, tmp_path: Path) -> None:
+        """Only `open` begins."""
+        store = self.make(endless(), tmp_path / f"o{self.ending}")
+        store.look()
+        store.close()
+        assert not list(tmp_path.iterdir())
+
+    def test_who_draws_and_how_many_changes_no_byte(self, tmp_path: Path) -> None:
+        """One thread or three; a packer is sent to other processes, and packs a cell the same there."""
+        self._fill(tmp_path / f"one{self.ending}")
+        store = self.make(endless(), tmp_path / f"three{self.ending}")
+        packer = ForkingPickler.loads(ForkingPickler.dumps(store.packer))
+        for cell in store.grid:
+            pixels = endless().draw(cell.box.moved(*self.origin))
+            pixels = pixels.reshape(*pixels.shape[:2], -1)
+            assert packer(pixels, cell) == store.packer(pixels.copy(), cell)
+        stream(store, None, ia.Run(3))
+        assert self.files(tmp_path / f"three{self.ending}") == self.files(tmp_path / f"one{self.ending}")
+
+    def test_what_is_not_its_own_is_never_touched(self, tmp_path: Path) -> None:
+        """A folder with somebody's work, with `force`, too; a file without it. A folder that is missing is not made."""
+        folder, file = tmp_path / f"folder{self.ending}", tmp_path / f"file{self.ending}"
+        folder.mkdir()
+        (folder / "thesis.txt").write_text("years")
+        file.write_text("work")
+        missing = tmp_path / "missing" / f"o{self.ending}"
+        for path, force in ((folder, False), (folder, True), (file, False), (missing, False)):
+            for attempt in ("look", "open"):
+                store = self.make(endless(), path, force)
+                with pytest.raises(IntarsiaError) as caught:
+                    getattr(store, attempt)()
+                store.close()
+                assert "\n" not in str(caught.value)
+                assert (path.parent if path is missing else path).name in str(caught.value)
+        assert self.files(folder) == {"/thesis.txt": b"years"}
+        assert file.read_text() == "work"
+        assert not missing.parent.exists()
+
+    def test_closing_lets_go_of_every_file(self, tmp_path: Path) -> None:
+        """At any time, and twice; then the store can be moved."""
+        store = self.make(endless(), tmp_path / f"o{self.ending}")
+        store.close()
+        assert list(store.open())
+        store.close()
+        store.close()
+        for path in list(tmp_path.iterdir()):
+            path.rename(path.with_name(path.name.replace("o", "p", 1)))
+        assert self._fill(tmp_path / f"p{self.ending}") == len(store.grid)
+
+    def _fill(self, path: Path, stop: int | None = None, seed: int = 0, force: bool = False) -> int:
+        """Make a store, or stop after so many cells. Return how many cells were drawn."""
+        picture, drawn = endless(seed), [0]
+        store = self.make(picture, path, force)
+
+        def results(missing: list[int]) -> Iterator[tuple[Cell, list[bytes]]]:
+            for number in missing:
+                if drawn[0] == stop:
+                    raise StoppedError
+                cell = store.grid.cell(number)
+                pixels = picture.draw(cell.box.moved(*self.origin))
+                drawn[0] += 1
+                yield cell, store.packer(pixels.reshape(*pixels.shape[:2], -1), cell)
+            if drawn[0] == stop:
+                raise StoppedError
+
+        with closing(store), suppress(StoppedError):
+            store.fill(results(list(store.open())), ia.Run(1))
+            store.finish()
+        return drawn[0]
+
+    def _window(self, picture: ia.Weave) -> Any:
+        (y, x), (height, width) = self.origin, self.sides
+        return picture.draw(Box(y, x, y + height, x + width))
+
+
+class TestZarr(StorePromises):
+    """And that it goes on where it was stopped."""
+
     kind = "zarr"
 
     @pytest.fixture(autouse=True)
@@ -47,17 +185,139 @@ class TestZarr(OfTheGiant, StoreContract):
     def read(self, path: Path) -> Any:
         return needs("zarr").open_array(path, mode="r")[:]
 
+    def test_a_new_store_misses_every_cell_a_whole_one_none(self, tmp_path: Path) -> None:
+        """Rising; opened again and finished again it is the same in every byte."""
+        store = self.make(endless(), tmp_path / "o")
+        assert list(store.open()) == list(range(len(store.grid)))
+        store.close()
+        assert self._fill(tmp_path / "o") == len(store.grid)
+        before = self.files(tmp_path / "o")
+        assert self._fill(tmp_path / "o") == 0
+        assert self.files(tmp_path / "o") == before
 
-class TestTiff(OfTheGiant, StoreContract):
-    kind = "tiff"
+    def test_what_was_put_before_a_stop_is_there_after_it(self, tmp_path: Path) -> None:
+        """After every number of cells: only the others are missing, and the files end as if nobody had stopped."""
+        self._fill(tmp_path / "whole")
+        whole = self.files(tmp_path / "whole")
+        count = len(self.make(endless(), tmp_path / "whole").grid)
+        for stop in range(count + 1):
+            path = tmp_path / str(stop)
+            self._fill(path, stop)
+            assert self._fill(path) == count - stop, stop
+            assert self.files(path) == whole, stop
+
+    def test_a_stop_in_the_middle_of_a_file_is_no_harm(self, tmp_path: Path) -> None:
+        """What a kill leaves behind, a file cut short or of zeros, is made again; names and all other bytes stay."""
+        self._fill(tmp_path / "o", 3)
+        begun = self.files(tmp_path / "o")
+        self._fill(tmp_path / "whole")
+        whole = self.files(tmp_path / "whole")
+        for name, data in begun.items():
+            for left in (b"", data[: len(data) // 2], data[:-1], bytes(len(data))):
+                self._put(tmp_path / "o", begun | {name: left})
+                if self._go_on(tmp_path / "o", begun | {name: left}):
+                    assert self.files(tmp_path / "o") == whole, name
+
+    def test_a_byte_that_turns_over_is_found(self, tmp_path: Path) -> None:
+        """In any file, anywhere: the same call makes it good, or refuses in one line and touches nothing."""
+        self._fill(tmp_path / "o")
+        whole, mended = self.files(tmp_path / "o"), 0
+        for name, data in whole.items():
+            for at in sorted({0, 3, len(data) // 3, len(data) // 2, len(data) - 1}):
+                turned = bytes([*data[:at], data[at] ^ 0x55, *data[at + 1 :]])
+                self._put(tmp_path / "o", whole | {name: turned})
+                if self._go_on(tmp_path / "o", whole | {name: turned}):
+                    assert self.files(tmp_path / "o") == whole, (name, at)
+                    mended += 1
+        assert mended
+
+    def test_another_picture_is_refused_not_mixed(self, tmp_path: Path) -> None:
+        """With `force` it gives way as a whole."""
+        self._fill(tmp_path / "o", 2)
+        self._fill(tmp_path / "other", seed=1)
+        before = self.files(tmp_path / "o")
+        for attempt in ("look", "open"):
+            store = self.make(endless(1), tmp_path / "o")
+            with pytest.raises(IntarsiaError):
+                getattr(store, attempt)()
+            store.close()
+            assert self.files(tmp_path / "o") == before
+        self._fill(tmp_path / "o", seed=1, force=True)
+        assert self.files(tmp_path / "o") == self.files(tmp_path / "other")
+
+    def _go_on(self, path: Path, before: dict[str, bytes]) -> bool:
+        """Fill a store that was damaged, with a second call where the first asks for it; False: it is refused."""
+        for _ in range(2):
+            try:
+                self._fill(path)
+                return True
+            except IntarsiaError as e:
+                if "the same command goes on" not in str(e):
+                    break
+        assert self.files(path) == before
+        return False
+
+    def _put(self, path: Path, files: dict[str, bytes]) -> None:
+        """Make the files of a store these, and no others."""
+        for name in self.files(path):
+            Path(str(path) + name).unlink()
+        for name, data in files.items():
+            place = Path(str(path) + name)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(data)
+
+
+class ExportPromises(StorePromises):
+    """And that there is nothing before all of it is there."""
+
+    def test_nothing_is_left_of_one_that_was_stopped(self, tmp_path: Path) -> None:
+        """After every number of cells; the next run draws all of them. While it is written, its name is free."""
+        path = tmp_path / f"o{self.ending}"
+        count = len(self.make(endless(), path).grid)
+        for stop in range(count + 1):
+            assert self._fill(path, stop) == stop
+            assert not list(tmp_path.iterdir())
+        with pytest.MonkeyPatch.context() as patch:
+            seen = list[bool]()
+            for kind in (exports.Export, exports.TileStore):
+                finish = kind.finish
+                patch.setattr(kind, "finish", lambda s, finish=finish: (seen.append(path.exists()), finish(s)))
+            assert self._fill(path) == count
+        assert seen == [False]
+        assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+    def test_what_is_there_gives_way_to_force_alone(self, tmp_path: Path) -> None:
+        """Even to the same picture; it stays whole until the new one is."""
+        path = tmp_path / f"o{self.ending}"
+        self._fill(path)
+        before = self.files(tmp_path)
+        for seed in (0, 1):
+            with pytest.raises(ParameterError, match=r"exists, and nothing but a \.zarr is gone on with; name another"):
+                self._fill(path, seed=seed)
+        self._fill(path, 3, seed=1, force=True)
+        assert self.files(tmp_path) == before
+        self._fill(path, seed=1, force=True)
+        assert self.recipe(path)["seed"] == 1
+        self._fill(tmp_path / f"p{self.ending}", seed=1)
+        assert self.files(path) == self.files(tmp_path / f"p{self.ending}")
+
+    def recipe(self, path: Path) -> Any:
+        """The recipe that is kept with the pixels."""
+        return read_recipe(path)
+
+
+class TestTiff(ExportPromises):
+    kind, ending = "tiff", ".tif"
+
+    @pytest.fixture(autouse=True)
+    def extra(self) -> None:
+        needs("tifffile")
 
     def read(self, path: Path) -> Any:
-        named = path.with_suffix(".tif")
-        named.symlink_to(path)
-        return needs("tifffile").imread(named)
+        return needs("tifffile").imread(path)
 
 
-class TestTiles(OfTheGiant, StoreContract):
+class TestTiles(ExportPromises):
     kind = "tiles"
 
     def read(self, path: Path) -> Any:
@@ -68,41 +328,27 @@ class TestTiles(OfTheGiant, StoreContract):
             rows.setdefault(row, {})[column] = read_plane(tile).samples
         return np.concatenate([np.concatenate([r[n] for n in sorted(r)], axis=1) for _, r in sorted(rows.items())])
 
+    def recipe(self, path: Path) -> Any:
+        return read_recipe(recipe_path(path / "image.dzi"))
 
-class TestPicture(OfTheGiant):
+
+class TestPicture(ExportPromises):
     kind, side, ending = "picture", None, ".png"
 
     def read(self, path: Path) -> Any:
         return read_plane(path).pixels
 
-    def test_nothing_lies_there_before_it_is_whole(self, tmp_path: Path) -> None:
-        """After every number of cells; the next run draws all of them."""
-        count = len(self.make(endless(), tmp_path / "o.png").grid)
-        for stop in range(count + 1):
-            assert self._fill(tmp_path / "o.png", stop) == stop
-            assert not list(tmp_path.iterdir())
-        store = self.make(endless(), tmp_path / "o.png")
-        for number in store.open():
-            cell = store.grid.cell(number)
-            pixels = endless().draw(cell.box.moved(*self.origin))
-            store.put(cell, store.packer(pixels, cell))
-        assert not list(tmp_path.iterdir())
-        store.finish(Run(1))
-        assert [p.name for p in tmp_path.iterdir()] == ["o.png"]
-
-    def test_a_file_gives_way_to_force_alone(self, tmp_path: Path) -> None:
-        """Even to the same picture; and a recipe of old beside it where the format holds none."""
-        self._fill(tmp_path / "o.png")
-        before = self.files(tmp_path)
-        for seed in (0, 1):
-            with pytest.raises(ParameterError, match=r"o\.png exists; name another file"):
-                self._fill(tmp_path / "o.png", seed=seed)
-        assert self.files(tmp_path) == before
-        self._fill(tmp_path / "o.png", seed=1, force=True)
-        assert read_recipe(tmp_path / "o.png")["seed"] == 1
-        (tmp_path / "p.bmp.recipe.json").write_text("mine")
+    def test_a_recipe_beside_goes_with_its_picture(self, tmp_path: Path) -> None:
+        """Where the format holds none: it is in nobody's way, and one of old does not outlive its picture."""
+        beside = tmp_path / "p.bmp.recipe.json"
+        beside.write_text("mine")
         with pytest.raises(ParameterError, match=r"p.bmp.recipe.json exists"):
             self.make(endless(), tmp_path / "p.bmp").look()
+        self._fill(tmp_path / "p.bmp", force=True)
+        assert read_recipe(tmp_path / "p.bmp")["seed"] == 0
+        (tmp_path / "o.png.recipe.json").write_text("old")
+        self._fill(tmp_path / "o.png", force=True)
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["o.png", "p.bmp", "p.bmp.recipe.json"]
 
     def test_what_its_format_does_not_hold_is_refused_in_the_plan(self, tmp_path: Path) -> None:
         for dtype, channels, ending, words in (
@@ -119,4 +365,4 @@ class TestPicture(OfTheGiant):
 
 
 def test_every_kind_of_store_is_under_contract() -> None:
-    assert {made.kind for made in OfTheGiant.__subclasses__()} == set(STORES)
+    assert {made.kind for made in (TestZarr, TestTiff, TestTiles, TestPicture)} == set(STORES)

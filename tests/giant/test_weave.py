@@ -6,6 +6,7 @@ import json
 import pickle
 import re
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,8 @@ from intarsia.errors import InputError, ParameterError, ResourceError
 from intarsia.files import read_plane, read_recipe
 from intarsia.files.png import decode_png, encode_png
 from intarsia.geometry import Box
-from intarsia.giant import bigtiff, cells, deepzoom, zarrays
+from intarsia.giant import cells, exports, zarrays
 from intarsia.giant.cells import Grid
-from intarsia.giant.ledger import ABOUT, Ledger
-from intarsia.giant.stream import store_of, stream
 from intarsia.testing import as_depth, texture
 from intarsia.testing.cases import noise
 
@@ -149,9 +148,9 @@ def test_auto_chooses_among_methods_that_make_windows() -> None:
 @pytest.fixture
 def cut(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small cells, so that a small picture has several."""
-    for module in (zarrays, deepzoom):
+    for module in (zarrays, exports):
         monkeypatch.setattr(module, "SIDE", 64)
-    monkeypatch.setattr(bigtiff, "AREA", 64 * 64)
+    monkeypatch.setattr(exports, "AREA", 64 * 64)
 
 
 DEPTHS = [("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1), ("uint16", 3), ("float32", 3),
@@ -233,7 +232,7 @@ def test_the_size_of_the_pieces_changes_no_byte(
     woven, found = small(feather), []
     for n, together in enumerate((one, two)):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(bigtiff, "AREA", together * 32 * 32)
+            patch.setattr(exports, "AREA", together * 32 * 32)
             patch.setattr(zarrays, "SIDE", 32 * together)
             woven.to_tiff(folder / f"{n}.tif", (90, 170), tile=32)
             woven.to_zarr(folder / f"{n}.zarr", (90, 170), chunk=32 + 13 * n)
@@ -241,105 +240,15 @@ def test_the_size_of_the_pieces_changes_no_byte(
     assert found[0] == found[1]
 
 
-SIDES = {"zarr": 32, "tiff": 32, "tiles": 32}
-
-
-def drawn(how: str, path: Path, force: bool = False, seed: int = 5) -> int:
-    """Weave, and return how many cells were drawn."""
-    woven = ia.weave(texture(80, 77, 3, 1), SMALL, seed)
-    store, counted = store_of(how, woven, path, (170, 150), (3, -8), SIDES[how], force), []
-    put = store.put
-    store.put = lambda cell, pieces: (counted.append(cell.number), put(cell, pieces))[1]  # type: ignore[method-assign]
-    stream(store, None, ia.Run(1))
-    return len(counted)
-
-
-@pytest.mark.usefixtures("cut")
-@pytest.mark.parametrize("how", SIDES)
-def test_corrupt_pieces_are_found_and_made_again(how: str, tmp_path: Path) -> None:
-    """Bytes that were turned over, files that were cut or removed; nothing else is drawn again."""
-    if how == "zarr":
-        needs("zarr")
-    path = tmp_path / "o"
-    first = drawn(how, path)
-    sound = files_below(path)
-    assert drawn(how, path) == 0
-    data = [Path(str(path) + name) for name in sorted(sound) if not name.endswith(("ledger", ".json", ".dzi"))]
-    chosen = data[len(data) // 2 :: max(len(data) // 3, 1)]
-    for target in chosen:
-        for damage in ("flip", "cut", "gone") if how != "tiff" else ("flip",):
-            whole = target.read_bytes()
-            at = len(whole) // 3
-            if damage == "gone":
-                target.unlink()
-            else:
-                rest = bytes([whole[at] ^ 255]) + whole[at + 1 :] if damage == "flip" else b""
-                target.write_bytes(whole[:at] + rest)
-            again = drawn(how, path)
-            assert again < first
-            assert again > 0 or how == "tiles", "tiles of smaller levels are made of others"
-            assert files_below(path) == sound
-
-
-def test_a_line_that_a_kill_cut_off_counts_as_not_written(tmp_path: Path) -> None:
-    """Wherever it was cut: what is left of a checksum is none."""
-    path, header = tmp_path / "o.ledger", {"holds": ABOUT, "recipe": {"seed": 1}}
-    ledger = Ledger.begin(path, header)
-    for name in ("a", "b"):
-        ledger.add(name, name.encode() * 9)
-    ledger.close()
-    whole = path.read_bytes()
-    for cut in range(1, len(whole.splitlines()[-1]) + 1):
-        path.write_bytes(whole[:-cut])
-        read = Ledger.load(path, header, "o", None)
-        assert read is not None
-        assert list(read.entries) == ["a"], cut
-
-
-@pytest.mark.usefixtures("cut")
-@pytest.mark.parametrize("how", SIDES)
-@pytest.mark.parametrize("keep", [0, 1, 7, 100000])
-def test_a_damaged_ledger_costs_time_only(how: str, keep: int, tmp_path: Path) -> None:
-    """Lines that are missing, cut off or wrong: their pieces count as not written."""
-    if how == "zarr":
-        needs("zarr")
-    path = tmp_path / "o"
-    drawn(how, path)
-    sound = files_below(path)
-    ledger = path / "weave.ledger" if path.is_dir() else tmp_path / "o.ledger"
-    lines = ledger.read_bytes().splitlines(keepends=True)
-    if how == "tiff" and keep < len(lines) - 1:
-        path.rename(tmp_path / "o.part")
-    ledger.write_bytes(b"".join(lines[: 1 + keep]) + b"zz 7 nonsense\nhalf a li")
-    drawn(how, path)
-    assert files_below(path) == sound
-
-
-@pytest.mark.usefixtures("cut")
-@pytest.mark.parametrize("how", SIDES)
-def test_another_recipe_is_refused_not_mixed(how: str, tmp_path: Path) -> None:
-    """It is named in what it differs; with force it gives way."""
-    if how == "zarr":
-        needs("zarr")
-    path = tmp_path / "o"
-    drawn(how, path)
-    before = files_below(path)
-    with pytest.raises(ParameterError, match=r"o holds another recipe \(seed\); name another place, or replace it"):
-        drawn(how, path, seed=6)
-    with pytest.raises(ParameterError, match=r"holds another recipe \((chunk|tile)\)"):
-        getattr(small(), f"to_{how}")(path, (170, 150), origin=(3, -8), **{"chunk" if how == "zarr" else "tile": 64})
-    assert files_below(path) == before
-    assert drawn(how, path, force=True, seed=6) > 0
-    assert files_below(path) != before
-    drawn(how, path, force=True)
-    assert files_below(path) == before
-
-
-@pytest.mark.parametrize("how", SIDES)
+@pytest.mark.parametrize("how", ["zarr", "tiff", "tiles"])
 def test_what_is_no_texture_is_never_touched(how: str, tmp_path: Path) -> None:
     """Other files and folders; with force, too, where it is a folder."""
     if how == "zarr":
         needs("zarr")
+
+    def woven(name: str, force: bool = False) -> None:
+        getattr(small(), f"to_{how}")(tmp_path / name, 40, force=force)
+
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "thesis.txt").write_text("years")
     (tmp_path / "file").write_text("work")
@@ -347,18 +256,11 @@ def test_what_is_no_texture_is_never_touched(how: str, tmp_path: Path) -> None:
         for force in (False, True):
             if not (name == "file" and how == "tiff" and force):
                 with pytest.raises(ParameterError):
-                    drawn(how, tmp_path / name, force)
+                    woven(name, force)
     assert (tmp_path / "folder" / "thesis.txt").read_text() == "years"
     assert (tmp_path / "file").read_text() == "work"
     with pytest.raises(InputError, match="does not exist; make it first"):
-        drawn(how, tmp_path / "missing" / "o")
-
-
-def test_a_tiff_that_somebody_replaced_is_not_written_to(tmp_path: Path) -> None:
-    drawn("tiff", tmp_path / "o")
-    (tmp_path / "o").write_bytes(b"a picture of somebody else, long enough to hold tiles" * 9999)
-    with pytest.raises(ParameterError, match="o exists; name another file"):
-        drawn("tiff", tmp_path / "o")
+        woven("missing/o")
 
 
 @pytest.mark.parametrize(
@@ -401,25 +303,32 @@ def test_labels_and_truth_values_are_stored(tmp_path: Path) -> None:
     assert (read_plane(tmp_path / "on.tif").pixels == 255 * bits[0:90, 0:90]).all()
 
 
-def test_cancelling_keeps_what_is_done(tmp_path: Path) -> None:
-    """Law 12: the same call goes on, and ends in the same bytes."""
-    from threading import Event
-
-    whole, event = tmp_path / "whole", Event()
-    small().to_tiff(whole, 300, tile=64)
+@pytest.mark.parametrize("how", ["zarr", "tiff", "tiles"])
+@pytest.mark.usefixtures("cut")
+def test_cancelling_leaves_nothing_half_written(how: str, tmp_path: Path) -> None:
+    """Law 12: of an array what is done stays, and is not drawn again; of a file or a folder there is nothing."""
+    if how == "zarr":
+        needs("zarr")
+    event, drawn = Event(), list[tuple[int, int]]()
 
     def step(done: int, total: int, draft: object) -> None:
-        if done == 1:
+        drawn.append((done, total))
+        if done == 2:
             event.set()
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bigtiff, "AREA", 64 * 64)
-        with pytest.raises(ia.CancelledError):
-            small().to_tiff(tmp_path / "o", 300, tile=64, run=ia.Run(1, step, event))
-    assert not (tmp_path / "o").exists()
-    assert (tmp_path / "o.part").stat().st_size > 16
-    small().to_tiff(tmp_path / "o", 300, tile=64)
-    assert files_below(tmp_path / "o") == files_below(whole)
+    def woven(name: str, run: ia.Run) -> None:
+        getattr(small(), f"to_{how}")(tmp_path / name, 150, **{"chunk" if how == "zarr" else "tile": 32}, run=run)
+
+    with pytest.raises(ia.CancelledError):
+        woven("o", ia.Run(1, step, event))
+    assert [done for done, _ in drawn] == [0, 1, 2]
+    assert [p.name for p in tmp_path.iterdir()] == (["o"] if how == "zarr" else [])
+    drawn.clear()
+    woven("o", ia.Run(1, step))
+    assert drawn[0][0] == (2 if how == "zarr" else 0)
+    assert drawn[-1] == (len(drawn) - 1 + drawn[0][0],) * 2
+    woven("whole", ia.Run(1))
+    assert files_below(tmp_path / "o") == files_below(tmp_path / "whole")
 
 
 def test_memory_is_asked_for_where_the_system_tells(monkeypatch: pytest.MonkeyPatch) -> None:

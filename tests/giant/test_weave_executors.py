@@ -34,9 +34,9 @@ def woven(path: Path, how: str, executor: Any, workers: int = 2, **more: Any) ->
 @pytest.fixture
 def cut(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small cells, so that a small picture has several."""
-    for module in ("zarrays", "deepzoom"):
+    for module in ("zarrays", "exports"):
         monkeypatch.setattr(f"intarsia.giant.{module}.SIDE", 64)
-    monkeypatch.setattr("intarsia.giant.bigtiff.AREA", 64 * 64)
+    monkeypatch.setattr("intarsia.giant.exports.AREA", 64 * 64)
 
 
 @pytest.mark.usefixtures("cut")
@@ -164,14 +164,15 @@ def test_a_scheduler_that_is_not_there(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("module", ["zarr", "dask", "distributed"])
+@pytest.mark.parametrize("module", ["zarr", "tifffile", "dask", "distributed"])
 def test_a_missing_extra_names_what_installs_it(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Exit code 5, before any work."""
     monkeypatch.setitem(sys.modules, module, None)
     asked: dict[str, Callable[[], object]] = {
         "zarr": lambda: small().to_zarr(tmp_path / "o.zarr", 64),
+        "tifffile": lambda: small().to_tiff(tmp_path / "o.tif", 64),
         "dask": lambda: small().to_dask(64),
-        "distributed": lambda: small().to_tiff(tmp_path / "o.tif", 64, executor="local"),
+        "distributed": lambda: small().to_tiles(tmp_path / "o", 64, executor="local"),
     }
     with pytest.raises(MissingExtraError) as caught:
         asked[module]()

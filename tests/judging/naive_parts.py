@@ -1,4 +1,4 @@
-"""Periods, repeats and segments of an output in plain loops."""
+"""Periods and repeats of an output in plain loops."""
 
 from __future__ import annotations
 
@@ -56,28 +56,3 @@ def shown_again(at: NDArray[Any], reach: int) -> NDArray[np.bool_]:
             around = product(range(-2, 3), repeat=2)
             out[y, x] |= sum(same(y + a, x + b, i + a, j + b) for a, b in around) >= 14
     return out
-
-
-def looks(labels: NDArray[Any], colours: NDArray[Any], number: int) -> list[int]:
-    """What is known of one segment, in 1/64: area, outline, how long, how slanted, colours, unevenness."""
-    spots = [(y, x) for y, x in np.ndindex(labels.shape) if labels[y, x] == number]
-    rim = 0
-    for y, x in spots:
-        near = ((y - 1, x), (y + 1, x), (y, x - 1), (y, x + 1))
-        inside = [(i, j) for i, j in near if 0 <= i < labels.shape[0] and 0 <= j < labels.shape[1]]
-        rim += any(labels[i, j] != number for i, j in inside)
-    n = len(spots)
-    my, mx = sum(y for y, _ in spots) / n, sum(x for _, x in spots) / n
-    high = sum((y - my) ** 2 for y, _ in spots) / n
-    wide = sum((x - mx) ** 2 for _, x in spots) / n
-    slant = sum((y - my) * (x - mx) for y, x in spots) / n
-    channels = colours.shape[2]
-    root = 256 * math.sqrt(channels)
-    means = [sum(int(colours[y, x, c]) for y, x in spots) / n for c in range(channels)]
-    uneven = sum(sum((int(colours[y, x, c]) - means[c]) ** 2 for y, x in spots) / n for c in range(channels))
-    size = high + wide + 0.3
-    found = [
-        math.log2(n), 0.5 * rim / math.sqrt(n), 1.5 * (high - wide) / size, 3 * slant / size,
-        *(1.2 * m / root for m in means), 1.5 * math.sqrt(uneven) / root,
-    ]  # fmt: skip
-    return [round(64 * v) for v in found]

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.judging.parts import measured, sources_of
-from intarsia.judging.periods import Periods, periods_of
-from intarsia.judging.reference import Reference
+from intarsia.judging.reference import Periods, Reference
 
 SQUARE = Periods(((24 * 256, 0), (0, 32 * 256)), 128)
 SLANTED = Periods(((20 * 256 + 77, 5 * 256), (-3 * 256, 28 * 256 - 31)), 0)
@@ -87,7 +86,7 @@ def test_unusable_pixels_say_nothing_of_periods() -> None:
 def test_without_a_lattice_nothing_is_lost() -> None:
     still = ia.score((blobs(128, 128, 1) // 4).astype(np.uint8), np.full((128, 128, 3), 90, np.uint8))
     free = np.random.default_rng(3).integers(0, 255, (96, 96, 3)).astype(np.int16)
-    assert periods_of([free, free], [None, None]) is None
-    assert periods_of([free], [None]) is None
+    assert Reference((free, free), (None, None)).periods is None
+    assert Reference((free,), (None,)).periods is None
     assert ia.score(free.astype(np.uint8), free[::-1].astype(np.uint8)).parts["lattice"].worth == 1
     assert still.parts["blurred"].worth == 0

@@ -9,8 +9,8 @@ import numpy as np
 from judging.naive_parts import shown_again as plain
 from judging.naive_windows import blobs
 
+from intarsia.judging.parts import _again, shown_again
 from intarsia.judging.reference import Reference
-from intarsia.judging.repeats import again, shown_again
 from intarsia.judging.sources import Sources
 
 
@@ -42,7 +42,7 @@ def test_a_chunk_that_returns_counts_and_its_pieces_do_not() -> None:
     mixed = [squares[o].reshape(4, 4, 16, 16, 3).swapaxes(1, 2).reshape(64, 64, 3) for o in orders]
     whole = np.tile(chunk, (2, 2, 1))
     dealt = np.vstack([np.hstack(mixed[:2]), np.hstack(mixed[2:])])
-    found = [again(Sources.of(reference.levels[0], p), [128]) for p in (exemplar, whole, dealt)]
+    found = [_again(Sources.of(reference.levels[0], p), [128]) for p in (exemplar, whole, dealt)]
     assert found[0] == 0
     assert found[1] > 80
     assert found[2] < found[1] / 4

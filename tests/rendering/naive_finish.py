@@ -12,7 +12,7 @@ import numpy as np
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
 from intarsia.image import Plane
-from intarsia.rendering.potential import potential
+from intarsia.rendering.finish import potential
 from intarsia.sourcemap import SourceMap
 
 

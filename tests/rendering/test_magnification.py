@@ -22,7 +22,7 @@ from intarsia.exemplar import REDUCED, Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.rendering.colour import from_linear, to_linear
 from intarsia.rendering.magnification import magnified, reduced
-from intarsia.rendering.mixers import averaged
+from intarsia.rendering.mixing import averaged
 from intarsia.rendering.render import render
 from intarsia.sourcemap import Blend, SourceMap
 from intarsia.testing import as_depth, texture

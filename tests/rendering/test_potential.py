@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from intarsia.rendering.potential import FINE, potential
+from intarsia.rendering.finish import FINE, potential
 
 
 @pytest.mark.parametrize("radius", [12, 40, 96])

@@ -17,15 +17,16 @@ from rendering.test_render import DTYPES, laid, noise_map, pixels_of
 
 import intarsia as ia
 from intarsia import files
+from intarsia.analysis.features import features
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Wrap
 from intarsia.image import Kind, Plane
-from intarsia.judging.score import score_map
 from intarsia.levelling import Levelling
 from intarsia.rendering.render import render
 from intarsia.run import Run
+from intarsia.seams.cost import seam_total
 from intarsia.sourcemap import HOLE, Blend, Mixing, SourceMap
 from intarsia.tasks.starts import with_hole
 
@@ -463,8 +464,9 @@ def test_seams_of_a_turned_piece_cost_nothing() -> None:
     exemplar = Exemplar.of(pixels_of("uint8", (96, 96, 3)))
     whole = replace(laid_by(turn(30, 0.7), (48, 48), (96, 96)), sources=(exemplar.source,))
     torn = replace(wild_map((48, 48), (96, 96)), sources=(exemplar.source,))
-    assert score_map([exemplar], whole).parts["seams"].measured == 0
-    assert score_map([exemplar], torn).parts["seams"].measured > 10
+    feats = features([exemplar])
+    assert seam_total(feats, [exemplar], whole) == 0
+    assert seam_total(feats, [exemplar], torn) > 48 * 48
     assert whole.usage()[0].sum() == 48 * 48
 
 

@@ -155,21 +155,3 @@ def naive_repeats(
             far = max(abs(g) // 3 if 1 - axis == course else abs(g) for axis, g in enumerate(gap))
             total += 256 + (768 * (reach - far) // reach if far < reach else 0)
     return total * step * step // (h * w)
-
-
-def naive_shift_cost(
-    naive: NaiveMap, sources: Sources, box: tuple[int, int, int, int], pick: Source, step: int
-) -> int:
-    """Mean squared difference, times 256, of a map and a piece where both are known; -1: nowhere."""
-    gaps = []
-    for i, j in product(range(0, box[2], step), range(0, box[3], step)):
-        at = [box[0] + i, box[1] + j]
-        for axis in (0, 1):
-            if naive.wraps[axis]:
-                at[axis] %= naive.size[axis]
-        old = sources.get((at[0], at[1]))
-        new = naive.grown(pick[0], pick[1] + i, pick[2] + j)
-        if old is not None and new is not None:
-            p, q = (naive.pictures[v][y, x].astype(int) for v, y, x in (old, new))
-            gaps.append(int(((p - q) ** 2).sum()))
-    return sum(gaps) * 256 // len(gaps) if gaps else -1

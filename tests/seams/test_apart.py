@@ -27,7 +27,7 @@ def sewing_of(
     """An empty map of one exemplar or two, wider than high."""
     exemplars = [Exemplar.of(texture(40, 52, 1, seed), toroidal=toroidal) for seed in range(1 + two)]
     growth = Growth(PatchSettings((16, 16), (6, 6), isometries=poses), exemplars, Canvas(48, 56, wrap))
-    return graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.1, tries=6, margin=4))
+    return graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.1, margin=4))
 
 
 def scattered(sewing: graphcut.GraphcutGrowth, seed: int) -> None:
@@ -169,9 +169,9 @@ def test_what_is_shown_is_counted_in_cells(step: int) -> None:
     sewing = sewing_of(poses=(0, 5), two=True)
     scattered(sewing, step)
     sewing._step = step
-    assert sewing._sub is not None
-    f, (h, w) = sewing._sub.factor, sewing._sub.cells
-    for v, (valid, counts) in enumerate(zip(sewing._sub.valid, sewing.search_prices().counts, strict=True)):
+    assert sewing._search is not None
+    f, (h, w) = sewing._search.factor, sewing._search.cells
+    for v, (valid, counts) in enumerate(zip(sewing._search.valid, sewing.search_prices().counts, strict=True)):
         cells = np.zeros((valid.shape[0] + h - 1, valid.shape[1] + w - 1), np.int64)
         for y, x in product(range(0, sewing.variant.shape[0], step), range(0, sewing.variant.shape[1], step)):
             place = posed_alike(sewing, y, x, v)

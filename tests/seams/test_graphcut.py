@@ -15,7 +15,6 @@ from seams.naive_recut import (
     energy,
     exhaustive_energy,
     naive_repeats,
-    naive_shift_cost,
     scipy_energy,
 )
 
@@ -30,11 +29,10 @@ from intarsia.kernels.windows import Grown
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.settings import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
-from intarsia.seams.chances import likelihood
-from intarsia.seams.entire_patch import EntireSearch, pieces_of
+from intarsia.seams.graphcut import likelihood
 from intarsia.seams.recut_kernels import NEVER, Draft
 from intarsia.seams.worst import CELL, WorstSeams
-from intarsia.search import reduce_kernels, sizes
+from intarsia.search import sizes
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.testing import texture
 
@@ -300,67 +298,6 @@ def test_as_much_is_looked_at_on_any_canvas(wrap: Wrap) -> None:
                 )
 
 
-@settings(max_examples=40, deadline=None)
-@given(seeds)
-def test_entire_patches_are_measured_where_both_are_known(seed: int) -> None:
-    """The mean squared difference over all that map and exemplar share, and the best place close by."""
-    scene = Scene(seed)
-    rng = np.random.default_rng(seed)
-    sources, naive = scene.sources(), scene.naive
-    box = (int(rng.integers(-3, 4)), int(rng.integers(-3, 4)), 7, 8)
-    pick = tuple(int(n) for n in rng.integers((0, -3, -3), (2, 5, 5)))
-    for step in (1, 2):
-        got = placement_kernels.shift_cost(scene.shown, scene.pieces, box, pick, step)
-        assert got == naive_shift_cost(naive, sources, box, pick, step)
-    v, at, around, size = pick[0], (3, 3), (2, 1), (3, 3)
-    valid = rng.random((4, 4)) < 0.8
-    rows = np.array([(0, v, 2, 2)], np.int64)
-    placement_kernels.follow(scene.shown, scene.pieces, at, size, valid, around, 2, 3, rows)
-    wide = (1, 2, 7, 5)
-    costs = {}
-    for a, b in product((1, 2, 3), (1, 2, 3)):
-        cost = naive_shift_cost(naive, sources, wide, (v, a - 2, b - 1), 3)
-        if valid[a, b] and cost >= 0:
-            costs[a, b] = cost
-    best = min(costs.items(), key=lambda item: (item[1], item[0]), default=(None, -1))
-    assert rows[0, 0] == best[1]
-    assert best[0] is None or tuple(rows[0, 2:].tolist()) == best[0]
-
-
-@pytest.mark.parametrize("masked", [False, True])
-def test_all_shifts_at_once_are_all_shifts_one_by_one(masked: bool) -> None:
-    """The FFT gives the mean of every coarse shift of the whole exemplar, to the last digit."""
-    usable = np.ones((22, 19), bool)
-    usable[3:6, 15:] = not masked
-    e = Exemplar.of(texture(22, 19, 3, 5), usable=usable)
-    grown = patches_growth.Growth(PatchSettings((8, 9), (3, 3)), [e], Canvas(30, 33, Wrap.X))
-    work, search = grown.growing, grown.finder
-    work.variant[4:20, 3:30] = 0
-    work.yx[4:20, 3:30] = np.moveaxis(np.indices((16, 27)) * 5 % 15, 0, 2)
-    entire = EntireSearch(search, pieces_of(grown.variants, [e]))
-    f = search.factor
-    picture = reduce_kernels.coarse_picture(grown.variants.picture(0), f, search.mean, search.axes, search.clip)
-    ok = usable[: 22 // f * f, : 19 // f * f].reshape(22 // f, f, 19 // f, f).all(axis=(1, 3))
-    means = entire._means(0, work.variant, work.yx, (6, 25), grown.layout.wraps)
-    rows, columns = 22 // f, 19 // f
-    feats = np.zeros((rows * f, columns * f, 3), np.int16)
-    for u, s in product(*map(range, means.shape)):
-        if not search.valid[0][u, s]:
-            assert means[u, s] == 1 << 60
-            continue
-        known = np.zeros(feats.shape[:2], np.uint8)
-        for i, j in product(*map(range, known.shape)):
-            y, x = 6 - u * f + i, (25 - s * f + j) % 33
-            known[i, j] = 0 <= y < 30 and work.variant[y, x] != HOLE
-            feats[i, j] = grown.variants.picture(0)[tuple(work.yx[y, x])] if known[i, j] else 0
-        here = np.empty((1, len(search.axes), rows, columns), np.float32)
-        mask = np.empty((1, rows, columns), np.float32)
-        reduce_kernels.coarse_templates(feats[None], known[None], f, search.mean, search.axes, search.clip, here, mask)
-        both = (mask[0] > 0) & ok
-        apart = int((((here[0] - picture) ** 2).sum(axis=0) * both).sum())
-        assert means[u, s] == (apart * 256 // both.sum() if both.any() else 1 << 60)
-
-
 def test_chances_fall_off_as_published() -> None:
     """A place is drawn with a chance of exp(-C / (k sigma^2)), in whole numbers that are the same everywhere."""
     x = np.arange(0, 1400)
@@ -412,8 +349,7 @@ def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -
 
 
 @pytest.mark.parametrize("wrap", ["none", "both"])
-@pytest.mark.parametrize("placement", ["sub", "entire", "random"])
-def test_refinement_never_makes_seams_dearer(wrap: str, placement: str) -> None:
+def test_refinement_never_makes_seams_dearer(wrap: str) -> None:
     """After every attempt the seams of the whole map cost less, or the map is what it was."""
     e, drafts = Exemplar.of(texture(36, 40, 3, 2), toroidal=wrap == "both"), []
 
@@ -421,7 +357,7 @@ def test_refinement_never_makes_seams_dearer(wrap: str, placement: str) -> None:
         assert callable(draft)
         drafts.append((done, total, draft()))
 
-    method = ia.Graphcut(patch=14, overlap=5, placement=placement, refinements=25, seam="difference")
+    method = ia.Graphcut(patch=14, overlap=5, refinements=25, seam="difference")
     made = ia.synthesize(e, (52, 60), method, seed=4, wrap=wrap, run=ia.Run(1, step))
     windows = drafts[-1][1] - 25
     refined = [d for done, _, d in drafts if done >= windows]
@@ -459,10 +395,9 @@ def test_an_exemplar_put_on_itself_has_no_seams() -> None:
     which = np.zeros((48, 48), np.uint8)
     which[18:30, 15:27] = HOLE
     start = SourceMap(start.yx, which, None, start.sources)
-    for placement in ("sub", "entire"):
-        method = ia.Graphcut(patch=24, overlap=8, placement=placement, randomness=1e-6, usage=0.0, refinements=0)
-        out = ia.synthesize(e, None, method, start=start, run=ia.Run(1)).map
-        assert naive_total(e, out) == 0
+    method = ia.Graphcut(patch=24, overlap=8, usage=0.0, refinements=0)
+    out = ia.synthesize(e, None, method, start=start, run=ia.Run(1)).map
+    assert naive_total(e, out) == 0
 
 
 def test_a_bad_seam_is_covered() -> None:
@@ -475,17 +410,19 @@ def test_a_bad_seam_is_covered() -> None:
     work.variant[:] = 0
     work.yx[:] = np.moveaxis(np.indices((60, 60)), 0, 2)
     work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0, tries=4))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0))
     before = sewing.total
     assert sum(sewing.refine(3, 5, ia.Run(1), 40)) >= before * 9 // 10
     assert sewing.total <= before // 10
 
 
-def test_the_placement_that_promises_the_cheapest_seams_is_cut_in() -> None:
+def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
+    monkeypatch.setattr(graphcut, "RANDOMNESS", 1.0)
+    monkeypatch.setattr(graphcut, "TRIES", 6)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=6, randomness=1.0, margin=2))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(margin=2))
     first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
     assert first is not None
     sewing.paste(first)
@@ -498,15 +435,18 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in() -> None:
     found = sewing.cheapest(box, 2, filling=True)
     assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
-    fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=2, randomness=1.0))
+    monkeypatch.setattr(graphcut, "TRIES", 2)
+    fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
     assert fewer._drawn(box, 2, filling=True) == picks[:2]
 
 
-def test_cheap_placements_are_the_likely_ones() -> None:
+def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
+    monkeypatch.setattr(graphcut, "RANDOMNESS", 0.0)
+    monkeypatch.setattr(graphcut, "TRIES", 1)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(tries=1, randomness=0.0))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
     first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
     assert first is not None
     sewing.paste(first)

@@ -56,7 +56,7 @@ def test_holes_alone_hold_no_piece() -> None:
     assert shifts_around(nothing, np.zeros((3, 3, 2), np.int32), places, (0, 0), table, np.zeros(1, bool)) == []
 
 
-def sewing_of(wrap: Wrap, tries: int, toroidal: bool = False) -> graphcut.GraphcutGrowth:
+def sewing_of(wrap: Wrap, toroidal: bool = False) -> graphcut.GraphcutGrowth:
     """Two pieces side by side, the right one out of step by four columns."""
     e = Exemplar.of(texture(60, 60, 1, 4), toroidal=toroidal)
     growth = Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(48, 48, wrap))
@@ -64,13 +64,13 @@ def sewing_of(wrap: Wrap, tries: int, toroidal: bool = False) -> graphcut.Graphc
     work.variant[:] = 0
     work.yx[:] = np.moveaxis(np.indices((48, 48)), 0, 2)
     work.yx[:, 30:, 1] += 4
-    return graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0, tries=tries, margin=4))
+    return graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0, margin=4))
 
 
 @pytest.mark.parametrize("wrap", [Wrap.NONE, Wrap.BOTH])
 def test_the_pieces_of_a_window_are_told_by_its_first_pixel(wrap: Wrap) -> None:
     """Both pieces of a map of two, wherever the window lies; over a border that wraps they are other pieces."""
-    sewing = sewing_of(wrap, 6)
+    sewing = sewing_of(wrap)
     assert sewing.shown((10, 8, 16, 16)) == [(0, 10, 8)]
     assert set(sewing.shown((10, 22, 16, 16))) == {(0, 10, 22), (0, 10, 26)}
     at_the_end = set(sewing.shown((40 if wrap is Wrap.BOTH else 32, 10, 16, 16)))
@@ -81,7 +81,8 @@ def test_a_piece_grows_over_its_neighbour_where_nothing_is_found(monkeypatch: py
     """Without any candidate of the search one of two pieces takes what the other leaves, and never makes it dearer."""
     falls = {}
     for tries in (2, 6):
-        sewing = sewing_of(Wrap.NONE, tries)
+        sewing = sewing_of(Wrap.NONE)
+        monkeypatch.setattr(graphcut, "TRIES", tries)
         monkeypatch.setattr(sewing, "_drawn", lambda box, bits, filling: [])
         before = sewing.total
         saved = sewing.refine(1, 2, Run(1), 40)
@@ -93,7 +94,8 @@ def test_a_piece_grows_over_its_neighbour_where_nothing_is_found(monkeypatch: py
 
 def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """The largest pieces first, then as many drawn ones as there is room for; empty windows take drawn ones alone."""
-    sewing, tried = sewing_of(Wrap.NONE, 6), list[tuple[int, int, int]]()
+    monkeypatch.setattr(graphcut, "TRIES", 6)
+    sewing, tried = sewing_of(Wrap.NONE), list[tuple[int, int, int]]()
     drawn = [(0, k, k) for k in range(6)]
     monkeypatch.setattr(sewing, "_drawn", lambda box, bits, filling: drawn)
     monkeypatch.setattr(sewing, "best", lambda box, picks, limit: tried.extend(picks))

@@ -84,7 +84,6 @@ def test_what_is_there_is_gone_on_with_in_step() -> None:
     ("given", "canvas", "said"),
     [
         ({}, Canvas(90, 90, "x"), "a canvas that wraps"),
-        ({"placement": "entire"}, Canvas(90, 90), "placement=entire"),
         ({"isometries": "180"}, Canvas(90, 90), "isometries=180"),
         ({"lattice": ((0.0, 13.0),)}, Canvas(90, 90), "rows of one vector"),
         ({"lattice": ((0.0, 13.0), (70.0, 0.0))}, Canvas(90, 90), "no patch of 16 px"),

@@ -22,8 +22,14 @@ from intarsia.seams.whole_elements import Elements
 from intarsia.segments.wholes import JOINT, wholes
 from intarsia.testing import texture
 
-METHOD = ia.Graphcut(patch=48, overlap=16, refinements=6, tries=2)
+METHOD = ia.Graphcut(patch=48, overlap=16, refinements=6)
 ONE = ia.Run(1)
+
+
+@pytest.fixture(autouse=True)
+def few_placements(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two for each window, so that some elements are damaged."""
+    monkeypatch.setattr("intarsia.seams.graphcut.TRIES", 2)
 
 
 def stones(height: int = 180, width: int = 180, seed: int = 2) -> np.ndarray:
@@ -87,9 +93,9 @@ def test_without_elements_nothing_changes(pixels: np.ndarray) -> None:
     exemplar = Exemplar.of(pixels)
     assert wholes(exemplar) is None
     patch = min(32, *(n // 2 for n in pixels.shape[:2]))
-    small = ia.Graphcut(patch=patch, overlap=patch // 3, refinements=3, tries=1)
+    small = ia.Graphcut(patch=patch, overlap=patch // 3, refinements=3)
     plain, more = (ia.synthesize(exemplar, (80, 90), m, seed=1).map for m in (small, ia.Graphcut(
-        patch=patch, overlap=patch // 3, refinements=3, tries=1, whole=3)))  # fmt: skip
+        patch=patch, overlap=patch // 3, refinements=3, whole=3)))  # fmt: skip
     np.testing.assert_array_equal(plain.yx, more.yx)
 
 
@@ -133,7 +139,7 @@ def told_again(work: Mending) -> float:
 
 @pytest.mark.parametrize("wrap", ["none", "x", "both"])
 def test_threads_wraps_and_poses(wrap: str) -> None:
-    method = ia.Graphcut(patch=48, overlap=16, refinements=4, tries=1, whole=2, isometries="both")
+    method = ia.Graphcut(patch=48, overlap=16, refinements=4, whole=2, isometries="both")
     maps = [ia.synthesize(EXEMPLAR, (150, 140), method, seed=5, wrap=wrap, run=ia.Run(n)).map for n in (1, 3)]
     np.testing.assert_array_equal(maps[0].yx, maps[1].yx)
     assert maps[0].yx.min() >= 0

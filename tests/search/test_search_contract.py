@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from search.search_contract import HEIGHT, WIDTH, Patch, SearchContract, SearchScene
 
 from intarsia.geometry import Wrap
 from intarsia.guide import Guide
@@ -15,8 +16,7 @@ from intarsia.search import candidates, guided
 from intarsia.search.fourier import PatchSearch
 from intarsia.search.guide import ONE, WindowGuide
 from intarsia.search.windows import WindowGrid
-from intarsia.testing import SearchContract, SearchScene, noise
-from intarsia.testing.search import HEIGHT, WIDTH, Patch
+from intarsia.testing import noise
 
 SEAM = 4
 

@@ -28,7 +28,7 @@ from intarsia.segments.feature_group import (
 )
 from intarsia.segments.felzenszwalb import PixelGraph, even_colours, numbered, smoothed
 from intarsia.segments.segments import SizeRule, find_segments, limited, segments, vote
-from intarsia.tasks.segment_drawing import CHOSEN, GROUND, LINE, segment_overlay
+from intarsia.tasks.drawings import CHOSEN, GROUND, LINE, segment_overlay
 from intarsia.testing.cases import noise
 
 SEEN = """

@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 import stat
 import subprocess
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,12 @@ def foreign(folder: Path) -> None:
 def all_of(folder: Path) -> dict[str, bytes]:
     """Every file below a folder."""
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def images_of(folder: Path) -> set[str]:
+    """The images that a studio at rest knows."""
+    with closing(Store(folder)) as store:
+        return {row["id"] for row in store.all("images")}
 
 
 class Filled:
@@ -135,6 +142,7 @@ class TestTheTable:
             (folder / ".intarsia-studio").unlink()
         with studio(folder) as served:
             assert before.listed(served) == before.known
+        assert images_of(folder) == {name[7:23] for name in kept if name.endswith(".png") and name.startswith("images")}
         assert kept
         assert kept.items() <= all_of(folder).items()
 

@@ -125,6 +125,15 @@ def test_every_parameter_of_a_method_has_a_field(page: Desk) -> None:
     assert page.jobs[0]["options"]["boundary_patch"] == 64
 
 
+def test_escape_closes_the_list_of_methods(page: Desk) -> None:
+    page.sample("tiles")
+    page.page.locator(".pick-head").click()
+    methods = page.page.get_by_role("radiogroup", name="Method")
+    expect(methods).to_be_visible()
+    page.page.keyboard.press("Escape")
+    expect(methods).to_be_hidden()
+
+
 def test_a_refused_job_says_why(page: Desk) -> None:
     page.sample("tiles")
     page.quick()
@@ -240,7 +249,7 @@ def test_a_size_that_is_not_allowed_is_refused(page: Desk) -> None:
     page.sample("tiles")
     page.page.get_by_role("spinbutton", name="Width in px").fill("99999")
     page.button("Grow").click()
-    said = "Width in px: 99999 is not allowed; give a whole number of at least 1, of at most 65536."
+    said = "Width in px: 99999 is not allowed; give a whole number from 1 to 65536."
     expect(page.page.get_by_role("alert")).to_have_text(said)
     page.room("Paint")
     page.button("8 times the exemplar").click()

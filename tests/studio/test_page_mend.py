@@ -68,6 +68,7 @@ def test_a_picture_is_made_to_tile(mend: Desk) -> None:
     mend.button("Make it tile").click()
     result = mend.served.get(f"/api/results/{mend.grown()}")
     assert (result["verb"], mend.jobs[0]["options"]) == ("tile", {"axes": "x"})
+    expect(mend.page.get_by_role("heading", name="Tiled, seed 0")).to_be_visible()
 
 
 def made(page: Desk) -> np.ndarray:

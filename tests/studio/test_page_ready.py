@@ -12,7 +12,7 @@ from studio.browser import Desk, desk
 from studio.served import studio
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, expect
+    from playwright.sync_api import Browser, Route, expect
 else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
@@ -50,6 +50,28 @@ def test_a_job_that_waits_tells_for_what_and_shows_no_exemplar(page: Desk, small
     assert grey(page) == (96, 80)
     page.served.post(f"/api/jobs/{first['id']}/cancel")
     page.served.ended(first)
+
+
+@pytest.mark.parametrize(
+    ("verb", "stage", "said"),
+    [("heal", None, "Healing"), ("heal", "grow", "Healing"), ("tile", "grow", "Tiling"), ("grow", "render", "Drawing")],
+)
+def test_what_a_job_is_at_is_said_as_people_say_it(page: Desk, verb: str, stage: str | None, said: str) -> None:
+    script = "async job => (await import('/static/js/core/words.js')).state(job)"
+    assert page.page.evaluate(script, {"verb": verb, "stage": stage, "state": "running"}) == said
+
+
+def test_no_scale_is_told_while_no_picture_is_there(page: Desk) -> None:
+    held: list[Route] = []
+    page.page.route("**/albedo.png?side=4096", lambda route: held.append(route))
+    page.sample("tiles")
+    zoom = page.page.get_by_label("Zoom", exact=True)
+    expect(zoom).to_have_text("")
+    while not held:
+        page.page.wait_for_timeout(20)
+    for route in held:
+        route.continue_()
+    expect(zoom).to_have_text(re.compile(r"^\d+ %$"))
 
 
 def grey(page: Desk) -> tuple[int, int]:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from studio.browser import DESK, desk
-from studio.served import QUICK, Served
+from studio.browser import DESK, Desk, desk
+from studio.served import QUICK, Served, pixels, png
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, expect
@@ -42,6 +42,24 @@ def test_twenty_pages_open_and_each_hears_of_a_new_job(browser: Browser, served:
     served.client.delete(f"/api/jobs/{job['id']}").raise_for_status()
     expect(pages[0].locator(f".made [data-job='{job['id']}']")).to_have_count(0)
     context.close()
+
+
+def test_every_page_hears_of_a_new_exemplar_and_lists_the_newest_first(page: Desk) -> None:
+    beside = opened(page.page.context, page.served)
+    beside.get_by_role("link", name="intarsia studio: begin").click()
+    page.drop(sooner=png(pixels(40, 44, seed=11)))
+    page.page.get_by_role("heading", name="sooner").wait_for()
+    page.drop(later=png(pixels(40, 44, seed=12)))
+    cards = beside.get_by_role("region", name="Opened before").locator(".card")
+    expect(cards.nth(0)).to_have_text("later")
+    expect(cards.nth(1)).to_have_text("sooner")
+    beside.reload()
+    expect(cards.nth(0)).to_have_text("later")
+    expect(cards.nth(1)).to_have_text("sooner")
+    beside.get_by_role("button", name="Delete later").click()
+    expect(page.page.get_by_role("heading", name="later")).to_have_count(0)
+    beside.get_by_role("button", name="Undo").click()
+    expect(page.page.get_by_role("region", name="Opened before").locator(".card").first).to_have_text("later")
 
 
 def test_a_page_tells_when_the_studio_is_gone(browser: Browser, tmp_path: Path) -> None:

@@ -36,6 +36,7 @@ class Worker:
             await self.stopped.wait()
             raise FailedError("cancelled", 130)
         if do == "command":
+            await asyncio.sleep(0.02)
             raise FailedError("nothing is done here.", 1)
         return {}, b""
 
@@ -64,7 +65,7 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
         for number, (name, height) in enumerate((("fine", 10), ("large", large), ("slow", 10))):
             row = {"id": f"{number:016}", "name": name, "width": 100, "height": height, "files": [f"{name}.png"]}
             store.put("exemplars", row)
-        jobs = Jobs(store, Events(), worker, Worker())  # type: ignore[arg-type]
+        jobs = Jobs(store, Events(), worker, Worker(), Worker())  # type: ignore[arg-type]
         jobs.begin()
         trials = lambda: [words[0].rpartition("/")[2] for do, words in worker.asked if do == "prepare"]  # noqa: E731
         await settled(lambda: ("warm", None) in worker.asked)
@@ -86,13 +87,13 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
     asyncio.run(work())
 
 
-def opened(folder: Path, worker: Worker) -> Jobs:
+def opened(folder: Path, worker: Worker, slow: Worker | None = None) -> Jobs:
     """The queue of a folder with two exemplars: one is looked at in no time, the other never to the end."""
     store = Store(folder)
     for number, name in enumerate(("fine", "slow")):
         row = {"id": f"{number:016}", "name": name, "width": 100, "height": 10, "files": [f"{name}.png"]}
         store.put("exemplars", row)
-    jobs = Jobs(store, Events(), worker, Worker())  # type: ignore[arg-type]
+    jobs = Jobs(store, Events(), worker, slow or Worker(), Worker())  # type: ignore[arg-type]
     jobs.begin()
     return jobs
 
@@ -114,17 +115,45 @@ def test_a_job_goes_before_warming_which_goes_on_afterwards(tmp_path: Path) -> N
     asyncio.run(work())
 
 
-def test_a_method_that_takes_minutes_comes_after_all_that_waits(tmp_path: Path) -> None:
+class Endless(Worker):
+    """A process whose work takes until it is cancelled."""
+
+    async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
+        """Work on and on."""
+        self.asked.append((do, given["words"]))
+        await self.stopped.wait()
+        raise FailedError("cancelled", 130)
+
+
+def test_a_method_that_takes_minutes_comes_after_all_that_waits_and_holds_up_nothing(tmp_path: Path) -> None:
     async def work() -> None:
-        worker = Worker()
-        jobs = opened(tmp_path, worker)
+        worker, slow = Worker(), Endless()
+        slow.asked = worker.asked
+        jobs = opened(tmp_path, worker, slow)
         await settled(lambda: not jobs.busy)
-        for method in ("efros-leung", "image-quilting", "graphcut"):
-            jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": {"method": method}})
-        asked = lambda: [words for do, words in worker.asked if do == "command"]  # noqa: E731
-        await settled(lambda: len(asked()) == 3)
-        methods = [word for words in asked() for word in words if word.startswith("--method=")]
-        assert methods == ["--method=image-quilting", "--method=graphcut", "--method=efros-leung"]
+
+        def add(method: str) -> str:
+            job = jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": {"method": method}})
+            return str(job["id"])
+
+        def asked() -> list[str]:
+            given = [words for do, words in worker.asked if do == "command"]
+            return [word.removeprefix("--method=") for words in given for word in words if "method" in word]
+
+        first, second = add("efros-leung"), add("efros-leung")
+        add("image-quilting")
+        add("graphcut")
+        await settled(lambda: jobs.get(first)["state"] == "running")
+        assert asked() == ["image-quilting", "graphcut", "efros-leung"]
+        third = add("patch-sampling")
+        await settled(lambda: jobs.get(third)["state"] == "failed")
+        assert (jobs.get(first)["state"], jobs.get(second)["state"]) == ("running", "queued")
+        await settled(lambda: not jobs.busy)
+        jobs.cancel(first)
+        await settled(lambda: jobs.get(second)["state"] != "queued")
+        assert jobs.get(first)["state"] == "cancelled"
+        assert slow.ended  # it keeps no memory when it has nothing to do
+        assert not worker.stopped.is_set()
         await jobs.end()
         jobs.store.close()
 
@@ -177,6 +206,7 @@ def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use
         await settled(lambda: jobs._preparing == slow)
         first = jobs.add({"verb": "grow", "exemplars": [slow], "options": dict(QUICK)})
         assert (first["state"], first["stage"]) == ("queued", "the exemplar is looked at")
+        assert jobs.busy  # no sketch is drawn before it
         await asyncio.sleep(0.2)
         assert not worker.ended  # what is found out serves this job
         jobs.add({"verb": "tile", "exemplars": [slow], "options": {}})

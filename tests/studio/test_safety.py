@@ -221,6 +221,10 @@ class TestJobs:
         assert said.strip("./") in refused(answer, 400)
         assert len(served.get("/api/jobs")) == before
 
+    def test_a_refusal_names_the_option_as_it_is_called_here(self, served: Served, small: str) -> None:
+        asked = {"verb": "grow", "exemplars": [small], "options": {"size": "65000x65000"}}
+        assert refused(served.client.post("/api/jobs", json=asked), 400).startswith("size: 65000x65000 is not allowed;")
+
     @pytest.mark.parametrize(
         "job",
         [

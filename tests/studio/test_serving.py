@@ -67,13 +67,16 @@ def test_a_port_that_is_taken_is_told_in_one_line(tmp_path: Path) -> None:
     assert len(done.stderr.strip().splitlines()) == 1
 
 
-@pytest.mark.parametrize("words", [("missing.png",), ("--port", "70000"), ("--folder", "/proc/nowhere/x")])
+@pytest.mark.parametrize(
+    "words", [("missing.png",), ("--port", "70000"), ("--folder", "/proc/nowhere/x"), ("--folder", __file__)]
+)
 def test_what_cannot_be_is_told_in_one_line(tmp_path: Path, words: tuple[str, ...]) -> None:
     folder = () if "--folder" in words else ("--folder", str(tmp_path / "folder"))
     done = run(*words, *folder)
     assert done.returncode in (1, 2, 3)
     assert len(done.stderr.strip().splitlines()) == 1
     assert "Traceback" not in done.stderr
+    assert "Errno" not in done.stderr
 
 
 def test_without_its_packages_it_says_how_they_are_installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -304,7 +304,7 @@ class TestWindows:
         assert ("--jitter-output=jitter_output.png" in found["command"]) == (jitter is PAINTED)
         job = served.ended(served.post("/api/jobs", found["job"], 202))
         result = served.get(f"/api/results/{job['result']}")
-        assert [entry["holds"] for entry in result["files"]] == ["albedo", "ledger"]
+        assert [entry["holds"] for entry in result["files"]] == ["albedo"]
         assert (result["size"], result["command"]) == ([300, 200], found["command"])
         drawn = opened(served.bytes(f"/api/results/{result['id']}/view/albedo.png?side=512"))
         whole = np.concatenate([opened(tile(served, row, 0, x).content) for x in (0, 1)], axis=1)

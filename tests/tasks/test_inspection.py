@@ -18,7 +18,7 @@ from intarsia.arguments import OVERLAYS
 from intarsia.blocks.grid import phase_of
 from intarsia.cli.app import cli
 from intarsia.segments.segments import segments
-from intarsia.tasks.segment_drawing import segment_overlay
+from intarsia.tasks.drawings import segment_overlay
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 from intarsia.tiles.tiling import unlikeness

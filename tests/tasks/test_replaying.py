@@ -80,11 +80,12 @@ class TestScore:
 
     @pytest.mark.parametrize("name", ["grown.png", "deep.png", "grown.bmp"])
     def test_the_recipe_gives_it_the_map(self, name: str) -> None:
-        found = ia.score("stones.png", name, map="recipe")
-        assert found.as_dict() == ia.score("stones.png", "bare.png", map=ia.SourceMap.load("grown.npz")).as_dict()
-        said = CliRunner().invoke(cli, ["score", "stones.png", name, "--map", "recipe", "--json"])
-        assert json.loads(said.stdout)["parts"] == found.as_dict()["parts"]
-        assert said.stderr == ""
+        words = [[name, "--map", "recipe"], ["bare.png", "--map", "grown.npz"]]
+        said = [CliRunner().invoke(cli, ["score", "stones.png", *w, "--json"]) for w in words]
+        made, saved = (json.loads(s.stdout) for s in said)
+        assert made | {"file": ""} == saved | {"file": ""}
+        assert made["energy"] > 0
+        assert said[0].stderr == ""
 
     @pytest.mark.parametrize(
         ("exemplar", "name", "why"),
@@ -100,25 +101,12 @@ class TestScore:
         assert why in said.stderr
         assert "picture alone" in said.stderr
         assert said.stderr.count("\n") == 1
-        assert json.loads(said.stdout)["parts"] == ia.score(exemplar, name).as_dict()["parts"]
-        with pytest.raises(ia.InputError, match=why):
-            ia.score(exemplar, name, map="recipe")
-
-    def test_a_gate_on_what_only_maps_tell_is_refused_without_one(self) -> None:
-        words = ["score", "stones.png", "bare.png", "--map", "recipe", "--gate", "copied=0"]
-        assert CliRunner().invoke(cli, words).exit_code == 2
+        told = json.loads(said.stdout)
+        assert told["parts"] == ia.score(exemplar, name).as_dict()["parts"]
+        assert "energy" not in told
 
     def test_a_recipe_of_another_size_is_not_followed(self) -> None:
         recipe = ia.synthesize("stones.png", 20, "repeat").recipe_text
         ia.write("large.png", np.zeros((30, 30, 3), np.uint8), recipe=recipe)
         with pytest.raises(ia.InputError, match="another size"):
             recipe_map("large.png", ia.read("large.png").base, [ia.read("stones.png")], ia.Run())
-
-    @pytest.mark.parametrize("given", ["grown.npz", "", 7])
-    def test_what_is_no_map_is_refused(self, given: object) -> None:
-        with pytest.raises(ia.IntarsiaError):
-            ia.score("stones.png", "grown.png", map=given)  # type: ignore[arg-type]
-
-    def test_pixels_alone_carry_no_recipe(self) -> None:
-        with pytest.raises(ia.ParameterError, match="where the output is a file"):
-            ia.score("stones.png", STONES, map="recipe")

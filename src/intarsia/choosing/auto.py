@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from ..exemplar import Exemplar
     from ..sourcemap import Blend
     from . import facts as choosing_facts
-    from . import rules, warned
+    from . import report, rules
 else:
     levelling = lazy("intarsia.levelling")
     choosing_facts = lazy("intarsia.choosing.facts")
+    report = lazy("intarsia.choosing.report")
     rules = lazy("intarsia.choosing.rules")
-    warned = lazy("intarsia.choosing.warned")
 
 AUTO_METHOD = "auto"
 EVEN = 96  # px to either side of a seam that light is evened out by; 64: steps of slow tone are seen a little more
@@ -192,14 +192,14 @@ class Auto:
                 break
         if not found:
             raise refused or ParameterError(self._none(facts))
-        return replace(found[0], warnings=warned.warnings_of(facts), others=tuple(found[1:]))
+        return replace(found[0], warnings=report.warnings_of(facts), others=tuple(found[1:]))
 
     def leading(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
         """Return the choice that leads, its method with the known parameters alone, which are also `given`."""
         facts = choosing_facts.Facts(exemplars, canvas)
         for rule, slug, values, why in self.ranked(facts):
             known = {**values, **self.given}
-            return Choice(make(slug, known), rule, why, warned.warnings_of(facts), facts, given=known)
+            return Choice(make(slug, known), rule, why, report.warnings_of(facts), facts, given=known)
         raise ParameterError(self._none(facts))
 
     def ranked(self, facts: choosing_facts.Facts) -> list[tuple[str, str, dict[str, Any], tuple[str, ...]]]:
@@ -238,7 +238,6 @@ UNSPREAD = {"pin", "angle", "zoom", "straighten", "variant"}
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
 DECIDED = (
-    "lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "usage", "spread", "striking",
-    "whole",
+    "lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "spread", "striking", "whole",
 )  # fmt: skip
 """Parameters that a rule, a measurement or a trial decides."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -38,15 +37,12 @@ from ..search.sizes import elements
 if TYPE_CHECKING:
     from ..blocks import grid
     from ..courses import unequal, wall
-    from ..segments import segments
     from ..tiles import tiling
 else:  # most exemplars need some of them, few need all
     grid, tiling = lazy("intarsia.blocks.grid"), lazy("intarsia.tiles.tiling")
-    segments = lazy("intarsia.segments.segments")
     unequal, wall = lazy("intarsia.courses.unequal"), lazy("intarsia.courses.wall")
 
-WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy,
-MIDDLE = 320  # and segments on its middle;
+WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy;
 COMPARED = 1024  # periods are compared in the middle: so a large exemplar is judged in 8 s
 SAMPLED = 1 << 18  # px in which colours are counted: a few ms
 
@@ -218,26 +214,8 @@ class Facts:
         return Exemplar(planes, usable, e.toroidal, e.name, weights if counted else {})
 
     @cached_property
-    def middle(self) -> Exemplar:
-        """The middle of the exemplar in full, on which its grain is measured; all of it where it is small enough."""
-        e = self.exemplar
-        rows, columns = _middle((e.height, e.width), MIDDLE)
-        whole = all((p.height, p.width) == (e.height, e.width) for p in e.planes.values())
-        usable = None if e.usable is None else e.usable[rows, columns]
-        if max(e.height, e.width) <= MIDDLE or not whole or (usable is not None and not usable.any()):
-            return e
-        planes = {n: p.like(p.samples[rows, columns]) for n, p in e.planes.items()}
-        return replace(e, planes=planes, usable=usable, toroidal=False)
-
-    @cached_property
     def _seen(self) -> Features:
         return features([self.small])
-
-    @cached_property
-    def segment(self) -> tuple[int, int]:
-        """Patch and boundary zone by the vote of segments over 12 scales, px."""
-        found = segments.segments(self.middle)
-        return found.patch, found.zone
 
     @cached_property
     def structure(self) -> Structure:

@@ -1,4 +1,4 @@
-"""All measurements in one list, for people and JSON; those that no rule has asked for are made, too."""
+"""All measurements in one list, for people and JSON, and what no method can mend."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Measured:
 
 def measurements(f: Facts) -> dict[str, Measured]:
     """Return every fact with its confidence and what it means, in the order in which they are printed."""
-    out = {"lattice": _lattice(f), "variation": _variation(f), "elements": _elements(f), "segments": _segments(f)}
+    out = {"lattice": _lattice(f), "variation": _variation(f), "elements": _elements(f)}
     out |= {"structure": _structure(f), "outlines": _outlines(f), "courses": _courses(f)}
     out |= {"regions": _regions(f), "symmetry": _symmetry(f)}
     out |= {"border": _border(f), "light": _light(f), "size": _size(f), "kind": _kind(f)}
     if f.reduction > 1:
         said = f"structure, outlines, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
-        out["reduced"] = Measured(f.reduction, 1.0, f"{said}, segments those of the middle")
+        out["reduced"] = Measured(f.reduction, 1.0, said)
     return out
 
 
@@ -85,13 +85,6 @@ def _elements(f: Facts) -> Measured:
     e = f.element
     said = f"about {e.size} px ({e.width} wide, {e.height} high)" if e.found else f"not seen; {e.size} px is a guess"
     return Measured({"size": e.size, "width": e.width, "height": e.height}, e.found / 12, said)
-
-
-def _segments(f: Facts) -> Measured:
-    patch, zone = f.segment
-    larger = max(patch, f.element.size, 1)
-    said = f"patch {patch} px and zone {zone} px by the vote of segments"
-    return Measured({"patch": patch, "zone": zone}, min(patch, f.element.size) / larger, said)
 
 
 def _structure(f: Facts) -> Measured:
@@ -161,3 +154,32 @@ def _kind(f: Facts) -> Measured:
     said = {"names": "a few exact colours in patches", Kind.NORMAL.value: "directions"}.get(kind, kind)
     deep = str(base.pixels.dtype)
     return Measured(kind, 1.0, f"{said}, {base.channels} channels of {deep}{' with opacity' if base.alpha else ''}")
+
+
+def warnings_of(f: Facts) -> tuple[str, ...]:
+    """What no method can mend, in sentences that say what to do."""
+    out: list[str] = []
+    if f.side < BOUNDS.side:
+        out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
+    if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
+        return tuple(out)
+    if f.side >= BOUNDS.side and f.lattice is not None:
+        longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
+        if f.side < BOUNDS.periods * longest:
+            out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
+    elif f.side >= BOUNDS.side and f.across < BOUNDS.across:
+        out.append(
+            f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
+            "a larger exemplar varies more."
+        )
+    if f.regions.two:
+        out.append(
+            "the exemplar seems to show two textures side by side; crop it to one (--crop), or paint with both "
+            "(intarsia paint)."
+        )
+    if f.light.strong and not f.exemplar.toroidal:
+        out.append(
+            f"{100 * f.light.share:.0f} % of what its parts differ by is one slope of light, {f.light.factor:.1f} "
+            "times brighter on one side: flatten it (--flatten), if that is light and not the texture."
+        )
+    return tuple(out)

@@ -1,6 +1,6 @@
 """The rules by which a method is chosen, in one table: the first that holds leads.
 
-A rule asks only for facts that it needs, so a picture with a lattice is never searched for grain. To add a method, add
+A rule asks only for facts that it needs, so a picture with a lattice is never searched for stones. To add a method, add
 one line to RULES, above the generalists: its name, what must hold, the method, its parameters, and the reason in a
 sentence. The page docs/auto.md lists what stands here.
 """
@@ -14,11 +14,9 @@ from typing import Any, NamedTuple
 from ..analysis.lines import Lines
 from ..geometry import Wrap
 from ..lattice.vectors import vectors_of
-from ..search import sizes
-from .begun import closes, goes_on
 from .facts import Facts
 
-TURNED = (0, 5, 6, 7)  # a mirrored patch would lie beside its own picture in the mirror, which fits and shows
+TURNED = (0, 5, 6, 7)  # turns by quarters
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
 ENLARGED = 1.5  # times the area of the exemplar; less shows hardly anything twice
 MIXED = 1 << 20  # px of an exemplar: 1024 px a side are grown from 512, 768, 1024 px in 8, 9 and 15 s of CPU
@@ -31,12 +29,11 @@ class Bounds(NamedTuple):
     """
 
     equal: float = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
-    fine: int = 12  # grain: elements or segments of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
+    fine: int = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
     few: int = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
     seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
     outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
     joints: float = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
-    usage: float = 0.3  # the price of a repeat (docs/design/005), so that water and rock do not return as bands
     spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
     striking: float = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
     rounds: int = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
@@ -66,6 +63,23 @@ class ChoiceRule:
 
 def _nothing(f: Facts) -> dict[str, Any]:
     return {}
+
+
+def _goes_on(f: Facts) -> bool:
+    """A picture of a lattice is extended; in holes, whose edges must stay, patches fit better than blocks."""
+    canvas = f.canvas
+    begun = canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1
+    return begun and f.lattice is not None and f.lattice.kind == "2-D"
+
+
+def _closes(f: Facts) -> bool:
+    """A picture that is to continue in itself: empty where its borders meet, and what lies beside may change."""
+    canvas = f.canvas
+    if canvas.start is None or canvas.guide is not None or not canvas.rim or canvas.wrap is Wrap.NONE:
+        return False
+    holes = canvas.start.holes
+    meet = [holes[[0, -1]]] * canvas.wrap.y + [holes[:, [0, -1]]] * canvas.wrap.x
+    return all(bool(border.all()) for border in meet)
 
 
 def _lattice(f: Facts) -> dict[str, Any]:
@@ -118,37 +132,21 @@ def _free(f: Facts) -> bool:
     return f.lattice is None and f.canvas.height * f.canvas.width <= VAST
 
 
-def _clouded(f: Facts) -> bool:
-    return f.lattice is None and f.element.found < BOUNDS.seen and BOUNDS.fine * f.segment[0] <= f.side
-
-
-def _mixed_small(f: Facts) -> dict[str, Any]:
-    """Two grains to a patch, and nearly always the best: patches as small as the method has them leave more seams."""
-    patch = sizes.supplied(f.exemplars, sizes.fitting(f.segment[0], f.side))
-    return {"patch": patch, "threshold": 0.05, "hits": 128, "usage": 0.0}
-
-
 def _loose(f: Facts) -> bool:
     """Whether no outline, joint or long line must be kept: pieces of every size would melt them, turned ones break."""
     return f.outlines < BOUNDS.outlines
 
 
-def _repeats(f: Facts) -> bool:
-    """Whether repeats would show more than seams: few elements to choose from, or only the spots of a fine grain."""
-    fine = BOUNDS.fine * f.element.size <= f.side
-    seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered
-    return seen and (f.elements < BOUNDS.few or fine) and _loose(f)
-
-
-def _turns(f: Facts) -> bool:
-    """Whether quarter turns keep the look, so that no light, no growth and no row has a direction."""
-    seen = _free(f) and f.element.found >= BOUNDS.seen and not f.ordered
-    return seen and _loose(f) and f.keeps(TURNED)
-
-
 def _mixed(f: Facts) -> bool:
-    """Whether no outline must be kept, so that pieces of every size may be mixed; its analysis grows with the area."""
-    return f.exemplar.height * f.exemplar.width <= MIXED and (_repeats(f) or _turns(f))
+    """Whether no outline must be kept, so that pieces of every size may be mixed, and so much is seen as that needs.
+
+    Few elements to choose from, or only the spots of a fine grain: repeats would show more than seams. Or quarter turns
+    keep the look, so that no light, no growth and no row has a direction. The analysis grows with the exemplar's area.
+    """
+    small = f.exemplar.height * f.exemplar.width <= MIXED and _free(f)
+    if not small or f.element.found < BOUNDS.seen or f.ordered or not _loose(f):
+        return False
+    return f.elements < BOUNDS.few or BOUNDS.fine * f.element.size <= f.side or f.keeps(TURNED)
 
 
 def _size(f: Facts) -> str:
@@ -183,13 +181,13 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "closing", "graphcut", "all of the canvas is filled already but the borders, which are to continue in each "
         "other, and what lies beside them may change",
-        closes, _nothing,
+        _closes, _nothing,
         lambda f: ("Across the borders patches are cut in whose seams are free to run around its elements.",),
     ),
     ChoiceRule(
         "begun-lattice", "near-regular", "part of the canvas is filled already, its rim may change, and the exemplar "
         "has a lattice of two vectors",
-        goes_on, _lattice, lambda f: (_differ(f), "What is there goes on by its lattice."),
+        _goes_on, _lattice, lambda f: (_differ(f), "What is there goes on by its lattice."),
     ),
     ChoiceRule(
         "begun", "image-quilting", "part of the canvas is filled already",
@@ -243,41 +241,13 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: ("Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."),
     ),
     ChoiceRule(
-        "grain", "segment-based",
-        "no lattice, and segments of at most 1/12 of the side, and elements of which the ends are not seen",
-        _clouded, _mixed_small,
-        lambda f: (
-            "It repeats by no lattice.",
-            f"Its grain of {f.segment[0]} px is far finer than the slow change of tone over it: small patches mix it.",
-        ),
-    ),
-    ChoiceRule(
-        "mixed", "parallel-controllable", "as one of the next two, and an exemplar of at most 1024 x 1024 px",
+        "mixed", "parallel-controllable", "no lattice, no hint of rows, no outlines, an exemplar of at most 1024 x "
+        f"1024 px, and fewer than {BOUNDS.few} elements, grain of at most 1/{BOUNDS.fine} of the side, or a look that "
+        "quarter turns keep",
         _mixed, _spread,
         lambda f: (
             "It repeats by no lattice.",
             "Corrected from coarse to fine, it is mixed in pieces of every size, so little of it is seen to return.",
-        ),
-    ),
-    ChoiceRule(
-        "turnable", "graphcut", "no lattice, no hint of rows, no outlines, and it looks the same turned by quarters",
-        _turns, lambda f: {"isometries": TURNED} | ({"usage": BOUNDS.usage} if _repeats(f) else {}) | _rare(f),
-        lambda f: (
-            "It repeats by no lattice.",
-            f"Patches cut around its elements suit it: {_size(f)}.",
-            "Turned by quarters it looks the same: patches may be, too.",
-        ),
-    ),
-    ChoiceRule(
-        "repeats-show", "graphcut",
-        f"no lattice, no hint of rows, no outlines, and fewer than {BOUNDS.few} elements, or grain of at most "
-        f"1/{BOUNDS.fine} of the side",
-        _repeats, lambda f: {"usage": BOUNDS.usage} | _rare(f),
-        lambda f: (
-            "It repeats by no lattice.",
-            f"Patches cut around its elements suit it: {_size(f)}.",
-            ("Few of them" if f.elements < BOUNDS.few else "Spots of its grain")
-            + " would return often: repeats are dear.",
         ),
     ),
     ChoiceRule(

@@ -20,7 +20,7 @@ COMMANDS = {
     "extend": "Continue a picture beyond its borders.",
     "heal": "Fill holes, remove objects, recover lost blocks.",
     "tile": "Make a photograph or a material tileable: only a band along its borders changes.",
-    "weave": "Stream a texture of any size into zarr, BigTIFF or tiles; resumes.",
+    "weave": "Stream a texture of any size into zarr (resumes), BigTIFF or tiles.",
     "render": "Draw a saved map again: other planes, softer, harder, a window.",
     "replay": "Make a picture again from the recipe it carries.",
     "analyze": "Tell how a texture repeats, how large its elements are, and how to grow it.",

@@ -18,7 +18,6 @@ from ..methods.base import keeps_lattice
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
-from ..tasks.contact_sheet import contact_sheet, thumbnail
 from .again import command_of, replay_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
@@ -31,10 +30,11 @@ from .request import Inputs, Targets, Wish
 
 if TYPE_CHECKING:
     from ..search import distance_map
-    from ..tasks import completion, repair, tileable
-else:  # only --distance-map, holes, --repair and tiling need them
+    from ..tasks import completion, drawings, repair, tileable
+else:  # only --distance-map, holes, --sheet, --repair and tiling need them
     distance_map, repair = lazy("intarsia.search.distance_map"), lazy("intarsia.tasks.repair")
     completion, tileable = lazy("intarsia.tasks.completion"), lazy("intarsia.tasks.tileable")
+    drawings = lazy("intarsia.tasks.drawings")
 
 
 @dataclass
@@ -48,7 +48,7 @@ class Batch:
     orders: list[Order] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
     sheet: str | None = None
-    thumbnails: list[Plane] = field(default_factory=list)
+    thumbnails: list[drawings.Pixels] = field(default_factory=list)
     judging: Judging = field(init=False)
 
     def __post_init__(self) -> None:
@@ -202,7 +202,7 @@ class Batch:
             picture = planes if self.targets.layers else planes[names[0]]
             write(staging.place(path), picture, depth=self.targets.depth, recipe=grown.recipe_text)
         if self.sheet is not None:
-            self.thumbnails.append(thumbnail(first))
+            self.thumbnails.append(drawings.looked(first, drawings.THUMBNAIL))
         if order.save_map is not None:
             smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
             write_bytes(staging.place(order.save_map), smap.to_bytes())
@@ -302,10 +302,10 @@ def _laid(about: dict[str, Any]) -> str:
     return f", overlaps of {low} px" if low == high else f", overlaps of {low} to {high} px"
 
 
-def write_sheet(path: str, thumbnails: list[Plane], force: bool, report: Report) -> None:
+def write_sheet(path: str, thumbnails: list[drawings.Pixels], force: bool, report: Report) -> None:
     """Write a contact sheet, and tell of it."""
     with Staging(force) as staging:
-        write(staging.place(path), contact_sheet(thumbnails))
+        write(staging.place(path), drawings.contact_sheet(thumbnails))
         staging.commit()
     report.note(f"{path}: contact sheet of {len(thumbnails)}")
 

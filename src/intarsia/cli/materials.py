@@ -13,7 +13,6 @@ import click
 from .. import files
 from ..errors import CancelledError, IntarsiaError, ParameterError, printable
 from ..files.sets import Material
-from ..image import Plane
 from .batch import Batch, write_sheet
 from .exemplars import stem_of
 from .exits import judge, one_line
@@ -69,7 +68,7 @@ class Materials:
 
         Each is read again, so that a long batch does not fill memory.
         """
-        thumbnails, sound, named = list[Plane](), list[Material](), set[str]()
+        thumbnails, sound, named = list[Any](), list[Material](), set[str]()
         each = len(self.work.seeds)
         with self.report.watching(1 + len(self.found) * each) as meter:
             step = meter.stage("check", 0.0, 1.0)

@@ -197,7 +197,7 @@ def orders_of(
         check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
         check_distance_map(orders[0], targets)
         if targets.gates:
-            scoring.check_gates(targets.gates, traits(method).exact and times == 1, wish.wrap != "none")
+            scoring.check_gates(targets.gates)
         check_tiled(orders[0], exemplars[0], targets)
     return orders
 

@@ -14,10 +14,9 @@ from .request import Targets
 if TYPE_CHECKING:
     from ..image import Plane
     from ..synthesis import Synthesis
-    from ..tasks import outcome, report_page, report_sheet, scoring
+    from ..tasks import report, scoring
 else:  # only --report and --gate need them
-    outcome, scoring = lazy("intarsia.tasks.outcome"), lazy("intarsia.tasks.scoring")
-    report_page, report_sheet = lazy("intarsia.tasks.report_page"), lazy("intarsia.tasks.report_sheet")
+    report, scoring = lazy("intarsia.tasks.report"), lazy("intarsia.tasks.scoring")
 
 LIBRARIES, EACH = 64 << 20, 80
 """Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
@@ -64,15 +63,15 @@ class Judging:
         """Whether nothing is to be written."""
         return bool(self.missed) and not self.targets.keep
 
-    def of(self, made: Synthesis, name: str, drawn: Plane, command: str) -> outcome.Outcome:
+    def of(self, made: Synthesis, name: str, drawn: Plane, command: str) -> scoring.Outcome:
         """Judge an output whose base plane is `drawn`, and remember what it misses."""
-        found = outcome.Outcome.of(made, name, drawn)
-        missed = scoring.misses(found.score, self.targets.gates, name)
+        found = scoring.Outcome.of(made, name, drawn)
+        missed = scoring.misses(found.score, self.targets.gates)
         if missed:
             self.missed.append(f"{name} falls short: {', '.join(missed)}")
         found = found.but(command=command, missed=missed)
         if self.index is not None and not self.refused:
-            self.found.append(report_page.thumbnailed(found))
+            self.found.append(report.thumbnailed(found))
         return found
 
     def write_index(self, staging: Staging) -> None:
@@ -80,9 +79,9 @@ class Judging:
         if self.index is None:
             return
         if self.index.lower().endswith(".png"):
-            write(staging.place(self.index), report_sheet.index_sheet(self.found))
+            write(staging.place(self.index), report.index_sheet(self.found))
         else:
-            write_bytes(staging.place(self.index), report_page.index_of(self.found).encode("utf-8", "replace"))
+            write_bytes(staging.place(self.index), report.index_of(self.found).encode("utf-8", "replace"))
 
     def check(self) -> None:
         """Raise QualityError where a gate was missed."""
@@ -91,9 +90,9 @@ class Judging:
             raise QualityError(f"{'; '.join(self.missed)}; {said}.")
 
 
-def write_page(staging: Staging, path: str, found: outcome.Outcome) -> None:
+def write_page(staging: Staging, path: str, found: scoring.Outcome) -> None:
     """Write the report on one output."""
     if path.lower().endswith(".png"):
-        write(staging.place(path), report_sheet.sheet_of(found))
+        write(staging.place(path), report.sheet_of(found))
     else:
-        write_bytes(staging.place(path), report_page.page_of(found).encode("utf-8", "replace"))
+        write_bytes(staging.place(path), report.page_of(found).encode("utf-8", "replace"))

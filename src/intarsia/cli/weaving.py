@@ -12,24 +12,23 @@ from ..errors import CancelledError, ParameterError
 from ..files.formats import SUFFIXES
 from ..giant.cells import gigabytes
 from ..giant.executors import check_executor
-from ..giant.held import HeldStore
 from ..giant.picture import Store
-from ..giant.stream import estimated, memory_of, store_of, stream
+from ..giant.stream import estimated, fill, finish, memory_of, store_of
 from ..giant.texture import Weave, planned_windows, woven
 from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
 from .again import weave_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, sets_of, stem_of
-from .exits import CANCEL, Interrupted
-from .outputs import Staging, filled_name, usual_name
+from .exits import CANCEL, Interrupted, unbroken
+from .outputs import filled_name, usual_name
 from .plan import method_as_json, with_joins
 from .report import Report
 from .request import Inputs, Loom, Wish
 
 ENDINGS = dict.fromkeys(SUFFIXES, "picture") | {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
 USUAL = ".tif"
-"""How the name ends that is given where none is: a TIFF needs no further package."""
+"""How the name ends that is given where none is: one file, however large."""
 
 
 @dataclass
@@ -117,9 +116,7 @@ class Weaving:
             instead = "name a .zarr or a .tif, which need not fit" if store.held else "use fewer --threads"
             check_fits(memory_of(store, workers), f"{self.names[name]}: {self._line()}", instead)
         began = time.perf_counter()
-        with Staging(self.loom.force) as staging:
-            self._fill(threads, staging)
-            staging.commit()
+        self._make(threads)
         spent = time.perf_counter() - began
         self._warn()
         self.report.note(f"{', '.join(self.names.values())}: {self._line()}, {spent:.1f} s")
@@ -127,19 +124,25 @@ class Weaving:
         timings = {"read": self.read, "weave": spent, "total": self.read + spent}
         self.report.result(self._about() | {"timings": {k: round(v, 3) for k, v in timings.items()}})
 
-    def _fill(self, threads: int | None, staging: Staging) -> None:
-        """Stream every plane; of pictures the files take their places together, when all of them are whole."""
+    def _make(self, threads: int | None) -> None:
+        """Fill the stores of all planes; when all of them are whole, they take their names together."""
+        stores = self.stores.values()
         try:
-            with self.report.watching(len(self.stores)) as meter:
-                for store in self.stores.values():
-                    if isinstance(store, HeldStore):
-                        store.place = staging.place
-                    stream(store, self.loom.who, Run(threads, meter.stage("weave", 0.0, 1.0), CANCEL))
+            with self.report.watching(len(stores)) as meter:
+                for store in stores:
+                    fill(store, self.loom.who, Run(threads, meter.stage("weave", 0.0, 1.0), CANCEL))
                     meter.next_part()
+            with unbroken():
+                for store in stores:
+                    finish(store)
         except (Interrupted, CancelledError):
-            if any(store.held for store in self.stores.values()):
-                raise CancelledError("stopped; nothing was written, and the same command begins anew.") from None
-            raise CancelledError("stopped; the same command goes on where it was.") from None
+            if all(store.resumes for store in stores):
+                raise CancelledError("stopped; the same command goes on where it was.") from None
+            raise CancelledError("stopped; nothing was written, and the same command begins anew.") from None
+        finally:
+            with unbroken():
+                for store in stores:
+                    store.close()
 
     def _warn(self) -> None:
         for line in self.warnings:

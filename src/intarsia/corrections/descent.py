@@ -6,18 +6,25 @@ is made a little larger: by what the corrections of the next finer one read.
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..draws import seed_state
+from ..exemplar import Exemplar
+from ..field import Field
+from ..params import functions_of, parameters
 from ..run import Run
 from .correction_kernels import (
     FINE,
     ONE,
+    SEEN,
+    TURNS,
     Axis,
     LevelArrays,
     Room,
@@ -26,13 +33,12 @@ from .correction_kernels import (
     descend,
     pixels,
     put_positions,
+    scatter,
 )
 from .guide import StackGuide
-from .jitter import EVERYWHERE, Shares, part_at, spread_over
-from .orientation import Orientation, origins
+from .orientation import Orientation, origins, turns, zooms
 from .orientation_kernels import AROUND, UNIT, handed_down, remainders
-from .pins import Pin, pinned
-from .scatter_kernels import SEEN, TURNS, scatter
+from .outlines import painted
 from .span import Span, at_rest, place_of, places_of, residues, shown_by, whole_lattice
 from .stack import ExemplarStack
 
@@ -41,11 +47,42 @@ REACH = 2  # px that a correction reads on each side: 5 x 5 neighbourhoods (2005
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice; 4: dearer seams on five of eight
 ALWAYS = 3  # levels of 1, 2 and 4 px, corrected even where nothing was moved; 1: straight seams, 6: things are lost
 DRAWN = 8  # places drawn for each piece of half the exemplar; 4 and 16: as another seed does, 1: a quarter more is lost
+SIDE = 1024  # places that functions are asked for at a time, along each axis
 BAND = 32  # rows that are worth a thread; 8 and 128: the same bytes
 # Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}
 
 Array = NDArray[Any]
+
+
+class Pin(NamedTuple):
+    """Exemplar pixel (sx, sy) shown at output pixel (x, y), and what lies within `radius` around it; all in px."""
+
+    sx: int
+    sy: int
+    x: int
+    y: int
+    radius: int
+
+
+@dataclass(frozen=True)
+class Shares:
+    """What part of the jitter holds over the output, and where the coordinates to be moved lie in the exemplar.
+
+    Pictures or functions say so (2005, section 5).
+    """
+
+    output: Field | None = None
+    exemplar: Field | None = None
+
+    @classmethod
+    def of(cls, output: Field | float | None, exemplar: Field | float | None) -> Shares:
+        """Take numbers for fields that are the same everywhere."""
+        given = (v if v is None or isinstance(v, Field) else Field(v) for v in (output, exemplar))
+        return cls(*given)
+
+
+EVERYWHERE = Shares()  # all of the jitter
 
 
 @dataclass(frozen=True)
@@ -318,3 +355,92 @@ def subpass(
 
     each(band, range(0, len(rows), BAND))
     return found
+
+
+def pinned(
+    coords: Array, places: list[Array], periods: tuple[int, int], pin: Pin, exemplar: Exemplar, frame: Array | None
+) -> None:
+    """Lay a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
+
+    So it is shown where somebody wants it: drag and drop (2005, section 5).
+
+    ``places``: where its rows and columns lie in the output; ``periods``: after how many px they close, or 0.
+    """
+    away = []
+    for at, period, q in zip(places, periods, (pin.y, pin.x), strict=True):
+        d = at - q
+        away.append((d + period // 2) % period - period // 2 if period else d)
+    rows, cols = (np.flatnonzero(abs(d) <= pin.radius) for d in away)
+    dy, dx = np.meshgrid(away[0][rows], away[1][cols], indexing="ij")
+    inside = dy * dy + dx * dx <= pin.radius**2
+    if frame is not None:
+        j = frame[np.ix_(rows, cols)].astype(np.int64)
+        half = 1 << (UNIT - 1)
+        dy, dx = ((j[..., n] * dy + j[..., n + 1] * dx + half) >> UNIT for n in (0, 2))
+    y, x = pin.sy + dy, pin.sx + dx
+    inside &= (y >= 0) & (x >= 0) & (y < exemplar.height) & (x < exemplar.width)
+    if exemplar.usable is not None:
+        inside[inside] &= exemplar.usable[y[inside], x[inside]]
+    block = coords[np.ix_(rows, cols)]
+    block[inside] = np.stack([y[inside], x[inside]], axis=1)
+    coords[np.ix_(rows, cols)] = block
+
+
+def part_at(field: Field | None, rows: Array, cols: Array) -> Array:
+    """What part of the jitter holds at places, in 1 / 4096: (rows, columns) int64, or (1, 1) where all of it does."""
+    return np.full((1, 1), 1 << FINE, np.int64) if field is None else jitter_shares(field, rows, cols)
+
+
+def spread_over(whole: int, output: Array, exemplar: Array, parents: Array, axes: list[Axis]) -> Array:
+    """Return the jitter of each pixel of a level, in 1 / 4096 px: (H, W) int64.
+
+    `whole` is that of the level, `output` its part for each pixel; `exemplar` (H', W') that for each exemplar pixel,
+    read where the pixel is handed down to: S[parent] + step, within the exemplar.
+    """
+    rows, cols = axes
+    if exemplar.size > 1:
+        above = parents[rows.parent][:, cols.parent]
+        y, x = above[..., 0] + rows.step[:, None], above[..., 1] + cols.step
+        exemplar = exemplar[y % exemplar.shape[0], x % exemplar.shape[1]]
+    part = np.broadcast_to(output * exemplar, (len(rows.at), len(cols.at)))
+    return np.ascontiguousarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
+
+
+def jitter_shares(field: Field, rows: Array, cols: Array) -> Array:
+    """Return what part of the jitter holds at places, in 1 / 4096: (rows, columns) int64."""
+    return np.asarray(np.rint(field.at(rows, cols) * (1 << FINE)), np.int64)
+
+
+USED: dict[str, Callable[[Field, Array, Array], Array]] = {
+    "angle": turns,
+    "feature": painted,
+    "jitter_exemplar": jitter_shares,
+    "jitter_output": jitter_shares,
+    "zoom": zooms,
+}
+"""Parameter -> the whole numbers that it is used as, so that no machine tells them otherwise than its picture."""
+
+
+def hashes(method: Any, exemplar: Exemplar, places: Iterable[list[Array]]) -> dict[str, str]:
+    """Return for each function of a method SHA-256, 64 hexadecimal digits, of its values.
+
+    A recipe cannot hold a function, and its name says nothing; but a picture depends on no more than these.
+
+    `places`: rows and columns in px that functions over the output are asked for, level by level; those over the
+    exemplar are asked for all of its pixels.
+    """
+    inside, outside, over = [[np.arange(exemplar.height), np.arange(exemplar.width)]], list(places), {}
+    for p in parameters(method):
+        over[p.name] = inside if p.over == "exemplar" else outside
+    return {name: _hash(field, USED[name], over[name]) for name, field in functions_of(method).items()}
+
+
+def _hash(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
+    found = hashlib.sha256()
+    for rows, cols in places:
+        found.update(f"{len(rows)}x{len(cols)}|".encode())
+        for y in range(0, len(rows), SIDE):
+            for x in range(0, len(cols), SIDE):
+                numbers = used(field, rows[y : y + SIDE], cols[x : x + SIDE])
+                found.update(numbers.astype("<i2").tobytes())
+    return found.hexdigest()

@@ -23,14 +23,13 @@ from ..exemplar import Exemplar
 from ..patches.settings import PatchSettings
 from ..run import Run
 from ..seams.cut import Box, Cut, middle
-from ..seams.graphcut import SHOWN
+from ..seams.graphcut import SHOWN, TRIES
 from ..seams.settings import GraphcutSettings
 from ..seams.worst import Cell, WorstSeams
 from ..search.candidates import Candidates
 from ..sourcemap import SourceMap
 from .covering import Covering
 
-TRIES = 12  # placements that are compared for each window, as graphcut does
 STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut
 
 
@@ -94,7 +93,7 @@ class Repairing(Covering):
             repair.patch, (0, 0), weights=repair.weights, structure=STRUCTURE, courses=COURSES,
             isometries=repair.isometries,
         )  # fmt: skip
-        stitch = GraphcutSettings(tries=TRIES, seam="sharp")
+        stitch = GraphcutSettings(seam="sharp")
         super().__init__(settings, exemplars, canvas, smap, repair.distance, stitch)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
 

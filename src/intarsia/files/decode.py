@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from ..disk.limits import check_cost, check_size, no_room
+from ..disk.limits import check_cost, check_size, most_pixels, no_room
 from ..errors import InputError, IntarsiaError
 from ..image import Array
-from . import headers, netpbm, png
+from . import netpbm, png
 from .layers import channels_in
-from .source import PictureFile
+from .source import PictureFile, damaged
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""
@@ -31,6 +31,14 @@ COSTS = {"exr": 1.5, "tiff": 1.5, "png": 2.0, "hdr": 1.5, "tga": 2.0}
 DTYPES = {"uint8": 1, "uint16": 2, "uint": 4, "uint32": 4, "half": 2, "float": 4, "double": 8}
 """What OpenImageIO calls the types of pixels that are read -> bytes."""
 
+MOST_SCANS = 500
+"""A progressive JPEG may have as many scans; each of them goes over the whole picture again."""
+
+WEBP = 10
+"""Bytes that libwebp takes for a pixel."""
+
+SCANS = 16
+"""As many may go over the largest picture that is allowed, and more over smaller ones."""
 
 BAND = 1 << 20
 """Pixels that are converted at a time."""
@@ -67,7 +75,7 @@ def decode(picture: PictureFile, layer: str | None = None) -> Decoded:
     except MemoryError:
         raise no_room(picture.name) from None
     except Exception as e:  # a damaged file can fail in any way
-        raise headers.damaged(picture.name, str(e) or type(e).__name__) from None
+        raise damaged(picture.name, str(e) or type(e).__name__) from None
     pixels = decoded.pixels
     if pixels.ndim == 3 and pixels.shape[2] == 1:
         pixels = pixels[:, :, 0]
@@ -89,10 +97,8 @@ def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
         return _png(picture)
     if picture.format in ("jpeg", "gif"):
         return _by_pillow(picture, picture.data())
-    if picture.format == "exr":
-        headers.exr(picture.head(), picture.name)
     if picture.format == "webp":
-        headers.webp(picture.head(), picture.name, picture.size)
+        _check_webp(picture.head(), picture.name, picture.size)
     return _by_oiio(picture, layer=layer)
 
 
@@ -123,14 +129,14 @@ def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | No
     # The classes of the formats, not Image.open: nothing else is ever tried.
     from PIL import GifImagePlugin, Image, JpegImagePlugin, PngImagePlugin
 
-    if picture.format == "jpeg":
-        headers.jpeg(data, picture.name)
     kinds: dict[str, Any] = {
         "png": PngImagePlugin.PngImageFile, "jpeg": JpegImagePlugin.JpegImageFile, "gif": GifImagePlugin.GifImageFile
     }
     try:
         with kinds[picture.format](io.BytesIO(data)) as image:
             check_size(picture.name, *image.size)
+            if picture.format == "jpeg":
+                _check_jpeg(image, data, picture.name)
             if picture.format == "gif":
                 check_cost(picture.name, 5.0 * image.size[0] * image.size[1], len(data))
             inks = image.mode == "CMYK"
@@ -141,6 +147,44 @@ def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | No
         most = 2 * (Image.MAX_IMAGE_PIXELS or 0)
         raise InputError(f"{picture.name} has more pixels than Pillow reads ({most}); save it as TIFF.") from None
     return Decoded(upright(pixels, _exif_orientation(exif) if exif else 1), icc)
+
+
+def _check_jpeg(image: Any, data: bytes, name: str) -> None:
+    """Check what a JPEG that Pillow has opened will cost, and that its picture has an end.
+
+    Refuse more passes over a picture than any encoder makes: each takes time however little it holds.
+    """
+    start = image.fp.tell()  # behind the header of the first scan
+    if data.rfind(b"\xff\xd9") < start:
+        raise damaged(name, "it has no end")
+    pixels, scans = image.size[0] * image.size[1], 1 + data.count(b"\xff\xda", start)
+    sizes = [max(h, 1) * max(v, 1) for _, h, v, _ in image.layer]  # of channels: 3 samples a px, 1.5 where 4:2:0
+    kept = "progressive" in image.info or scans > 1  # then all coefficients are, 16 bit each
+    check_cost(name, pixels * (4 + 2 * kept * sum(sizes) / max(sizes)), len(data))
+    most = min(MOST_SCANS, max(SCANS, SCANS * most_pixels() // max(pixels, 1)))
+    if scans > most:
+        raise InputError(
+            f"{name} is a JPEG of {scans} scans; at most {most} are read at its size; save it anew, not progressive."
+        )
+
+
+def _check_webp(data: bytes, name: str, held: int) -> None:
+    """Check the size that a WebP states, and what it will cost; `data` is the start of a file of `held` bytes.
+
+    Whoever opens one makes room for two pictures of its size at once, so it is looked at before.
+    """
+    kind, body = data[12:16], data[20:30]
+    if len(body) < 10 or kind not in (b"VP8X", b"VP8L", b"VP8 "):
+        raise damaged(name, "it has no header")
+    if kind == b"VP8X":
+        width, height = (1 + int.from_bytes(body[k : k + 3], "little") for k in (4, 7))
+    elif kind == b"VP8L":
+        bits = int.from_bytes(body[1:5], "little")
+        width, height = (1 + (bits >> k & 0x3FFF) for k in (0, 14))
+    else:
+        width, height = (int.from_bytes(body[k : k + 2], "little") & 0x3FFF for k in (6, 8))
+    check_size(name, width, height)
+    check_cost(name, WEBP * width * height, held)
 
 
 def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
@@ -198,7 +242,7 @@ def opened(picture: PictureFile, data: bytes | None = None) -> Iterator[tuple[An
         hints.attribute("oiio:UnassociatedAlpha", 1)  # without it colours would be multiplied by alpha
         file = oiio.ImageInput.open(path, hints)
         if file is None:
-            raise headers.damaged(picture.name, oiio.geterror().replace(path, "file"))
+            raise damaged(picture.name, oiio.geterror().replace(path, "file"))
         try:
             yield file, path
         finally:
@@ -212,7 +256,7 @@ def _by_oiio(picture: PictureFile, data: bytes | None = None, layer: str | None 
         pixels = _bands(file, spec, first, stop, dtype)
         error = file.geterror()
     if pixels is None or error:
-        raise headers.damaged(picture.name, error.replace(path, "file") or "no pixels came")
+        raise damaged(picture.name, error.replace(path, "file") or "no pixels came")
     if chosen != list(range(pixels.shape[2])):
         pixels = pixels[:, :, chosen]
     profile = spec.getattribute("ICCProfile")
@@ -248,6 +292,8 @@ def _what_to_read(picture: PictureFile, spec: Any, layer: str | None) -> tuple[i
     if layer is not None:
         chosen = channels_in(names, layer, name)
     check_size(name, spec.width, spec.height, len(chosen))
+    if spec.tile_width:  # one of which is unpacked, however small the picture is
+        check_size(name, spec.tile_width, spec.tile_height)
     formats = {str(spec.channelformat(c)) for c in chosen}
     if len(formats) > 1:
         formats = {"uint"} if "uint" in formats else {"float"}

@@ -14,7 +14,6 @@ from ..disk.limits import MAX_CHANNELS
 from ..disk.whole import working_folder
 from ..errors import ParameterError, ResourceError
 from ..image import Array, Kind, Plane
-from . import netpbm
 from .formats import FORMATS, SUFFIXES, Format
 from .layers import channel_names
 from .png import PNG_END
@@ -44,8 +43,6 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
     pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if bits else plane.samples)
     text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
     icc = plane.meta.get("icc") if target.icc else None
-    if target.name in ("ppm", "pgm", "pfm"):
-        return netpbm.encode_netpbm(pixels, target.name)
     if target.name in ("jpeg", "webp", "tga", "bmp"):
         return _bytes_by_pillow(target.name, pixels, text, icc)
     return _bytes_by_oiio(target.name, pixels, text, icc)

@@ -6,8 +6,6 @@ import os
 from collections.abc import Sequence
 
 from ..errors import InputError
-from . import headers
-from .source import look
 
 PathLike = str | os.PathLike[str]
 
@@ -24,25 +22,11 @@ def split(path: PathLike) -> tuple[PathLike, str | None]:
     return (file, layer) if mark and file.lower().endswith(".exr") else (path, None)
 
 
-def layers_of(path: PathLike) -> dict[str, list[str]]:
-    """List the layers of an EXR file of one part, and the channels of each; ``""`` is the picture without a name.
-
-    Empty for files that do not exist, that are no EXR, and whose header is longer than what is looked at.
-    """
-    if os.path.splitext(path)[1].lower() != ".exr" or not os.path.isfile(path):
-        return {}
-    picture = look(path)
-    found: dict[str, list[str]] = {}
-    for name in headers.exr_channels(picture.head()) if picture.format == "exr" else ():
-        found.setdefault(_layer(name), []).append(name)
-    return found
-
-
 def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
     """Return which channels of these names are a layer, red before green, x before y; InputError where none is."""
-    own = [i for i, name in enumerate(names) if _layer(name) == layer]
+    own = [i for i, name in enumerate(names) if layer_of(name) == layer]
     if not own:
-        known = ", ".join(dict.fromkeys(filter(None, map(_layer, names)))) or "none"
+        known = ", ".join(dict.fromkeys(filter(None, map(layer_of, names)))) or "none"
         raise InputError(f"{file}: the file has no such layer; its layers are {known}.")
     last = [names[i].rpartition(".")[2].upper() for i in own]
     if not all(len(letter) == 1 and letter in _PLAIN for letter in last):
@@ -63,7 +47,7 @@ def channel_names(name: str, channels: int, vectors: bool) -> list[str]:
     return [f"{name}.{letter}" for letter in letters]
 
 
-def _layer(channel: str) -> str:
+def layer_of(channel: str) -> str:
     """The layer of a channel; one that has more than a letter for a name is a layer of its own."""
     layer, dot, own = channel.rpartition(".")
     return layer if dot else "" if len(own) == 1 else own

@@ -1,9 +1,12 @@
-"""PPM, PGM, PBM and PFM: read strictly, written plainly."""
+"""PPM, PGM, PBM and PFM, read strictly.
+
+OpenImageIO writes them, but reads them otherwise: it rounds down where a maximum is neither 255 nor 65535, takes the LF
+of a CR LF for a pixel and the scale of a PFM for a factor, and knows no plain bits without blanks between them.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from math import prod
 from typing import Any
 
@@ -16,10 +19,7 @@ from ..image import Array
 _TOKEN = re.compile(rb"(?:[ \t\r\n\v\f]|#[^\r\n]*(?:[\r\n]|\Z))*([^ \t\r\n\v\f#]+)")
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _LAST_COMMENT = re.compile(rb"[ \t]*#[^\r\n]*(?=[\r\n])")
-_BLANK = re.compile(rb"[ \t\r\n\v\f]")
-BLANKS, PART = b" \t\r\n\v\f", 1 << 20
-_IS_BLANK = np.isin(np.arange(256), np.frombuffer(BLANKS, np.uint8))
-_IS_FINE = _IS_BLANK | np.isin(np.arange(256), np.arange(48, 58))
+_NO_NUMBER = re.compile(rb"[^0-9 \t\r\n\v\f]")
 HEADER = 1 << 20
 """A header, comments included, is at most this long."""
 
@@ -54,17 +54,6 @@ def decode_netpbm(data: bytes, name: str) -> Array:
     return _full_range(values, maxval).reshape(shape)
 
 
-def encode_netpbm(pixels: Array, name: str) -> bytes:
-    """Write P5, P6 or PFM; `name` is ppm, pgm or pfm."""
-    height, width = pixels.shape[:2]
-    colour = pixels.ndim == 3 and pixels.shape[2] == 3
-    if name == "pfm":
-        head = f"{'PF' if colour else 'Pf'}\n{width} {height}\n-1.0\n"
-        return head.encode() + pixels[::-1].astype("<f4").tobytes()
-    head = f"{'P6' if colour else 'P5'}\n{width} {height}\n{65535 if pixels.dtype == np.uint16 else 255}\n"
-    return head.encode() + pixels.astype(pixels.dtype.newbyteorder(">")).tobytes()
-
-
 def _header_number(data: bytes, pos: int, name: str, what: str) -> tuple[int, int]:
     found = _TOKEN.match(data, pos, pos + HEADER)
     if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
@@ -92,63 +81,23 @@ def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> 
 
 
 def _written_out(text: bytes, count: int, name: str, bits: bool) -> Array:
-    """Read numbers written out, one part of the text after the other, so that memory stays that of the pixels."""
+    """Read numbers written out; room is made for as many as there are, not for as many as there should be."""
     text = _COMMENT.sub(b" ", text) if b"#" in text else text
-    if len(text) < (count if bits else 2 * count - 1):  # before any room is made for them
-        raise InputError(f"{name} ends too early for {count} values; it is damaged, copy or save it again.")
-    values, have = np.zeros(count, np.uint8 if bits else np.uint16), 0
-    for part in _parts(text):
-        if have == count:
-            break
-        found = _bits(part, name) if bits else _written_numbers(part, count - have, name)
-        found = found[: count - have]
-        values[have : have + len(found)] = found
-        have += len(found)
-    if have < count:
-        raise InputError(f"{name} ends too early ({have} of {count} values); it is damaged, copy or save it again.")
-    return values
-
-
-def _parts(text: bytes) -> Iterator[bytes]:
-    """Cut a text where it is blank."""
-    start = 0
-    while start < len(text):
-        stop = start + PART
-        found = _BLANK.search(text, stop) if stop < len(text) else None
-        stop = len(text) if found is None else found.start()
-        yield text[start:stop]
-        start = stop
-
-
-def _bits(part: bytes, name: str) -> Array:
-    digits = part.translate(None, BLANKS)
-    if digits.translate(None, b"01"):
-        raise InputError(f"{name} holds something else than 0 and 1; it is damaged, save it again.")
-    return np.frombuffer(digits, np.uint8) - np.uint8(48)
-
-
-def _written_numbers(part: bytes, most: int, name: str) -> Array:
-    """Read at most so many numbers of up to five digits."""
-    codes = np.frombuffer(part + b"     ", np.uint8)
-    inside = ~_IS_BLANK[codes]
-    edges = np.flatnonzero(inside[1:] != inside[:-1]) + 1
-    edges = np.concatenate(([0], edges)) if inside[0] else edges
-    starts, lengths = edges[: 2 * most : 2], (edges[1::2] - edges[::2])[:most]
-    if not len(starts):
-        return np.zeros(0, np.uint16)
-    digits = codes[starts[0] : starts[-1] + lengths[-1]]
-    if lengths.max() > 5 or not _IS_FINE[digits].all():
-        raise _no_numbers(name)
-    total = np.zeros(len(starts), np.int32)
-    for k in range(int(lengths.max())):
-        total = np.where(lengths > k, total * 10 + (codes[starts + k].astype(np.int32) - 48), total)
-    if total.max() >= 1 << 16:
-        raise _no_numbers(name)
-    return total.astype(np.uint16)
-
-
-def _no_numbers(name: str) -> InputError:
-    return InputError(f"{name} holds something that is no number from 0 to 65535; it is damaged, save it again.")
+    if bits:
+        text = text.translate(None, b" \t\r\n\v\f")
+        if text.translate(None, b"01"):
+            raise InputError(f"{name} holds something else than 0 and 1; it is damaged, save it again.")
+        values: Array = np.frombuffer(text, np.uint8) - np.uint8(48)
+    else:
+        odd = _NO_NUMBER.search(text)
+        values = np.fromstring(b"" if odd else text.strip(), np.int64, sep=" ")
+        if odd or values.max(initial=0) >= 1 << 16:
+            raise InputError(
+                f"{name} holds something that is no number from 0 to 65535; it is damaged, save it again."
+            )
+    if len(values) < count:
+        raise InputError(f"{name} ends too early ({len(values)} of {count} values); it is damaged, save it again.")
+    return values[:count]
 
 
 def _full_range(values: Array, maxval: int) -> Array:

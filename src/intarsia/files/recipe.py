@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, printable
-from . import headers, png
+from . import png
 from .decode import opened
 from .encode import MARK
-from .source import PictureFile, look
+from .source import PictureFile, damaged, look
 
 LONGEST = 1 << 24
 
@@ -69,7 +69,7 @@ def _description(picture: PictureFile) -> str:
     except InputError:
         raise
     except Exception as e:  # a damaged file can fail in any way
-        raise headers.damaged(picture.name, str(e) or type(e).__name__) from None
+        raise damaged(picture.name, str(e) or type(e).__name__) from None
     return ""
 
 
@@ -88,7 +88,5 @@ def _text_by_pillow(picture: PictureFile) -> str:
 
 
 def _text_by_oiio(picture: PictureFile) -> str:
-    if picture.format == "exr":
-        headers.exr(picture.head(), picture.name)
     with opened(picture) as (file, _):
         return str(file.spec().get_string_attribute("ImageDescription"))

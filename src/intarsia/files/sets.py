@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from ..arguments import MATERIALS
 from ..errors import InputError, ParameterError, printable
+from .decode import opened
 from .formats import SUFFIXES
-from .layers import MARK, layers_of, split
+from .layers import MARK, layer_of, split
+from .source import look
 
 PathLike = str | os.PathLike[str]
 
@@ -257,3 +260,20 @@ def _without_previews(paths: list[PathLike]) -> list[PathLike]:
         return maps
     bases = {name_of(p)[0].lower() for p in maps}
     return [p for p in paths if name_of(p)[0].lower() in bases]
+
+
+def layers_of(path: PathLike) -> dict[str, list[str]]:
+    """List the layers of an EXR file of one part, and the channels of each; ``""`` is the picture without a name.
+
+    Empty for files that do not exist, that are no EXR, and that are damaged.
+    """
+    found: dict[str, list[str]] = {}
+    if os.path.splitext(path)[1].lower() != ".exr" or not os.path.isfile(path):
+        return found
+    picture = look(path)
+    if picture.format == "exr":
+        with suppress(InputError, ValueError), opened(picture) as (file, _):  # or names that are no UTF-8
+            names = [] if file.seek_subimage(1, 0) else [str(name) for name in file.spec(0).channelnames]
+            for name in sorted(names):
+                found.setdefault(layer_of(name), []).append(name)
+    return found

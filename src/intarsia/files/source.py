@@ -74,6 +74,12 @@ class PictureFile:
             yield target
 
 
+def damaged(name: str, why: str) -> InputError:
+    """Say in one line that a file cannot be decoded."""
+    why = " ".join(str(why).split())[:160].rstrip(".")
+    return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
+
+
 def look(source: str | os.PathLike[str] | bytes) -> PictureFile:
     """Find out what a path or some bytes hold; never waits, whatever lies there."""
     if isinstance(source, bytes | bytearray | memoryview):

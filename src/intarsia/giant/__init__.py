@@ -1,4 +1,4 @@
-"""Endless canvases: any window alone, and pictures too large for memory, streamed and resumed."""
+"""Endless canvases: any window alone, and pictures too large for memory, streamed to the disk."""
 
 from __future__ import annotations
 

@@ -7,12 +7,14 @@ memory is bounded.
 
 from __future__ import annotations
 
+import importlib
 import multiprocessing
 import os
 import signal
 import threading
+import uuid
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
@@ -22,24 +24,35 @@ from itertools import islice
 from multiprocessing.reduction import ForkingPickler
 from typing import Any, Protocol
 
+import numpy as np
+
 from ..arguments import called
-from ..corrections.asked import functions_of
-from ..errors import InputError, ParameterError, ResourceError, said
+from ..errors import InputError, MissingExtraError, ParameterError, ResourceError, said
+from ..geometry import Box
+from ..image import Array
 from ..methods.base import Method
+from ..params import functions_of
 from ..run import Run
 from .cells import Cell
-from .extras import extra
+from .picture import Picture, Results, checked
 
 Task = Callable[[Cell], list[bytes]]
 ExecutorLike = Any
 """None, the word or address of an executor, or a dask client: a type that is not installed cannot be named."""
 
-Results = Generator[tuple[Cell, list[bytes]], None, None]
-
 CLIENT = ("scatter", "submit", "nthreads")  # what a dask client can do
 AHEAD = 2  # cells under way for each worker
 DEATHS = 3  # of workers one after another, without a result between them
 PATIENCE = 120  # s, for the first worker of a cluster, and for the one that replaces a dead one
+
+
+def extra(module: str) -> Any:
+    """Import a module of the extra; MissingExtraError names what installs it."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as e:
+        name = (e.name or module).partition(".")[0]
+        raise MissingExtraError(f"{name} is not installed; run: pip install 'intarsia[giant]'") from None
 
 
 class Executor(Protocol):
@@ -251,3 +264,29 @@ def _result(future: Any) -> list[bytes]:
 
 def _carry_out(task: Task, cell: Cell) -> list[bytes]:
     return task(cell)
+
+
+def array_of(texture: Picture, sides: tuple[int, int], chunks: Any, origin: Any) -> Any:
+    """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
+    dask, arrays = extra("dask"), extra("dask.array")
+    y, x = checked(texture, sides, origin)
+    shape = texture.shape_of(*sides)
+    wanted = chunks if isinstance(chunks, (tuple, list)) else (chunks, chunks)
+    try:
+        cut = arrays.core.normalize_chunks((*wanted[:2], *shape[2:]), shape, dtype=texture.dtype)
+    except (ValueError, TypeError, NotImplementedError) as e:  # the last: dask's own word for chunks it cannot size
+        raise ParameterError(f"chunks={chunks!r} do not suit {shape} ({e}); give a number of px.") from None
+    name = f"weave-{texture.digest[:32]}"
+    if functions_of(texture.method):  # a recipe without a box does not tell them apart: no block is another's
+        name += f"-{uuid.uuid4().hex}"
+    return arrays.map_blocks(
+        block, dask.delayed(texture, name=name, traverse=False), y, x,
+        name=f"{name}-{y}-{x}-{dask.base.tokenize(cut)[:16]}", chunks=cut, dtype=texture.dtype,
+        meta=np.empty((0,) * len(shape), texture.dtype),
+    )  # fmt: skip
+
+
+def block(texture: Picture, y: int, x: int, block_info: Any = None) -> Array:
+    """Draw the block of a dask array that begins at (y, x) of the endless plane."""
+    rows, columns = block_info[None]["array-location"][:2]
+    return texture.draw(Box(rows[0], columns[0], rows[1], columns[1]).moved(y, x))

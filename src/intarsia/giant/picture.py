@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
@@ -27,7 +28,6 @@ from ..sourcemap import Blend, SourceMap
 from ..synthesis import recipe_exemplars
 from ..version import VERSION
 from .cells import SIDE, Cell, Grid, check_near
-from .ledger import ABOUT, Ledger
 
 LEAST = 16  # px: shortest side of chunks and tiles
 
@@ -168,87 +168,62 @@ class Packer(Protocol):
         """Return the pieces of a cell."""
 
 
-class Store(Protocol):
-    """A picture on disk, made cell by cell."""
+Results = Generator[tuple[Cell, list[bytes]], None, None]
+"""Cells with their pieces, in order, as they are drawn."""
 
-    @property
-    def grid(self) -> Grid:
-        """How it is cut into cells."""
 
-    @property
-    def packer(self) -> Packer:
-        """What packs a cell."""
+@dataclass
+class Store(ABC):
+    """A picture on disk, made cell by cell: what is known of it before it is opened, and what is asked of it."""
 
-    @property
-    def texture(self) -> Picture:
-        """What is stored."""
+    path: Path
+    texture: Picture
+    origin: tuple[int, int]  # the pixel of the endless plane that comes first
+    grid: Grid  # how it is cut into cells
+    recipe: dict[str, Any]
+    force: bool
+    packer: Packer
 
-    @property
-    def origin(self) -> tuple[int, int]:
-        """The pixel of the endless plane that comes first."""
+    resumes: ClassVar[bool] = False
+    """Whether it goes on where it was stopped."""
 
     @property
     def printable(self) -> str:
         """Its name in messages."""
+        return str(self.path)
 
     @property
     def held(self) -> int:
-        """Bytes of memory that it takes besides the cells under way, until it is whole."""
+        """Bytes of memory that it takes besides the cells under way: none, where every piece goes to the disk."""
+        return 0
 
+    def packing(self, cell: Cell, pieces: list[bytes]) -> float:
+        """Say how many seconds it takes to pack a cell once more, when all are there."""
+        return 0.0
+
+    @abstractmethod
     def look(self) -> None:
         """Refuse, before any work, a place where this store cannot be; writes nothing."""
 
+    @abstractmethod
     def open(self) -> Iterable[int]:
         """Begin or go on; return the numbers of the cells that are missing or damaged, rising."""
 
-    def put(self, cell: Cell, pieces: list[bytes]) -> None:
-        """Write a cell; cells come in the order that was asked for."""
+    @abstractmethod
+    def fill(self, results: Results, run: Run) -> None:
+        """Write the cells that are missing as they come, in their order, and all that is made of them."""
 
-    def finish(self, run: Run) -> None:
-        """Make the store whole once all cells are there."""
+    def finish(self) -> None:  # noqa: B027
+        """Let the store bear its name, once it is full."""
 
-    def close(self) -> None:
-        """Let go of all files."""
-
-
-@dataclass
-class Kept:
-    """What is known of a store of this package before it is opened; its ledger comes when it is."""
-
-    path: Path
-    printable: str
-    texture: Picture
-    origin: tuple[int, int]
-    grid: Grid
-    header: dict[str, Any]
-    force: bool
-    _ledger: Ledger | None = field(default=None, init=False)
-
-    @property
-    def held(self) -> int:
-        """Bytes of memory that it takes besides the cells under way: none, as every piece goes to the disk."""
-        return 0
-
-    @property
-    def ledger(self) -> Ledger:
-        """The ledger of the store, which must be open."""
-        assert self._ledger is not None
-        return self._ledger
-
-    def close(self) -> None:
-        """Let go of all files."""
-        if self._ledger is not None:
-            self._ledger.close()
+    def close(self) -> None:  # noqa: B027
+        """Let go of all files, and take away what is of no use."""
 
 
-def header_of(
-    texture: Picture, sides: tuple[int, int], origin: tuple[int, int], layout: dict[str, Any]
-) -> dict[str, Any]:
-    """What a store holds: all that its bytes depend on; functions by what they say over the whole of it."""
-    place = {"size": [sides[1], sides[0]], "origin": [origin[1], origin[0]]}
-    kind = {"type": texture.dtype.name, "channels": texture.channels, "kind": texture.like.kind.value}
-    recipe = texture.recipe_over(Box(origin[0], origin[1], origin[0] + sides[0], origin[1] + sides[1]))
-    return {"holds": ABOUT, "recipe": recipe | place} | kind | layout
+def recipe_of(texture: Picture, sides: tuple[int, int], origin: tuple[int, int]) -> dict[str, Any]:
+    """All that the pixels of a store depend on; functions by what they say over the whole of it."""
+    recipe = texture.recipe_over(Box(*origin, origin[0] + sides[0], origin[1] + sides[1]))
+    return recipe | {"size": [sides[1], sides[0]], "origin": [origin[1], origin[0]]}
 
 
 def checked(texture: Picture, sides: tuple[int, int], origin: Any) -> tuple[int, int]:

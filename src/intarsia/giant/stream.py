@@ -1,11 +1,12 @@
-"""Stream a texture into a store: what is there and whole stays, the rest is drawn; in any order, the same bytes."""
+"""Stream a texture into a store: what is there and whole stays, the rest is drawn, by anybody in the same bytes."""
 
 from __future__ import annotations
 
 import errno
 import os
 import time
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,12 +14,10 @@ from ..disk.memory import taken
 from ..errors import ResourceError
 from ..methods.base import traits
 from ..run import Run
-from .bigtiff import TiffStore
 from .cells import Cell
-from .deepzoom import TileStore
 from .executors import AHEAD, ExecutorLike, check_sendable, executor_of
-from .held import HeldStore
-from .picture import Packer, Picture, Store
+from .exports import HeldStore, TiffStore, TileStore
+from .picture import Packer, Picture, Results, Store
 from .zarrays import ZarrStore
 
 STORES: dict[str, tuple[type[ZarrStore] | type[TiffStore] | type[TileStore] | type[HeldStore], int]] = {
@@ -72,10 +71,9 @@ def estimated(store: Store, workers: int) -> Needed:
     pieces = task(cell)
     spent, packed = time.perf_counter() - began, sum(map(len, pieces))
     share = cell.box.height * cell.box.width / (store.grid.height * store.grid.width)
-    after = store.packing(cell, pieces) if isinstance(store, HeldStore) else 0.0
     others = min(workers, len(store.grid)) - 1  # the first was measured just now
     memory = taken() + store.held + others * _drawn(store) + AHEAD * (others + 1) * packed
-    return Needed((spent / workers + after) / share, memory)
+    return Needed((spent / workers + store.packing(cell, pieces)) / share, memory)
 
 
 def _drawn(store: Store) -> int:
@@ -86,31 +84,53 @@ def _drawn(store: Store) -> int:
 
 
 def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
-    """Fill a store; the same bytes, whoever draws, and however often it was interrupted."""
-    total = len(store.grid)
+    """Make a store; the same bytes, whoever draws, and however often it was interrupted."""
     try:
+        fill(store, executor, run)
+        finish(store)
+    finally:
+        store.close()
+
+
+def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
+    """Draw what a store misses, and write it; the store stays open."""
+    total = len(store.grid)
+    with legible(store):
         store.look()
         check_sendable(store.texture.method, executor)
         with executor_of(executor, run) as workers:
             missing = list(store.open())
             run.tick(total - len(missing), total)
             task = DrawnAndPacked(store.texture, store.origin, store.packer)
-            with closing(workers.in_order(task, map(store.grid.cell, missing))) as results:
-                for done, (cell, pieces) in enumerate(results, total - len(missing) + 1):
-                    store.put(cell, pieces)
+
+            def counted(results: Results) -> Results:
+                for done, result in enumerate(results, total - len(missing) + 1):
+                    yield result
                     run.tick(done, total)
-        store.finish(run)
-    except OSError as e:
-        raise failed(store.printable, e) from None
-    finally:
-        store.close()
+
+            with closing(workers.in_order(task, map(store.grid.cell, missing))) as results:
+                store.fill(counted(results), run)
 
 
-def failed(name: str, e: OSError) -> Exception:
+def finish(store: Store) -> None:
+    """Let a store that is full bear its name."""
+    with legible(store):
+        store.finish()
+
+
+@contextmanager
+def legible(store: Store) -> Iterator[None]:
     """Say in one line why a store could not be written."""
-    if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-        return ResourceError(f"there is no room for {name}; free some space, then the same command goes on.")
-    return ResourceError(f"{name} cannot be written ({(e.strerror or str(e)).lower()}); name another place.")
+    try:
+        yield
+    except OSError as e:
+        if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            after = "goes on" if store.resumes else "begins anew"
+            raise ResourceError(
+                f"there is no room for {store.printable}; free some space, then the same command {after}."
+            ) from None
+        reason = (e.strerror or str(e)).lower()
+        raise ResourceError(f"{store.printable} cannot be written ({reason}); name another place.") from None
 
 
 def store_of(

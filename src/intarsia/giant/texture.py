@@ -71,7 +71,7 @@ class Weave(Picture):
         origin : (y, x)
             The pixel of the endless plane that comes first.
         """
-        from .dasks import array_of
+        from .executors import array_of
 
         return array_of(self, sides_of(shape), chunks, origin)
 
@@ -79,7 +79,7 @@ class Weave(Picture):
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), chunk: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
-        """Stream a window of any size into a zarr array (version 3); what a killed run began is gone on with.
+        """Stream a window of any size into a zarr array (version 3); what a killed call began is gone on with.
 
         Parameters
         ----------
@@ -107,34 +107,35 @@ class Weave(Picture):
         ResourceError
             where the disk is full; the same call later goes on.
         """
-        from .stream import STORES, stream
+        from .stream import store_of, stream
 
-        stream(STORES["zarr"][0].of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
+        stream(store_of("zarr", self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
-        """Stream a window of any size into one tiled BigTIFF (zlib); otherwise as :meth:`to_zarr`.
+        """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is whole; else as `to_zarr`.
 
-        `tile` is the side of its tiles, a multiple of 16 px. Until it is whole it is called ``PATH.part``, with
-        ``PATH.header`` beside it; checksums lie beside it as ``PATH.ledger``.
+        `tile` is the side of its tiles, a multiple of 16 px. A call that was stopped or killed begins anew, and `force`
+        replaces what is there.
         """
-        from .stream import STORES, stream
+        from .stream import store_of, stream
 
-        stream(STORES["tiff"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(store_of("tiff", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
     def to_tiles(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 256,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
-        """Stream a window of any size into a folder of DeepZoom tiles (PNG); otherwise as :meth:`to_zarr`.
+        """Stream a window of any size into a folder of DeepZoom tiles (PNG); otherwise as :meth:`to_tiff`.
 
-        Viewers open ``PATH/image.dzi``. Each level is the one below it, averaged by what its pixels mean.
+        Viewers open ``PATH/image.dzi``; the recipe lies beside it. Each level is the one below it, averaged by what its
+        pixels mean.
         """
-        from .stream import STORES, stream
+        from .stream import store_of, stream
 
-        stream(STORES["tiles"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(store_of("tiles", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
 
 def weave(

@@ -1,20 +1,32 @@
-"""A texture as a zarr array (version 3): small chunks, several of them in a file."""
+"""A texture as a zarr array (version 3), the one store that goes on where it was stopped.
+
+What is done is told by the files alone: small chunks, each with its checksum (CRC-32C), several of them in a file. A
+file that is missing, cut or damaged is drawn again. The recipe is an attribute of the array, in ``zarr.json``, which
+lies on the disk before the first chunk is drawn; nothing else waits for the disk, as a loss of power costs time only.
+"""
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from ..arguments import expect_path
 from ..disk import whole
+from ..errors import InputError, ParameterError
 from ..image import Array
+from ..run import Run
 from .cells import SIDE, Cell, Grid
-from .extras import extra
-from .folder import FolderStore, recipe_in_zarr
-from .picture import Picture, check_side, checked, header_of
+from .executors import extra
+from .picture import Picture, Results, Store, check_side, checked, recipe_of
+from .places import check_place
+
+SIGN = "zarr.json"
+LONGEST = 1 << 26  # bytes of it
 
 
 @dataclass(frozen=True)
@@ -34,22 +46,39 @@ class ZarrPacker:
             zarr.storage.MemoryStore(store_dict=files), shape=(*shape, *self.tail),
             chunks=(self.chunk, self.chunk, *self.tail),
             shards=None if self.chunk == self.side else (self.side, self.side, *self.tail), dtype=self.dtype,
+            compressors=(zarr.codecs.ZstdCodec(level=0), zarr.codecs.Crc32cCodec()),
             fill_value=0, attributes=attributes, dimension_names=names, config={"write_empty_chunks": True},
         )  # fmt: skip
+
+    def name(self, row: int, column: int) -> str:
+        """The file of a cell, below the folder of the array."""
+        return "/".join(["c", str(row), str(column), *("0" for _ in self.tail)])
 
     def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
         files: dict[str, Any] = {}
         alone = self.array((self.side, self.side), {}, files)
         height, width = pixels.shape[:2]
         alone[:height, :width] = pixels.reshape(height, width, *self.tail)
-        return [files["/".join(["c", "0", "0", *("0" for _ in self.tail)])].to_bytes()]
+        return [files[self.name(0, 0)].to_bytes()]
+
+    def sound(self, data: bytes) -> bool:
+        """Say whether a file is as it was packed."""
+        files: dict[str, Any] = {}
+        alone = self.array((self.side, self.side), {}, files)
+        files[self.name(0, 0)] = type(files[SIGN]).from_bytes(data)
+        try:
+            alone[:]
+        except Exception:  # whatever a codec says of damaged bytes
+            return False
+        return bool(data)  # zarr takes an empty file for one that is missing
 
 
 @dataclass
-class ZarrStore(FolderStore):
+class ZarrStore(Store):
     """A zarr array of a texture."""
 
     packer: ZarrPacker
+    resumes: ClassVar[bool] = True
 
     @classmethod
     def of(
@@ -63,26 +92,105 @@ class ZarrStore(FolderStore):
         side = chunk * max(SIDE // chunk, 1)
         tail = () if texture.like.pixels.ndim == 2 else (texture.channels,)
         grid = Grid(*sides, side, side)  # refuses what is too large before functions are asked for all of it
-        header = header_of(texture, sides, origin, {"format": "zarr", "chunk": chunk})
+        recipe = recipe_of(texture, sides, origin) | {"chunk": chunk}
         packer = ZarrPacker(chunk, side, tail, texture.dtype.name)
-        return cls(Path(path), str(path), texture, origin, grid, header, force, packer)
+        return cls(Path(path), texture, origin, grid, recipe, force, packer)
 
-    def files_of(self, cell: Cell) -> list[str]:
-        """One file a cell."""
-        return ["/".join(["c", str(cell.row), str(cell.column), *("0" for _ in self.packer.tail)])]
+    def look(self) -> None:
+        """Refuse, before any work, a place where this store cannot be; writes nothing."""
+        self._begun()
 
-    def second(self) -> dict[str, Any] | None:
-        """What the array says of itself: its recipe, and how it is cut."""
-        place = self.path / "zarr.json"
-        held = recipe_in_zarr(place) if whole.is_file(place) else None
-        if not held:
-            return None
-        own = json.loads(self.signs()["zarr.json"])
-        differing = {name: held.get(name) for name in own if name != "attributes" and held.get(name) != own[name]}
-        return self.header | {"recipe": held["attributes"]["intarsia"]} | differing
+    def open(self) -> Iterable[int]:
+        """Begin or go on; return the numbers of the cells whose files are missing or damaged."""
+        if not self._begun():
+            self._begin()
+        whole.sweep(self.path)
+        return [cell.number for cell in self.grid if not self._sound(cell)]
 
-    def signs(self) -> dict[str, bytes]:
+    def fill(self, results: Results, run: Run) -> None:
+        """Write the files of the cells as they come."""
+        for cell, (data,) in results:
+            place = self._place(cell)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            whole.put(place, data, by=self.path)
+
+    def _begun(self) -> bool:
+        """Say whether this array was begun at its place; refuse a place where it cannot be."""
+        found = described(self.path / SIGN)
+        if found is None:
+            check_place(self.path)
+            return False
+        own = json.loads(self._sign())
+        recipes = [held["attributes"]["intarsia"] for held in (found, own)]
+        names = [name for name in {**recipes[1], **recipes[0]} if recipes[0].get(name) != recipes[1].get(name)]
+        differing = names or [name for name in own if name != "attributes" and found.get(name) != own[name]]
+        if differing and not self.force:
+            raise ParameterError(
+                f"{self.printable} holds another recipe ({', '.join(differing)}); name another place, or replace it "
+                "with --force (force=True)."
+            )
+        if differing:
+            check_place(self.path, woven=True)
+        return not differing
+
+    def _begin(self) -> None:
+        """Make a new array, without chunks; what lay in its place goes away as a whole."""
+        target = Path(os.path.realpath(self.path))
+        new, old = not target.exists(), whole.name_in(target.parent)
+        whole.sweep(target.parent)
+        try:
+            if described(target / SIGN) is not None:
+                os.replace(target, old)
+            target.mkdir(exist_ok=True)
+            whole.settle(target.parent)
+            whole.put(target / SIGN, self._sign(), durable=True)
+        except BaseException:
+            with suppress(OSError):
+                if new:
+                    target.rmdir()
+            raise
+        finally:
+            whole.take_away(old)
+
+    def _sign(self) -> bytes:
         """The description of the array, with the recipe among its attributes."""
         files: dict[str, Any] = {}
-        self.packer.array((self.grid.height, self.grid.width), {"intarsia": self.header["recipe"]}, files)
-        return {"zarr.json": files["zarr.json"].to_bytes()}
+        self.packer.array((self.grid.height, self.grid.width), {"intarsia": self.recipe}, files)
+        data: bytes = files[SIGN].to_bytes()
+        return data
+
+    def _sound(self, cell: Cell) -> bool:
+        """Say whether the file of a cell is there as it was written; ParameterError where no ordinary file lies."""
+        place = self._place(cell)
+        if not whole.is_file(place):
+            return False
+        try:
+            with whole.open_again(place, "rb") as file:
+                return self.packer.sound(file.read())
+        except OSError:
+            return False
+
+    def _place(self, cell: Cell) -> Path:
+        """Where the file of a cell belongs; ParameterError where the way there leads out of the store."""
+        name = self.packer.name(cell.row, cell.column)
+        for folder in reversed(Path(name).parents[:-1]):
+            way = self.path / folder
+            if os.path.lexists(way) and (way.is_symlink() or not way.is_dir()):
+                raise ParameterError(f"{way} is no folder; move it elsewhere, or name another place.")
+        return self.path / name
+
+
+def described(place: Path) -> dict[str, Any] | None:
+    """The description of a zarr array; None where there is none, or where it is no texture.
+
+    InputError where it is damaged: nobody can say whose it is.
+    """
+    if not whole.is_file(place):
+        return None
+    try:
+        with whole.open_again(place, "rb") as file:
+            found = json.loads(file.read(LONGEST))
+    except (ValueError, RecursionError):
+        raise InputError(f"{place} cannot be read any more; name another place.") from None
+    attributes = found.get("attributes") if isinstance(found, dict) else None
+    return found if isinstance(attributes, dict) and isinstance(attributes.get("intarsia"), dict) else None

@@ -11,19 +11,16 @@ import os
 import zlib
 from collections.abc import Sequence
 from html import escape
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..disk.preview import encoded, looked_at
 from ..errors import IntarsiaError, legible
 from ..exemplar import Exemplar
 from ..image import Plane, Transfer
 from ..sourcemap import HOLE, SourceMap
-from .score import Score, score_map
-
-Pixels = NDArray[np.uint8]
+from .score import score_map
+from .windows import smaller
 
 SIDE, SMALL = 512, 256  # px: the picture and the exemplars are shown no larger
 PICTURE, EXEMPLARS, MAP = 360_000, 120_000, 200_000  # bytes that they may take, before they are written as text
@@ -88,7 +85,7 @@ SCRIPT = """
 
 def html_of(picture: Plane, exemplars: Sequence[Exemplar], smap: SourceMap, about: str) -> str:
     """Return a picture with its map as a part of an HTML page; `about` says in words how it was made."""
-    seen, less = _shown(_seen(picture), SIDE, PICTURE, "the output")
+    seen, less = _shown(picture, SIDE, PICTURE, "the output")
     size = f"{picture.width}x{picture.height} px"
     size += f", shown reduced {less} times" if less > 1 else ""
     mark, (rows, columns, data) = f"intarsia-{os.urandom(6).hex()}", _packed(smap)
@@ -107,7 +104,7 @@ def html_of(picture: Plane, exemplars: Sequence[Exemplar], smap: SourceMap, abou
 
 
 def _figure(exemplar: Exemplar, most: int) -> str:
-    seen, _ = _shown(_seen(exemplar.base), SMALL, most, f"the exemplar {legible(exemplar.name)}")
+    seen, _ = _shown(exemplar.base, SMALL, most, f"the exemplar {legible(exemplar.name)}")
     return f'<figure data-from="{exemplar.width}x{exemplar.height}">{seen}<i></i></figure>'
 
 
@@ -116,7 +113,7 @@ def _score(exemplars: Sequence[Exemplar], smap: SourceMap) -> str:
     if smap.height * smap.width > JUDGED:
         return "<p>intarsia.score judges pictures of this size.</p>"
     try:
-        found: Score = score_map(exemplars, smap)
+        found = score_map(exemplars, smap)
     except IntarsiaError as e:
         return f"<p>no score: {escape(legible(str(e)))}</p>"
     parts = (f"<tr><td>{escape(n)}</td><td>{100 * found.parts[n].worth:.0f}</td></tr>" for n in found.ranked)
@@ -124,38 +121,23 @@ def _score(exemplars: Sequence[Exemplar], smap: SourceMap) -> str:
     return f"<p>score <b>{found.total:.1f}</b> of 100, {found.verdict}</p>{table}"
 
 
-def _seen(plane: Plane) -> Pixels:
-    pixels = looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR)
-    return np.asarray(pixels.reshape(*pixels.shape[:2], -1), np.uint8)
-
-
-def _shown(pixels: Pixels, side: int, most: int, alt: str) -> tuple[str, int]:
+def _shown(plane: Plane, side: int, most: int, alt: str) -> tuple[str, int]:
     """An image of at most `most` bytes, reduced by whole numbers; and how many times it was."""
+    pixels = looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR)
+    pixels = pixels.reshape(*pixels.shape[:2], -1)
     step = max(-(-max(pixels.shape[:2]) // side), 1)
     while True:
-        small = _averaged(pixels, step)
+        step = min(step, *pixels.shape[:2])
+        small = smaller(pixels, step).astype(np.uint8)
         data, kind = encoded(small), "png"
         if len(data) > most and small.shape[2] in (1, 3):
             data, kind = encoded(small, QUALITY), "jpeg"
-        if len(data) <= most or max(small.shape[:2]) < 16:
+        if len(data) <= most or min(small.shape[:2]) < 16:
             break
         step += max(step // 2, 1)
     text = base64.b64encode(data).decode()
     wide = f'width="{small.shape[1]}" height="{small.shape[0]}"'
     return f'<img src="data:image/{kind};base64,{text}" {wide} alt="{escape(alt)}">', step
-
-
-def _averaged(pixels: Pixels, step: int) -> Pixels:
-    """Blocks of step x step pixels as their mean; what is left of one at the borders counts as it is."""
-    if step == 1:
-        return pixels
-    out: NDArray[Any] = pixels.astype(np.float32)
-    for axis in (0, 1):
-        first = np.arange(0, out.shape[axis], step)
-        counts = np.diff(np.append(first, out.shape[axis])).astype(np.float32)
-        counts = counts.reshape([-1 if a == axis else 1 for a in range(3)])
-        out = np.add.reduceat(out, first, axis) / counts
-    return np.asarray(out + 0.5, np.uint8)
 
 
 def _packed(smap: SourceMap) -> tuple[int, int, str]:

@@ -3,8 +3,8 @@
 Every part is 1 for an output as good as a true continuation of the exemplar, and 0 for one of squares laid side by side
 without looking, or what the table names in place of it. Whatever is measured is a ratio of sums of whole numbers.
 
-Sources: patches both ways, Simakov et al. 2008 (Summarizing visual data using bidirectional similarity, section 3);
-pieces and where they meet, Ashikhmin 2001 (section 3) and Kwatra et al. 2003 (section 3.1); the scales are our own.
+Sources: pieces and where they meet, Ashikhmin 2001 (section 3) and Kwatra et al. 2003 (section 3.1); repeats and the
+scales are our own.
 """
 
 from __future__ import annotations
@@ -15,13 +15,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.sums import window_sums
+from ..analysis.sums import moving_sums, window_sums
 from ..arrays import Array
 from .likeness import unlike
-from .reference import Level, Reference
-from .repeats import again
+from .reference import Reference
 from .sources import STEP, Sources
-from .windows import nearest
+
+# A place of the exemplar may return; one that returns with its surroundings is seen to, as a leaf with the same three
+# beside it. Of numbers read off a map this kind agreed best with people on which of two outputs repeats itself.
+REACH = 25  # windows of the output, 200 px: so far two places are seen together; 128 px: fewer pairs are told apart
+NEAR = 3  # windows: nearer ones overlap
+AROUND = 2  # windows on every side are surroundings, so 5 x 5, and
+MOST = 14  # of them, over half, must be the same; 3 x 3 or 7 x 7 of them name the better as often
+SAME = 2  # px of the reduced picture: so near sources are the same
 
 
 class Part(NamedTuple):
@@ -59,8 +65,6 @@ PARTS = (
     Part("lattice", "%", "by how much less it repeats by the periods of the exemplar", 0.13, 0.0, None, 20.0,
          flaw="slips of the rows"),
     Part("blurred", "%", "by how much steps between neighbours are smaller", 0.09, 0.0, 50.0, flaw="blur"),
-    Part("strange", "%", "windows farther from the exemplar than nine of ten of its own", 0.0, 10.0, 100.0),
-    Part("lost", "%", "windows of the exemplar as far from the output", 0.0, 10.0, 100.0),
 )
 # fmt: on
 
@@ -80,10 +84,8 @@ def measured(
         "joins": lambda: _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
         "steps": lambda: _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
         "overused": lambda: _mean([_overused(s) for s in sources], 1.0),
-        "strange": lambda: _mean([_above(s.distance, s.level) for s in sources]),
-        "lost": lambda: _mean([_above(_lost(s.level, picture), s.level) for s in sources]),
         "blurred": lambda: _blurred(reference, picture),
-        "repeats": lambda: _mean([again(s, sides) for s in sources[:1]]),
+        "repeats": lambda: _mean([_again(s, sides) for s in sources[:1]]),
         "lattice": lambda: _lattice(reference, picture),
         TEXTURE.name: lambda: unlike(every, TEXTURE.good),
     }
@@ -92,18 +94,6 @@ def measured(
 
 def _mean(values: list[float], nothing: float = 0.0) -> float:
     return sum(values) / len(values) if values else nothing
-
-
-def _above(distance: Array, level: Level) -> float:
-    """The share of distances that one of ten of the exemplar's own exceeds, in percent."""
-    return 100 * int((distance > level.strange).sum()) / max(distance.size, 1)
-
-
-def _lost(level: Level, picture: Array) -> Array:
-    """How far windows of the exemplar are from the nearest of the output."""
-    waves = level.windows.cut(picture, STEP // 2)
-    waves = waves.reshape(-1, waves.shape[2])
-    return nearest(level.windows.waves[level.asked], waves, (waves * waves).sum(axis=1))[0]
 
 
 def square_side(table: Array) -> int:
@@ -131,6 +121,41 @@ def _overused(sources: Sources) -> float:
     """How often the place is shown that 2 % are shown more often than, by the mean."""
     often, mean = _local(sources)
     return float(np.sort(often)[often.size * 98 // 100]) / mean if often.size and mean else 1.0
+
+
+def _again(sources: Sources, sides: Sequence[int]) -> float:
+    """The share of windows that are shown again with their surroundings within 3/4 of the shorter side, in percent.
+
+    `sides`: the shorter sides of the exemplars, px.
+    """
+    return 100 * float(shown_again(sources, min(REACH, max(sides) * 3 // 4 // STEP)).mean())
+
+
+def shown_again(sources: Sources, reach: int) -> NDArray[np.bool_]:
+    """Which windows return within `reach` windows together with most of the 5 x 5 around them."""
+    windows = sources.level.windows
+    at = (windows.at[sources.number] * windows.stride).astype(np.int16)
+    y, x = (np.ascontiguousarray(at[..., k]) for k in (0, 1))
+    rows, columns = y.shape
+    out = np.zeros(y.shape, bool)
+    for down in range(min(reach, rows - 1) + 1):
+        for right in range(-min(reach, columns - 1), min(reach, columns - 1) + 1):
+            if max(down, abs(right)) < NEAR or (down == 0 and right < 0):
+                continue
+            one = np.s_[down:, max(right, 0) : columns + min(right, 0)]
+            other = np.s_[: rows - down, max(-right, 0) : columns - max(right, 0)]
+            same = (np.abs(y[one] - y[other]) <= SAME) & (np.abs(x[one] - x[other]) <= SAME)
+            if np.count_nonzero(same) >= MOST:
+                both = _most(same)
+                out[one] |= both
+                out[other] |= both
+    return out
+
+
+def _most(same: Array) -> NDArray[np.bool_]:
+    """Where most of the 5 x 5 around are the same; what lies outside is not."""
+    counts = moving_sums(moving_sums(same.astype(np.int64), 0, AROUND, "constant"), 1, AROUND, "constant")
+    return np.asarray(counts >= MOST)
 
 
 def mean_step(pictures: Sequence[Array], usable: Sequence[NDArray[np.bool_] | None]) -> float:

@@ -66,24 +66,6 @@ def joins_at(judged: Judged, size: Size) -> Array:
     return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
 
 
-def damaged_at(judged: Judged, size: Size) -> tuple[Array, float]:
-    """Where the outlines of damaged segments of an output of `size` run: bool, of px as it was looked at, reduced.
-
-    And how many of 100 segments these are.
-    """
-    out, shares = np.zeros([-(-n // judged.factor) for n in size], bool), list[float]()
-    elements = None if judged.reference is None else judged.reference.elements
-    if elements is None:
-        return out, 0.0
-    for look in judged.looks:
-        top, left = (at // judged.factor for at in look.begin)
-        part = out[top : top + look.picture.shape[0], left : left + look.picture.shape[1]]
-        outlines, share = elements.outlined(look.picture)
-        part |= outlines[: part.shape[0], : part.shape[1]]
-        shares.append(share)
-    return out, sum(shares) / max(len(shares), 1)
-
-
 def too_often(judged: Judged, exemplars: Sequence[Size], output: Size, most: int = MOST) -> tuple[Often, ...]:
     """Look for the places of the exemplars that are shown far more often than others, the most used first."""
     first = [look.sources[0] for look in judged.looks if look.sources]

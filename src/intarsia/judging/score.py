@@ -27,12 +27,11 @@ from ..analysis.reduction import block_sums, factor_for
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
-from ..search.sizes import elements
 from ..sourcemap import SourceMap
-from .mapped import MAPPED, WRAPPED, mapped, meeting
 from .parts import PARTS, TEXTURE, Part, measured, sources_of
 from .reference import Reference
 from .sources import Sources
+from .windows import smaller
 
 WORK_SIDE = 512  # px: larger exemplars, and what is grown from them, are looked at on reduced copies
 CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
@@ -87,9 +86,8 @@ class Score:
 
     @property
     def ranked(self) -> list[str]:
-        """The names of the parts that count, what takes most first, then of those that a map or a wrap tells."""
-        told = [name for name, one in self.parts.items() if one.part.weight or one.part not in PARTS]
-        return sorted(told, key=lambda name: (not self.parts[name].part.weight, -self.loss(name)))
+        """The names of the parts, what takes most first."""
+        return sorted(self.parts, key=lambda name: -self.loss(name))
 
     @property
     def verdict(self) -> str:
@@ -116,7 +114,6 @@ class Look:
 
     begin: tuple[int, int]
     sources: tuple[Sources, ...]
-    picture: NDArray[np.int16]
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +123,6 @@ class Judged:
     score: Score
     looks: tuple[Look, ...]
     factor: int
-    reference: Reference | None = None
 
     @property
     def alone(self) -> Judged:
@@ -134,20 +130,8 @@ class Judged:
         return Judged(self.score, (), self.factor)
 
 
-def score_picture(
-    exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NONE, smap: SourceMap | None = None
-) -> Score:
-    """Judge a picture as :func:`judge` does, for the score alone."""
-    return judge(exemplars, output, wrap, smap).score
-
-
-def judge(
-    exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NONE, smap: SourceMap | None = None
-) -> Judged:
-    """Judge a picture by its base plane; what only a map tells is added, and changes no other part.
-
-    Raises InputError where the base planes have other channels than the exemplars', or the map is none of them.
-    """
+def judge(exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NONE) -> Judged:
+    """Judge a picture by its base plane; InputError where that has other channels than the exemplars'."""
     first, base = exemplars[0].base, output.base
     if (base.kind, base.channels) != (first.kind, first.channels):
         raise InputError(
@@ -156,15 +140,15 @@ def judge(
         )
     alone = [Exemplar({"base": e.base}, e.usable, e.toroidal, e.name) for e in (*exemplars, output)]
     *pictures, mine = features(alone).pictures
-    return _judged(_known(pictures, exemplars), mine, wrap, _told(exemplars, smap))
+    return _judged(known_of(pictures, exemplars), mine, wrap)
 
 
 def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
     """Judge a map without holes by the pixels that it shows, not mixed at its cuts."""
     feats = features(exemplars)
     pictures = [p[..., : feats.base] for p in feats.pictures]
-    known = feats.memo("judging", lambda: _known(pictures, exemplars))  # several maps of the same exemplars are judged
-    return _judged(known, drawn(pictures, smap), smap.wrap, _told(exemplars, smap)).score
+    known = feats.memo("judging", lambda: known_of(pictures, exemplars))  # several maps of the same are judged
+    return _judged(known, drawn(pictures, smap), smap.wrap).score
 
 
 def drawn(pictures: Pictures, smap: SourceMap) -> NDArray[np.int16]:
@@ -178,10 +162,6 @@ def drawn(pictures: Pictures, smap: SourceMap) -> NDArray[np.int16]:
     return out
 
 
-def _told(exemplars: Sequence[Exemplar], smap: SourceMap | None) -> dict[str, float]:
-    return {} if smap is None else mapped(exemplars, smap, elements(exemplars[0]).size)
-
-
 class Known(NamedTuple):
     """What is measured of exemplars once for all outputs: reduced `factor` times, and what their tiles measure."""
 
@@ -189,12 +169,19 @@ class Known(NamedTuple):
     reference: Reference
     worst: dict[str, float]
 
+    def reduced(self, output: NDArray[np.int16]) -> NDArray[np.int16]:
+        """An output as the exemplars are looked at, held in their range, for which distances are exact."""
+        pictures = self.reference.pictures
+        low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
+        return np.asarray(np.clip(smaller(output, self.factor), low, high), np.int16)
 
-def _known(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
+
+def known_of(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
+    """Measure exemplars by the features of their base planes (H, W, C)."""
     factor = max(factor_for(p.shape, WORK_SIDE) for p in pictures)
     masks = (e.usable for e in exemplars)
     reference = Reference(
-        tuple(_smaller(p, factor) for p in pictures),
+        tuple(np.asarray(smaller(p, factor), np.int16) for p in pictures),
         tuple(None if m is None else block_sums(m, factor) == factor * factor for m in masks),
     )
     by_tiles = [part for part in PARTS if part.bad is None]
@@ -202,32 +189,19 @@ def _known(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
     return Known(factor, reference, measured(reference, tiles, sources_of(reference, tiles), by_tiles))
 
 
-def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap, told: dict[str, float]) -> Judged:
+def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap) -> Judged:
     factor, reference, worst = known
-    meets = meeting(output, wrap)
-    held = _within(_smaller(output, factor), reference.pictures)
-    corners = _corners(held, wrap)
-    looks = [Look((y * factor, x * factor), tuple(sources_of(reference, part)), part) for (y, x), part in corners]
-    told_by = [measured(reference, part, look.sources) for (_, part), look in zip(corners, looks, strict=True)]
+    looks, told_by = list[Look](), list[dict[str, float]]()
+    for (y, x), picture in _corners(known.reduced(output), wrap):
+        sources = tuple(sources_of(reference, picture))
+        looks.append(Look((y * factor, x * factor), sources))
+        told_by.append(measured(reference, picture, sources))
     parts = {}
     for part in PARTS:
         bad = worst[part.name] if part.bad is None else part.bad
         seen = sum(one[part.name] for one in told_by) / len(told_by)
         parts[part.name] = Worth(part, seen, part.good, max(bad, part.good + part.least))
-    for part, value in [*((p, told.get(p.name)) for p in MAPPED), (WRAPPED, meets)]:
-        if value is not None and part.bad is not None:
-            parts[part.name] = Worth(part, value, part.good, part.bad)
-    return Judged(Score(parts, reference.grain), tuple(looks), factor, reference)
-
-
-def _smaller(picture: NDArray[np.int16], factor: int) -> NDArray[np.int16]:
-    return picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
-
-
-def _within(output: NDArray[np.int16], pictures: Pictures) -> NDArray[np.int16]:
-    """Hold the output in the range of the exemplars, for which distances are exact."""
-    low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
-    return np.asarray(np.clip(output, low, high))
+    return Judged(Score(parts, reference.grain), tuple(looks), factor)
 
 
 def _corners(output: NDArray[np.int16], wrap: Wrap) -> list[tuple[tuple[int, int], NDArray[np.int16]]]:

@@ -4,14 +4,14 @@ Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synt
 Transactions on Graphics (SIGGRAPH) 2003.
 
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
-around its window than `overreach`; several placements are drawn, and compared by cuts on every fourth px (`tries`, 1 as
-published); strong steps cost more than in proportion (`seam`); placements are found by outlines and slow colour, too
-(`structure`), and where they keep courses (`courses`); damaged elements are covered by whole ones in the end (`whole`);
-what is shown already costs a little more; the energy of old seams lies on the pixel grid itself, without nodes of their
-own; refinement matches what lies around the bad place, not the bad place itself, and lets pieces about it grow. Under a
-guide patches are chosen as in image quilting, and nothing is refined.
+around its window than `overreach`; twelve placements are drawn, and compared by cuts on every fourth px; strong steps
+cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`), and where
+they keep courses (`courses`); damaged elements are covered by whole ones in the end (`whole`); what is shown already
+costs a little more; the energy of old seams lies on the pixel grid itself, without nodes of their own; refinement
+matches what lies around the bad place, not the bad place itself, and lets pieces about it grow. Under a guide patches
+are chosen as in image quilting, and nothing is refined.
 
-Cost: for each window and each refinement one FFT search, `tries` maximum flows over a sixteenth of the window, and one
+Cost: for each window and each refinement one FFT search, twelve maximum flows over a sixteenth of the window, and one
 over all of it; about 2 N_out / pitch^2 of them.
 """
 
@@ -78,17 +78,6 @@ class Graphcut(parameters.CutSquares):
         AUTO, "extent", "width that two neighbours share; automatic: half of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
-    placement: str = param(
-        "sub", "choice", "what a placement is chosen by: the window, all that the entire exemplar covers, or chance",
-        choices=("sub", "entire", "random"),
-    )  # fmt: skip
-    randomness: float = param(
-        0.01, "float", "how far from the best a placement may be, as a share of the exemplar's variance",
-        low=1e-6, high=100,
-    )  # fmt: skip
-    tries: int = param(
-        12, "int", "placements that are compared for each window, by cuts on every fourth px", low=1, high=16
-    )
     overreach: int | None = param(
         AUTO, "int", "how far around its window a patch may replace what is there; automatic: a sixth of the patch",
         low=0, high=1 << 16, unit="px",
@@ -177,7 +166,6 @@ class Graphcut(parameters.CutSquares):
         for wrong, what in (
             (len(self.lattice) == 1, "rows of one vector"), (canvas.wrap.y or canvas.wrap.x, "a canvas that wraps"),
             (canvas.guide is not None, "a guide"), (len(exemplars) > 1, "several exemplars"),
-            (self.placement != "sub", f"placement={self.placement}"),
             (self.isometries not in ("none", (0,)), f"isometries={self.isometries}"),
         ):
             if wrong:
@@ -196,9 +184,7 @@ class Graphcut(parameters.CutSquares):
     @property
     def stitch(self) -> stitching.GraphcutSettings:
         """How patches are placed and joined; known once overreach is."""
-        return stitching.GraphcutSettings(
-            self.placement, self.randomness, self.tries, self.usage, self.seam, self.overreach or 0, self._steps
-        )
+        return stitching.GraphcutSettings(self.usage, self.seam, self.overreach or 0, self._steps)
 
     def patch_settings(self, usage: float) -> settings.PatchSettings:
         """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""

@@ -26,7 +26,7 @@ from ..errors import ParameterError
 from ..field import Field
 from ..geometry import Box, Wrap
 from ..lazy import lazy
-from ..params import AUTO, check_sizes, param
+from ..params import AUTO, check_sizes, functions_of, param
 from . import parameters
 from .base import Ability, MethodBase
 
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from .. import sourcemap
     from ..analysis import features
     from ..canvas import Canvas
-    from ..corrections import asked as corrections_asked
     from ..corrections import descent as corrections_descent
     from ..corrections import guide as corrections_guide
     from ..corrections import outlines as corrections_outlines
@@ -47,7 +46,6 @@ if TYPE_CHECKING:
     from ..run import Run
     from ..search import guide
 else:
-    corrections_asked = lazy("intarsia.corrections.asked")
     vectors = lazy("intarsia.lattice.vectors")
     features = lazy("intarsia.analysis.features")
     guide = lazy("intarsia.search.guide")
@@ -256,9 +254,10 @@ class ParallelControllable(MethodBase):
 
         Those over the output are asked beside it as well, where its coarse levels begin.
         """
-        if not corrections_asked.functions_of(self):
+        if not functions_of(self):
             return {}
-        return corrections_asked.hashes(self, exemplars[0], self._descent(exemplars[0], where, 0).asked(*_spans(where)))
+        places = self._descent(exemplars[0], where, 0).asked(*_spans(where))
+        return corrections_descent.hashes(self, exemplars[0], places)
 
     def _map(self, exemplar: Exemplar, where: Canvas | Box, seed: int, run: Run) -> sourcemap.SourceMap:
         descent, source = self._descent(exemplar, where, seed), (exemplar.source,)

@@ -7,7 +7,7 @@ differ here so and there otherwise; as far as they do, the step is meant, and st
 
 What is added to the picture has just these steps, the other way round, and is as smooth as can be elsewhere: it solves
 a Poisson equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but
-with measured steps in place of single pixels, and with a potential that ends at the radius (`potential.py`), so that a
+with measured steps in place of single pixels, and with a potential that ends at the radius (`potential`), so that a
 window is that window of the whole, and far from seams every byte stays. Where to trust a step is this project's own.
 All is done to the stored numbers, sRGB codes too: a step of light is a factor more than a sum, and in linear light
 what is added to a bright stone turns the gap beside it black. Sums are of whole numbers.
@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,15 +29,19 @@ from ..geometry import Box
 from ..image import Array
 from ..levelling import Finish, Levelling
 from ..run import Run
-from .cell_kernels import Map
 from .finish_kernels import Sums, Surroundings, add_means, add_up, move_codes, seam_steps
 from .ground import cut_out_map
-from .potential import FINE, potential
+from .vote_kernels import Map
 
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
 
 SMALL = 3  # px to either side: what is compared is averaged so far, so that grain does not count
+FINE = 14
+"""Potentials are whole numbers of 2**-14: sums over them by transforms of doubles come out exact."""
+
+_EXACT = 6  # px: so far the recurrence is used, which loses digits further out
+_EULER = 0.57721566490153286
 _BITS, _OPACITY = 16, 8  # of a value, of a weight
 _SIDE = 1024  # px of a cell, at least
 _NONE = np.zeros((0, 0), np.int64)
@@ -210,3 +215,49 @@ def _corner_sums(values: Array, weight: NDArray[np.int64]) -> NDArray[np.int64]:
     sums = np.empty((values.shape[0] + 1, values.shape[1] + 1, values.shape[2]), np.int64)
     add_up(values, weight, sums)
     return sums.reshape(-1, values.shape[2])
+
+
+@lru_cache(maxsize=8)
+def potential(radius: int) -> NDArray[np.int64]:
+    """Return the potential around a point, less than `radius` px away: (2 radius - 1, 2 radius - 1), in 2**-FINE.
+
+    Its sum of differences to the four neighbours is 1 at the point, and about 0 elsewhere near it: added up over the
+    divergence of a field of steps it gives a picture that has these steps, as far as a picture can. Near the point it
+    is the exact one of the square grid, by the recurrence of McCrea and Whipple ("Random paths in two and three
+    dimensions", 1940), further out its logarithm; towards the radius it fades.
+    """
+    near, out = _near(), np.zeros((2 * radius - 1, 2 * radius - 1), np.int64)
+    end = _far(float(radius))
+    for y in range(radius):
+        for x in range(y, radius):
+            square = y * y + x * x
+            if square >= radius * radius:
+                break
+            fading = (1.0 - square / (radius * radius)) ** 2
+            value = (near[x][y] if x <= _EXACT else _far(math.sqrt(square))) - end
+            whole = round(value * fading * (1 << FINE))
+            for a, b in ((y, x), (x, y)):
+                for row in (radius - 1 - a, radius - 1 + a):
+                    out[row, [radius - 1 - b, radius - 1 + b]] = whole
+    out.flags.writeable = False
+    return out
+
+
+def _far(distance: float) -> float:
+    return (math.log(distance) + _EULER + 1.5 * math.log(2.0)) / (2.0 * math.pi)
+
+
+def _near() -> list[list[float]]:
+    """The potential of a point at (0, 0) on a grid without end, in rows x >= y >= 0."""
+    n = _EXACT + 1
+    a = [[0.0] * (n + 1) for _ in range(n + 1)]
+    for k in range(1, n + 1):  # along the diagonal, and beside it: both neighbours below are known
+        a[k][k] = a[k - 1][k - 1] + 1.0 / (math.pi * (2 * k - 1))
+    a[1][0] = 0.25
+    for k in range(1, n):
+        a[k + 1][k] = 2.0 * a[k][k] - a[k][k - 1]
+    for gap in range(2, n + 1):
+        for y in range(n + 1 - gap):
+            x = y + gap - 1  # the pixel whose neighbours are all known but the right one
+            a[x + 1][y] = 4.0 * a[x][y] - a[x - 1][y] - a[x][y + 1] - a[x][abs(y - 1)]
+    return a

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
-from .cell_kernels import Map
+from .vote_kernels import Map
 
 Array = NDArray[Any]
 

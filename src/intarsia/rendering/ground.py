@@ -14,8 +14,7 @@ from ..geometry import Box
 from ..image import Array
 from ..kernels.pieces_of_maps import HOLE
 from ..lazy import lazy
-from .cell_kernels import Map, cut_window
-from .vote_kernels import VotedExemplars
+from .vote_kernels import Map, VotedExemplars, cut_window
 
 if TYPE_CHECKING:
     from scipy import ndimage

@@ -22,7 +22,7 @@ from ..errors import InputError, ParameterError
 from ..exemplar import REDUCED, Exemplar
 from ..image import Array
 from ..sourcemap import Blend
-from .mixers import averaged
+from .mixing import averaged
 
 
 def magnified(exemplar: Exemplar, times: int) -> Exemplar:

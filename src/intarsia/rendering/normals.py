@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..geometry import ISOMETRIES
 from ..image import Array, Plane
-from .normal_kernels import turn_codes
+from .mix_kernels import turn_codes
 
 SAMPLED = 1 << 18
 """Vectors of a map that are looked at, about."""

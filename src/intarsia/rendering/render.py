@@ -27,14 +27,12 @@ from ..image import Array, Kind, Plane
 from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import Blend, Mixing, SourceMap, check_stretch
-from .cell_kernels import Map
 from .colour import Curve
 from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
 from .mix_kernels import copy_cell
-from .mixers import coding_of, mixer_of
-from .mixing import Mixer
+from .mixing import Mixer, coding_of, mixer_of
 from .normals import NormalCoding
-from .vote_kernels import VotedExemplars, make_plan
+from .vote_kernels import Map, VotedExemplars, make_plan
 
 if TYPE_CHECKING:
     from . import finish, warped

@@ -23,8 +23,7 @@ from ..sourcemap import Blend, Mixing, SourceMap
 from .catmull_rom_kernels import Reach
 from .colour import Curve, code_shelf, code_steps
 from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes
-from .mixers import coding_of, mixer_of
-from .mixing import LabelMixer, Mixer
+from .mixing import LabelMixer, Mixer, coding_of, mixer_of
 from .normals import NormalCoding
 from .reading_kernels import read_labels, read_light, read_vectors, settle_light
 from .warped_kernels import Part, WarpField, lay_part

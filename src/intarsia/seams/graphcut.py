@@ -15,20 +15,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis.features import pose_array
 from ..analysis.sums import window_sums
 from ..draws import draw
+from ..exemplar import Exemplar
 from ..kernels.windows import Grown
 from ..patches.growing_map import random_patch
 from ..patches.growth import Growth, Pick
 from ..run import Run
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
+from ..search.posed import PosedExemplars
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .apart import Apart
-from .chances import drawn, likelihood
 from .cut import Box, Cut, middle
-from .entire_patch import EntireSearch, pieces_of
+from .energy_kernels import Pieces
 from .placement_kernels import Look
 from .settings import GraphcutSettings
 from .shifts import shifts_around
@@ -40,11 +42,15 @@ Bar = Callable[[Box, Pick], Array]
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen with a window, where repeats are counted
 SAMPLES = 128  # along each side of that it is looked at in about so many places
+TRIES = 12  # placements that are drawn for a window and compared by rough cuts; 1 as published
+RANDOMNESS = 0.01  # k of exp(-cost / (k sigma^2)), by which placements are drawn; sigma^2 the exemplars' variance
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 ROUGH = 4  # px from one to the next where placements are compared before the best is cut in
 LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
 EVERY = 4  # px from one to the next where pieces about a window are counted
+TINY = 1057087571  # exp(-1/64) in 2**-30
+GONE = 64 * 20  # beyond, a chance is none
 
 
 class GraphcutGrowth:
@@ -67,16 +73,11 @@ class GraphcutGrowth:
         self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
         self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
-        self._entire: EntireSearch | None = None
-        self._sub: PatchSearch | None = None
+        self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
         self.first: tuple[int, int] | None = None  # where patches in step have the canvas's first px
         if stitch.lattice and (self.variant == 0).any():
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = int(self.yx[y, x, 0]) - y, int(self.yx[y, x, 1]) - x
-        if stitch.placement == "entire":
-            self._entire = EntireSearch(growth.finder, self.pieces)
-        elif isinstance(growth.finder, PatchSearch):
-            self._sub = growth.finder
         self.note((0, 0, *self.variant.shape))
 
     @property
@@ -121,8 +122,8 @@ class GraphcutGrowth:
 
     def cheapest(self, box: Box, bits: int, filling: bool) -> Cut | None:
         """Draw placements for a window, and cut in the best of them; None where there is none, or none that saves."""
-        shown = [] if filling else self.shown(box)[: self.stitch.tries // SHOWN]
-        picks = shown + self._drawn(box, bits, filling)[: self.stitch.tries - len(shown)]
+        shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
+        picks = shown + self._drawn(box, bits, filling)[: TRIES - len(shown)]
         return self.best(box, picks, recut_kernels.NEVER if filling else 0)
 
     def best(self, box: Box, picks: Sequence[Pick], limit: int = recut_kernels.NEVER) -> Cut | None:
@@ -162,15 +163,13 @@ class GraphcutGrowth:
         return self.apart.of_picks(box, shifts)
 
     def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
-        if self.stitch.placement == "random":
-            return [random_patch(self.variants.valid, draw(bits, t)) for t in range(self.stitch.tries)]
         found = self.apart.of_rows(box, self._found(box) if filling else self._around(box))
         if not len(found.rows):
             return [random_patch(self._allowed(box), draw(bits, 0))] if filling else []
         rows, price = found.rows, self.priced(box, found)
-        unit = max(round(self.stitch.randomness * self._variance * max(int(found.known.sum()), 1)), 1)
+        unit = max(round(RANDOMNESS * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
-        return [(v, u, s) for v, u, s in rows[drawn(chances.tolist(), self.stitch.tries, bits), 1:].tolist()]
+        return [(v, u, s) for v, u, s in rows[drawn(chances.tolist(), TRIES, bits), 1:].tolist()]
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
@@ -187,10 +186,8 @@ class GraphcutGrowth:
 
     def _found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
-        if self._entire is not None:
-            return self._entire.find(self.variant, self.yx, box[:2], self.wraps)
-        assert self._sub is not None
-        search = self._sub if self.first is None else self._sub.within(self._allowed(box))
+        assert self._search is not None
+        search = self._search if self.first is None else self._search.within(self._allowed(box))
         return search.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices(box))[0]
 
     def _allowed(self, box: Box) -> Sequence[NDArray[np.bool_]]:
@@ -221,10 +218,10 @@ class GraphcutGrowth:
 
     def search_prices(self, box: Box | None = None) -> Prices:
         """How often every patch is shown already, around a window or anywhere, for the short-list."""
-        assert self._sub is not None
+        assert self._search is not None
         (height, width), step = self.variant.shape, self._step
         look = self.look(box, step) if box else Look(0, 0, height, width, step)
-        search, frames = self._sub, np.zeros((len(self.variants), 3), np.int64)
+        search, frames = self._search, np.zeros((len(self.variants), 3), np.int64)
         f, (h, w) = search.factor, search.cells
         for v, valid in enumerate(search.valid):
             frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
@@ -308,3 +305,48 @@ class GraphcutGrowth:
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
+
+
+def drawn(chances: list[int], most: int, bits: int) -> list[int]:
+    """Draw up to so many numbers, each once and in proportion to its chance, none that has none."""
+    rest, total, out = list(chances), sum(chances), list[int]()
+    while total and len(out) < most:
+        share, k = draw(bits, len(out)) % total, 0
+        while share >= rest[k]:
+            share, k = share - rest[k], k + 1
+        total, rest[k] = total - rest[k], 0
+        out.append(k)
+    return out
+
+
+def likelihood(x: Array) -> Array:
+    """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
+    out = np.full(len(x), 1 << 30, np.int64)
+    rest, factor = x.astype(np.int64), TINY
+    for _ in range(GONE.bit_length()):
+        out = np.where(rest & 1 > 0, out * factor >> 30, out)
+        rest, factor = rest >> 1, factor * factor >> 30
+    return np.where(x >= GONE, 0, out)
+
+
+def pieces_of(variants: PosedExemplars, exemplars: Sequence[Exemplar], unseen: int = 0) -> Pieces:
+    """Return the variants as kernels of seams take them: with every pixel, whether it may be shown.
+
+    The last `unseen` channels are left out: what is not seen makes no seam.
+    """
+    parts = []
+    for v in range(len(variants)):
+        rows, columns = variants.picture(v).shape[:2]
+        usable = exemplars[int(variants.exemplar[v])].usable
+        if usable is None:
+            parts.append(np.ones(rows * columns, np.uint8))
+            continue
+        posed = pose_array(usable, int(variants.pose[v]))
+        pad = ((0, rows - posed.shape[0]), (0, columns - posed.shape[1]))
+        parts.append(np.pad(posed, pad, mode="wrap").astype(np.uint8).ravel())
+    (flat, table), seen = variants.posed, variants.channels - unseen
+    if unseen:
+        flat = np.ascontiguousarray(flat.reshape(-1, variants.channels)[:, :seen]).ravel()
+        table = table.copy()
+        table[:, 0] = table[:, 0] // variants.channels * seen
+    return Pieces(flat, table, np.concatenate(parts), variants.toroidal, seen)

@@ -1,4 +1,4 @@
-"""What placing a patch costs besides its seams: how many of its pixels are shown already, and how well it fits."""
+"""What placing a patch costs besides its seams: what of it is shown already, and what would mirror itself."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
-from .energy_kernels import source_at, spot
 
 ONE = 256  # all that a window would show is shown once more
 NEAR = 3  # a repeat beside the window counts this much more
@@ -145,58 +144,3 @@ def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, o
                     i, j = i % table[rows[k, 1], 1], j % table[rows[k, 1], 2]
                 if 0 <= i < h and 0 <= j < w and abs(i - a) < near and abs(j - b) < near:
                     out[k] += step * step
-
-
-@kernel
-def shift_cost(grown: Any, pieces: Any, box: Any, pick: Any, step: int) -> int:
-    """Return the mean squared difference, times 256, of the map and a piece where both are known; -1: nowhere.
-
-    `box`: the part of the canvas that is looked at, every `step`-th pixel of it; `pick`: the variant, and its row and
-    column at the first pixel, which may lie outside it.
-    """
-    (variant, yx, wrap), (flat, table, usable, torus, channels, _) = grown, pieces
-    height, width = variant.shape
-    total, count = 0, 0
-    for i in range(0, box[2], step):
-        y = canvas_place(box[0] + i, height, wrap[0])
-        if y < 0:
-            continue
-        for j in range(0, box[3], step):
-            x = canvas_place(box[1] + j, width, wrap[1])
-            if x < 0:
-                continue
-            old = source_at(variant, yx, table, channels, y, x)
-            if old < 0:
-                continue
-            new = spot(table, usable, torus, channels, pick[0], pick[1] + i, pick[2] + j)
-            if new < 0:
-                continue
-            for c in range(channels):
-                difference = int(flat[old * channels + c]) - int(flat[new * channels + c])
-                total += difference * difference
-            count += 1
-    return total * 256 // count if count else -1
-
-
-@kernel
-def follow(
-    grown: Any, pieces: Any, at: Any, size: Any, valid: Any, around: Any, factor: int, step: int, rows: Any
-) -> None:
-    """Move each candidate of `rows` to the best place within a coarse px of it, and write what that costs.
-
-    `valid`: where patches of its variant may begin; `at`: the window; `around` (rows, columns): how far before and
-    behind the window the map is looked at, every `step`-th pixel; `size`: the window's rows and columns.
-    """
-    box = (at[0] - around[0], at[1] - around[1], size[0] + 2 * around[0], size[1] + 2 * around[1])
-    for k in range(len(rows)):
-        v, u, s = rows[k, 1], rows[k, 2], rows[k, 3]
-        best = -1
-        for a in range(u - factor + 1, u + factor):
-            for b in range(s - factor + 1, s + factor):
-                if not (0 <= a < valid.shape[0] and 0 <= b < valid.shape[1] and valid[a, b]):
-                    continue
-                cost = shift_cost(grown, pieces, box, (v, a - around[0], b - around[1]), step)
-                if cost >= 0 and (best < 0 or cost < best):
-                    best = cost
-                    rows[k, 2], rows[k, 3] = a, b
-        rows[k, 0] = best

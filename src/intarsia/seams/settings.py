@@ -13,13 +13,6 @@ class GraphcutSettings:
 
     Attributes
     ----------
-    placement : str
-        ``sub``: what lies under the window is matched; ``entire``: all that the exemplar would lie over, shifted as
-        a whole; ``random``: nothing is.
-    randomness : float
-        k of exp(-cost / (k sigma^2)), sigma^2 the exemplars' variance.
-    tries : int
-        Placements drawn for a window, of which the cheapest cut is kept.
     usage : float
         Price of a repeat, in usual distances.
     seam : str
@@ -31,9 +24,6 @@ class GraphcutSettings:
         Patches are laid in step with the first one; none: anywhere.
     """
 
-    placement: str = "sub"
-    randomness: float = 0.01
-    tries: int = 2
     usage: float = 0.05
     seam: str = "difference"
     margin: int = 16

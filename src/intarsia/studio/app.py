@@ -23,7 +23,6 @@ from . import jobs, results, uploads
 from .bin import Bin
 from .events import Events
 from .jobs import Jobs
-from .openapi import openapi
 from .processes import Process
 from .refusals import HANDLERS, Refused
 from .safety import Safety
@@ -50,7 +49,7 @@ class Studio:
         self.looker = Process(uploads.MOST_BYTES)
         beside = Process(nice=10)  # growing goes first
         self.bin = Bin(self.store, self.events)
-        self.jobs = Jobs(self.store, self.events, Process(), beside)
+        self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
         self.weaves = Weaves(self.store, self.uploads, self.showing.pictures)
@@ -87,9 +86,6 @@ class Studio:
     async def schema(self, request: Request) -> Response:
         return JSONResponse(schema())
 
-    async def openapi(self, request: Request) -> Response:
-        return JSONResponse(openapi((method, path) for method, path, _ in self.table))
-
     async def sample_view(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name not in SAMPLES:
@@ -112,6 +108,7 @@ class Studio:
         raise ParameterError("send files, or the name of a sample, or the id of a result.")
 
     def _opened(self, row: dict[str, Any]) -> Response:
+        self.events.tell("exemplar", row)
         self.jobs.prepare(row["id"])
         return JSONResponse(row, 201)
 
@@ -126,7 +123,9 @@ class Studio:
         return Response(status_code=204)
 
     async def exemplar_back(self, request: Request) -> Response:
-        return JSONResponse(uploads.told(self.bin.back("exemplars", request.path_params["id"])))
+        row = uploads.told(self.bin.back("exemplars", request.path_params["id"]))
+        self.events.tell("exemplar", row)
+        return JSONResponse(row)
 
     async def exemplar_view(self, request: Request) -> Response:
         row = self.row(request, "exemplars")
@@ -266,7 +265,6 @@ class Studio:
         return [
             ("GET", "/", self.page),
             ("GET", "/api/schema", self.schema),
-            ("GET", "/api/openapi.json", self.openapi),
             ("GET", "/api/samples/{name}.png", self.sample_view),
             ("POST", "/api/exemplars", self.put_exemplar),
             ("GET", "/api/exemplars", self.exemplars),

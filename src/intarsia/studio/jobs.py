@@ -1,4 +1,4 @@
-"""The queue: one job after another goes to the worker; states, cancel, restart."""
+"""The queue: one job after another goes to the worker, what takes minutes to its own; states, cancel, restart."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .refusals import Refused
 from .results import result_of
 from .schema import LIMITS
 from .store import OPEN, Row, Store, digest
-from .words import Words, exemplar_words, words_of
+from .words import Words, exemplar_words, plain, words_of
 
 PREPARED = 1 << 20  # px: larger exemplars are looked at when they are grown
 SLOW = ("efros-leung",)
-"""Methods that take minutes where others take seconds: their jobs begin when no other job waits."""
+"""Methods that take minutes where others take seconds: their jobs begin when no other is there, and hold up none."""
 
 CANCELLED = 130  # exit code
 LOOKING = "the exemplar is looked at"
@@ -36,21 +36,21 @@ JOB = (
 
 
 class Jobs:
-    """All jobs, and the process that carries them out."""
+    """All jobs, and the processes that carry them out."""
 
-    def __init__(self, store: Store, events: Events, worker: Process, beside: Process) -> None:
-        self.store, self.events, self.worker, self.beside = store, events, worker, beside
+    def __init__(self, store: Store, events: Events, worker: Process, slow: Process, beside: Process) -> None:
+        self.store, self.events, self.worker, self.slow, self.beside = store, events, worker, slow, beside
         self.previews: dict[str, tuple[int, bytes]] = {}
         self.warmth: dict[str, Any] = {"done": 0, "total": 1}
-        self._running: str | None = None
-        self._live: Row = {}  # how far the job is that runs: told, not written
+        self._running: dict[str, Process] = {}
+        self._live: dict[str, Row] = {}  # how far the jobs are that run: told, not written
         self._cancelled: set[str] = set()
         self._to_prepare: str | None = None
         self._preparing: str | None = None
         self._warming = self._hurry = False  # whether a job came meanwhile
         self._warmed: int | None = 0  # the process that is as warm as it gets
         self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker knows, as many as it keeps
-        self._wake = asyncio.Event()
+        self._wake, self._wake_slow = asyncio.Event(), asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
         self._to_score: asyncio.Queue[str] = asyncio.Queue()
 
@@ -58,7 +58,7 @@ class Jobs:
 
     def begin(self) -> None:
         """Begin to work."""
-        self._tasks = [asyncio.create_task(self._work()), asyncio.create_task(self._score())]
+        self._tasks = [asyncio.create_task(each) for each in (self._work(), self._work_slowly(), self._score())]
 
     async def end(self) -> None:
         """Stop at once; what ran is interrupted at the next start."""
@@ -67,8 +67,8 @@ class Jobs:
         for task in self._tasks:
             with suppress(asyncio.CancelledError):
                 await task
-        await self.worker.end()
-        await self.beside.end()
+        for process in (self.worker, self.slow, self.beside):
+            await process.end()
 
     def add(self, given: dict[str, Any]) -> Row:
         """Check a job and queue it."""
@@ -87,12 +87,14 @@ class Jobs:
         words_of(asked, self.store)
         names = [row["name"] for e in exemplars if (row := self.store.get("exemplars", e)) is not None]
         empty = dict.fromkeys(("error", "began", "ended", "result", "score"))
+        stage = LOOKING if self._preparing and not _is_slow(asked) else None
         job = {
             "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
-            "label": label or " ".join([verb, *names]), "stage": LOOKING if self._preparing else None,
+            "label": label or " ".join([verb, *names]), "stage": stage,
         }  # fmt: skip
-        self._go_first(job)
-        return self._tell(job, wake=True)
+        if not _is_slow(job):
+            self._go_first(job)
+        return self._tell(job)
 
     def prepare(self, name: str) -> None:
         """Have the worker look at an exemplar, once it has nothing else to do, for it will be grown soon."""
@@ -106,12 +108,12 @@ class Jobs:
         job = self.store.get("jobs", name)
         if job is None:
             raise Refused(404, "there is no such job.")
-        return told(job | self._live if job["id"] == self._running else job)
+        return told(job | self._live.get(name, {}))
 
     @property
     def busy(self) -> bool:
-        """Whether a job runs, or the worker gets warm."""
-        return self._running is not None or self.warmth["done"] < self.warmth["total"]
+        """Whether the worker has a job, or gets warm; what takes minutes beside it is nothing to wait for."""
+        return self._hurry or self.worker in self._running.values() or self.warmth["done"] < self.warmth["total"]
 
     def cancel(self, name: str) -> Row:
         """Stop a job that waits or runs."""
@@ -122,7 +124,7 @@ class Jobs:
             raise Refused(409, f"this job is {job['state']}.")
         if name not in self._cancelled:
             self._cancelled.add(name)
-            self.worker.cancel()
+            self._running[name].cancel()
             asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, name)
         return job
 
@@ -138,11 +140,11 @@ class Jobs:
 
     # the work
 
-    def _tell(self, job: Row, wake: bool = False) -> Row:
+    def _tell(self, job: Row) -> Row:
         self.store.put("jobs", job)
         self.events.tell("job", told(job))
-        if wake:
-            self._wake.set()
+        self._wake.set()
+        self._wake_slow.set()
         return told(job)
 
     def _go_first(self, job: Row) -> None:
@@ -155,14 +157,14 @@ class Jobs:
 
     def _end_preparing(self, name: str) -> None:
         if self._preparing == name:
-            self._tasks.append(asyncio.create_task(self._kill()))
+            self._tasks.append(asyncio.create_task(self._kill(self.worker)))
 
     def _end_worker(self, name: str) -> None:
-        if self._running == name and self._cancelled & {name}:
-            self._tasks.append(asyncio.create_task(self._kill()))
+        if name in self._running and name in self._cancelled:
+            self._tasks.append(asyncio.create_task(self._kill(self._running[name])))
 
-    async def _kill(self) -> None:
-        await self.worker.end()
+    async def _kill(self, process: Process) -> None:
+        await process.end()
 
     async def warm(self) -> None:
         """Have the worker load or compile what growing needs, until it is needed itself."""
@@ -187,13 +189,27 @@ class Jobs:
         self.warmth = {"done": self.warmth["total"], "total": self.warmth["total"]}
         self.events.tell("warm", self.warmth)
 
+    def _waiting(self, slow: bool) -> list[Row]:
+        return [job for job in self.store.all("jobs") if job["state"] == "queued" and _is_slow(job) == slow]
+
+    async def _work_slowly(self) -> None:
+        """Carry out what takes minutes, while the worker is free for others."""
+        while True:
+            self._wake_slow.clear()
+            waiting = self._waiting(slow=True)
+            if waiting and not self._running and not self._waiting(slow=False):
+                await self._carry_out(waiting[0], self.slow)
+                await self.slow.end()
+            else:
+                await self._wake_slow.wait()
+
     async def _work(self) -> None:
         while True:
             self._wake.clear()
             self._hurry = False
-            waiting = [job for job in self.store.all("jobs") if job["state"] == "queued"]
+            waiting = self._waiting(slow=False)
             if waiting:
-                await self._carry_out(min(waiting, key=lambda job: job["options"].get("method") in SLOW))
+                await self._carry_out(waiting[0], self.worker)
             elif self.worker.pid != self._warmed:
                 await self.warm()
             elif self._to_prepare is not None:
@@ -213,10 +229,10 @@ class Jobs:
             self._preparing = None
             shutil.rmtree(folder, ignore_errors=True)
 
-    async def _carry_out(self, job: Row) -> None:
+    async def _carry_out(self, job: Row, process: Process) -> None:
         """Do a job: its state tells how it ended."""
-        name, self._live = job["id"], {}
-        self._running = name
+        name = job["id"]
+        self._running[name], self._live[name] = process, {}
         job = job | {"state": "running", "began": time.time(), "fraction": 0.0, "stage": None}
         self._tell(job)
         folder = self.store.under_way("results")
@@ -224,7 +240,7 @@ class Jobs:
         words = Words([])
         try:
             words = words_of(job, self.store)
-            answer, _ = await self.worker.ask("command", self._hearing(job), words=words.said, folder=str(folder))
+            answer, _ = await process.ask("command", self._hearing(job), words=words.said, folder=str(folder))
             row = await asyncio.to_thread(self._keep, job, words, answer, folder)
             self.store.get("results", row["id"])
             score = (row["score"] or {}).get("total")
@@ -233,14 +249,14 @@ class Jobs:
             line = str(e) or type(e).__name__
             code = e.exit_code if isinstance(e, FailedError) else 1
             stopped = name in self._cancelled or code == CANCELLED
-            line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
+            line = plain(words.cleaned(line.replace(f"{self.store.folder}{os.sep}", "")))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
         finally:
             shutil.rmtree(folder, ignore_errors=True)
-            self._running = None
+            del self._running[name]
             self._cancelled.discard(name)
             self.previews.pop(name, None)
-        self._tell(job | self._live | failed | {"ended": time.time()})
+        self._tell(job | self._live.pop(name) | failed | {"ended": time.time()})
         if failed.get("result") and failed.get("score") is None:
             self._to_score.put_nowait(name)
 
@@ -256,8 +272,8 @@ class Jobs:
             else:
                 if "ready" in said:
                     said = {"ready": time.time() + said["ready"]}
-                self._live |= {key: said[key] for key in ("fraction", "stage", "ready") if key in said}
-                self.events.tell("job", told(job | self._live))
+                self._live[name] |= {key: said[key] for key in ("fraction", "stage", "ready") if key in said}
+                self.events.tell("job", told(job | self._live[name]))
 
         return heard
 
@@ -284,6 +300,10 @@ class Jobs:
                     found = {key: answer[key] for key in ("total", "verdict", "parts", "version") if key in answer}
                     self.store.put("results", row | {"score": found})
                     self._tell(job | {"score": found.get("total")})
+
+
+def _is_slow(job: Row) -> bool:
+    return job["options"].get("method") in SLOW
 
 
 def told(job: Row) -> Row:

@@ -19,10 +19,9 @@ PUBLIC = (
 def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: Sequence[Path]) -> Row:
     """Return the row of a result: what the command told, without a path."""
     holds = {Path(entry["path"]).name: entry["holds"] for entry in answer.get("files", [])}
-    others = {MAP: "map"} | {f"{known}.ledger": "ledger" for known in holds}
+    holds.setdefault(MAP, "map")
     entries = [
-        {"name": p.name, "holds": holds.get(p.name) or others.get(p.name, "recipe"), "bytes": p.stat().st_size}
-        for p in sorted(files)
+        {"name": p.name, "holds": holds.get(p.name, "recipe"), "bytes": p.stat().st_size} for p in sorted(files)
     ]
     pictures = [Path(entry["path"]).name for entry in answer.get("files", []) if Path(entry["path"]).name != MAP]
     clean, judged = words.cleaned(answer), bool(pictures) and job["verb"] != "render"

@@ -19,7 +19,7 @@ FOUND = ("lattice", "courses", "elements", "striking", "segments")
 LABELS = "labels"
 """What is proposed to paint with: numbers, and nothing to lay over a picture."""
 
-VIEWS = ("pieces", "seams", "usage", "provenance", "damaged")
+VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
 
@@ -109,7 +109,7 @@ class Showing:
         if "box" in sight or kind not in VIEWS or not (place / MAP).is_file():
             raise InputError(f"this result has no view {said(kind)}.")
         given: dict[str, Any] = {"map": str(place / MAP), "kind": kind, **sight}
-        if kind in ("seams", "damaged"):
+        if kind == "seams":
             if row["score_words"] is None:
                 raise InputError("this result cannot be judged.")
             words = [w.replace("../../exemplars/", f"{self.store.folder / 'exemplars'}/") for w in row["score_words"]]

@@ -53,7 +53,8 @@ class Store:
                 self._rows.execute(f"CREATE TABLE IF NOT EXISTS {kind} ({columns})")
             self._keep_to_oneself()
         except (OSError, sqlite3.OperationalError) as e:
-            raise ResourceError(f"{printable(self.folder)}: {e}; name another place with --folder.") from None
+            why = getattr(e, "strerror", None) or e
+            raise ResourceError(f"{printable(self.folder)}: {why}; name another place with --folder.") from None
         except sqlite3.DatabaseError as e:
             hint = f"move {TABLE} away, and it is made anew from what lies beside it."
             raise ResourceError(f"{printable(self.folder)}: {e}; {hint}") from None

@@ -209,4 +209,9 @@ def _check(words: Sequence[str]) -> None:
         with command.make_context(verb, rest):
             pass
     except click.ClickException as e:
-        raise ParameterError(judge(e)[1].partition(" (see ")[0]) from None
+        raise ParameterError(plain(judge(e)[1].partition(" (see ")[0])) from None
+
+
+def plain(line: str) -> str:
+    """An error of the command, said of the option by the name that it has here."""
+    return re.sub(r"^Invalid value for '--([a-z-]+)'[^:]*", lambda found: found[1].replace("-", "_"), line)

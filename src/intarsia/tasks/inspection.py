@@ -35,8 +35,6 @@ from ..sourcemap import Blend, SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
 from ..tiles.tile_layout import periods_along, read_offsets
 from ..tiles.tiling import BAND, Tiling
-from .overlays import lattice_lines
-from .segment_drawing import segment_overlay
 
 CELLS = 8  # periods that a tile holds at most to be a rectangle
 
@@ -121,6 +119,8 @@ class Findings:
         """Draw what was found over the exemplar, in 8 bits; MethodError where it was not found."""
         if not isinstance(kind, str) or kind not in OVERLAYS:
             raise ParameterError(f"overlay={said(kind)} is unknown; choose one of {', '.join(OVERLAYS)}.")
+        from .drawings import lattice_lines, segment_overlay
+
         if kind == "segments":
             return Plane(segment_overlay(self.exemplar, self.segments))
         return lattice_lines(self.exemplar, self.found_lattice("overlay"), self.elements.size)

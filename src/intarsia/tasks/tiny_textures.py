@@ -44,7 +44,7 @@ def _kinds() -> Iterator[dict[str, Any]]:
         options: list[dict[str, Any]] = [{n: c} for n, p in known.items() for c in p.choices if c != p.default]
         more = ("isometries", "both"), ("min_repeat_distance", 2), ("angle", 30)
         options += [{n: v} for n, v in more if n in known]
-        options += [{"lattice": ((5, 0), (0, 5))}] if {"lattice", "placement"} <= known.keys() else []
+        options += [{"lattice": ((5, 0), (0, 5))}] if {"lattice", "overreach"} <= known.keys() else []
         for values in options:
             if "heights" in values:  # they need a wall, which is laid by the kernels of courses
                 continue
@@ -76,7 +76,7 @@ def _grow(kind: dict[str, Any], run: Run) -> None:
         exemplars.append(Exemplar.of({name: plane[::-1] for name, plane in planes.items()}))
     names = {p.name for p in parameters(method_class(kind["method"]))}
     patch: dict[str, Any] = {"patch": 6} if "patch" in names else {}
-    if "lattice" in names and "placement" not in names:
+    if "lattice" in names and "overreach" not in names:
         _find_lattice()
         _lay_courses(run)
         sizes: dict[str, dict[str, Any]] = {"block": {"block": 4, "border": 2}, "band": {"band": 2}}

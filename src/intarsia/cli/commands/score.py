@@ -21,7 +21,11 @@ if TYPE_CHECKING:
     from ...image import Plane
     from ...judging.score import Score
     from ...sourcemap import SourceMap
-    from ...tasks.outcome import Outcome
+    from ...tasks.scoring import Outcome
+
+
+RECIPE = "recipe"
+"""In place of a map: the one that the recipe in the output's file makes again."""
 
 
 class Judging(NamedTuple):
@@ -37,8 +41,8 @@ class Judging(NamedTuple):
 JUDGING = (
     opt(
         "saved", "--map", type=FILE, metavar="FILE.npz|recipe",
-        help="The map that was saved with --save-map. It tells of copies and cuts, too; \"recipe\" makes it again, "
-        "from the recipe that OUTPUT carries.",
+        help="The map that was saved with --save-map. It tells what seams cost, and a report of its pieces; \"recipe\" "
+        "makes it again, from the recipe that OUTPUT carries.",
     ),
     opt(
         "wrap", "--wrap", type=click.Choice(("none", "x", "y", "both")),
@@ -79,7 +83,7 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
         raise ParameterError("a map is read from a file; give --map the name of a .npz.")
     from ... import files
     from ...sourcemap import SourceMap
-    from ...tasks.scoring import RECIPE, check_gates, gated, misses, outcome_of
+    from ...tasks.scoring import check_gates, gated, misses, outcome_of
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import FIELDS, check_all, filled_name
 
@@ -97,7 +101,7 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
     outcome = outcome_of(exemplars, made, map=smap, wrap=judging.wrap)
     found = outcome.score
     if page is not None:
-        outcome = outcome.but(name=output, missed=misses(found, judging.gates, output))
+        outcome = outcome.but(name=output, missed=misses(found, judging.gates))
         _tell(outcome, sets, page, judging.force)
     if report.as_json:
         more = {"energy": outcome.energy, "report": page}
@@ -150,7 +154,6 @@ def _in_words(output: str, found: Score) -> list[str]:
     lines = [f"{output}: {found.total:.0f} of 100, {found.verdict}"]
     for name in found.ranked:
         one = found.parts[name]
-        lost = f"-{100 * found.loss(name):.0f}" if one.part.weight else ""
-        seen = f"{one.measured:7.1f} {one.part.unit:6}"
+        lost, seen = f"-{100 * found.loss(name):.0f}", f"{one.measured:7.1f} {one.part.unit:6}"
         lines.append(f"  {name:9} {seen} worth {one.worth:.2f} {lost:>4}  {one.part.says}")
     return lines

@@ -1,4 +1,4 @@
-"""``intarsia weave``: pictures too large for memory, streamed and resumed. Imports nothing heavy before the work."""
+"""``intarsia weave``: pictures too large for memory, streamed to the disk. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
@@ -38,9 +38,10 @@ UNION, PARAMETERS = offered(ABLE, *OWN)
 LOOM = (
     opt(
         "out", "-o", "--output", type=FILE, metavar="OUT",
-        help="OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .tif is a tiled BigTIFF; a name without an ending "
-        "is a folder of DeepZoom tiles; a .png, or another picture, must fit into memory. Further planes lie beside it "
-        "as OUT_NAME. Default: NAME_woven.tif in the working folder.",
+        help="OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all else begins "
+        "anew; a .tif is a tiled BigTIFF; a name without an ending is a folder of DeepZoom tiles; a .png, or another "
+        "picture, must fit into memory. Further planes lie beside it as OUT_NAME. Default: NAME_woven.tif in the "
+        "working folder.",
     ),
     opt(
         "origin", "--origin", type=Position(), default="0,0", metavar="X,Y",
@@ -72,8 +73,8 @@ def loom_of(out: str | None, seed: int | None, **given: Any) -> Loom:
 @click.command(
     name="weave",
     cls=HelpfulCommand,
-    epilog="What a stopped or killed command began, the same command goes on with; only pictures such as OUT.png begin "
-    "anew. OUT may hold {stem}, {seed}, {method}, {w} and {h}.",
+    epilog="What a stopped or killed command began, the same command goes on with where OUT is a .zarr; all else "
+    "begins anew, and nothing of it is left. OUT may hold {stem}, {seed}, {method}, {w} and {h}.",
 )
 @gathered(*OWN, *PARAMETERS, into="wish", make=partial(wish_of, union=UNION))
 @gathered(SEED, *LOOM, into="loom", make=loom_of)

@@ -23,12 +23,10 @@ from ...image import Kind, Plane
 from ...segments.things import things
 from ...segments.wholes import wholes
 from ...tasks.completion import healed_scene
+from ...tasks.drawings import CHOSEN, GROUPS, borders, on_paper
 from ...tasks.inspection import Findings, analyze
-from ...tasks.overlays import on_paper
-from ...tasks.segment_drawing import CHOSEN, TINTS
 from .looking import exemplar_of
 from .pictures import Pixels, png
-from .views import borders
 from .worker import Answer, Tell
 
 KINDS = ("lattice", "courses", "elements", "striking", "segments")
@@ -128,9 +126,8 @@ def _lattice(found: Findings) -> Pixels | None:
     if found.lattice is None:
         return None
     out, drawn = _clear(found.exemplar), found.overlay("lattice").pixels
-    plain = np.clip(np.rint(on_paper(found.exemplar)), 0, 255).astype(np.uint8)
     out[..., :3] = drawn
-    out[..., 3] = np.where((drawn != plain).any(axis=2), 255, 0)
+    out[..., 3] = np.where((drawn != on_paper(found.exemplar.base)).any(axis=2), 255, 0)
     return out
 
 
@@ -201,7 +198,7 @@ def _segments(found: Findings) -> Pixels | None:
         return None
     group, out = segments.group_map, _clear(found.exemplar)
     for number in range(int(group.max(initial=0)) + 1):
-        tint = CHOSEN if number == segments.chosen else TINTS[number % len(TINTS)]
+        tint = CHOSEN if number == segments.chosen else GROUPS[number % len(GROUPS)]
         out[group == number] = (*tint, FILL + 60 * (number == segments.chosen))
     out[borders(segments.labels)] = (20, 20, 20, 255)
     return out

@@ -18,15 +18,11 @@ from ...cli.exemplars import Shelf, sets_of
 from ...cli.report import Report
 from ...cli.request import Inputs
 from ...errors import InputError
-from ...judging.places import damaged_at, joins_at
 from ...sourcemap import SourceMap
-from ...tasks.outcome import Outcome
-from ...tasks.report_pictures import FULL, HEAT, MAGENTA, MANY, TINTS, USES, ramp, stretched
-from ...tasks.scoring import outcome_of
+from ...tasks.drawings import HEAT, borders, heat, pieces, ramp, used
+from ...tasks.scoring import Outcome, outcome_of
 from .pictures import Pixels, png
 from .worker import Answer, Tell
-
-KINDS = ("pieces", "seams", "usage", "provenance", "damaged")
 
 AROUND = 9  # px of the exemplar over which it is told how often it is shown
 WIDEST = 1 << 24  # px of a map that is sent whole
@@ -37,8 +33,8 @@ _held: dict[str, Outcome] = {}
 def view(said: dict[str, Any], tell: Tell) -> Answer:
     """Draw a kind of view over a result, at most `side` px a side: PNG with opacity."""
     smap, side = SourceMap.load(said["map"]), said["side"]
-    if said["kind"] in ("seams", "damaged"):
-        return {}, png(_judged(said, smap, side))
+    if said["kind"] == "seams":
+        return {}, png(_joins(said, smap, side))
     step = max(-(-max(smap.height, smap.width) // side), 1)
     drawn = {"pieces": _pieces, "usage": _usage, "provenance": _provenance}[said["kind"]](smap, step)
     return {}, png(drawn)
@@ -72,22 +68,8 @@ def _which(smap: SourceMap) -> NDArray[np.uint8]:
 
 
 def _pieces(smap: SourceMap, step: int) -> Pixels:
-    numbers = smap.pieces()
-    mixed = (np.arange(int(numbers.max()) + 1, dtype=np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
-    seen = numbers[::step, ::step]
-    out = np.full((*seen.shape, 4), 255, np.uint8)
-    out[..., :3] = TINTS[(mixed % np.uint32(len(TINTS))).astype(np.int64)[seen]]
-    edge = borders(seen)
-    out[edge, :3] = out[edge, :3] * 3 // 5
-    return out
-
-
-def borders(numbers: NDArray[Any]) -> NDArray[np.bool_]:
-    """Mark the pixels whose right or lower neighbour has another number."""
-    edge = np.zeros(numbers.shape, bool)
-    edge[:-1] |= numbers[:-1] != numbers[1:]
-    edge[:, :-1] |= numbers[:, :-1] != numbers[:, 1:]
-    return edge
+    drawn = pieces(smap.pieces(), step)
+    return np.dstack([drawn, np.full(drawn.shape[:2], 255, np.uint8)])
 
 
 def _usage(smap: SourceMap, step: int) -> Pixels:
@@ -99,7 +81,7 @@ def _usage(smap: SourceMap, step: int) -> Pixels:
     for number, count in enumerate(counts):
         here = which == number
         times = count[yx[here][:, 0], yx[here][:, 1]] / max(mean, 1e-9)
-        out[here, :3] = ramp(USES, np.log1p(np.minimum(times, MANY)) / np.log1p(MANY))
+        out[here, :3] = used(times)
         out[here, 3] = 255
     return out
 
@@ -116,22 +98,16 @@ def _provenance(smap: SourceMap, step: int) -> Pixels:
     return out
 
 
-def _judged(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
-    """What judging found, over the result: the redder, the more a join costs; outlines of damaged elements."""
+def _joins(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
+    """What judging found, over the result: the redder, the more a join costs."""
     outcome = _outcome(said, smap)
     size = (smap.height, smap.width)
     step = max(-(-max(size) // side), 1)
     shape = tuple(-(-n // step) for n in size)
     out = np.zeros((*shape, 4), np.uint8)
-    if said["kind"] == "seams":
-        worst = outcome.score.parts["joins"]
-        over = np.clip(stretched(joins_at(outcome.judged, size), shape) * 100 / (FULL * worst.bad), 0, 1) ** 0.6
-        out[..., :3], out[..., 3] = ramp(HEAT, over), 230 * over
-        out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
-    else:
-        outlines, _ = damaged_at(outcome.judged, size)
-        rows, columns = (np.arange(n) * m // n for n, m in zip(shape, outlines.shape, strict=True))
-        out[outlines[np.ix_(rows, columns)]] = (*MAGENTA, 255)
+    _, opaque = heat(outcome, size, shape)
+    out[..., :3], out[..., 3] = ramp(HEAT, opaque), 230 * opaque
+    out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
     return out
 
 

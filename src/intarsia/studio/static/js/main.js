@@ -16,6 +16,7 @@ listen({
     store.tell("warm");
   },
   job: (job) => store.note(job),
+  exemplar: (exemplar) => store.opened(exemplar),
   preview: (told) => store.seen(told.id, told.number),
   gone: (told) => store.gone(told.job ?? told.exemplar ?? ""),
   here: (here) => {

@@ -3,7 +3,7 @@
  * six connections to a server, so pages that each listened would soon have none left for anything else.
  */
 
-const KINDS = ["warm", "job", "preview", "gone"];
+const KINDS = ["warm", "job", "preview", "exemplar", "gone"];
 const AGAIN = 3000; // ms until a server is asked again that refused to be listened to
 const all = new BroadcastChannel("intarsia");
 /** @type {Map<string, unknown>} how things are, for a page that comes later */

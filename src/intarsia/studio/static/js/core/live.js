@@ -1,10 +1,11 @@
-/** What the server tells by itself: jobs as they change and go, previews, and how warm it is. */
+/** What the server tells by itself: jobs and exemplars as they come, change and go, previews, and how warm it is. */
 
 /**
  * @typedef {object} Listener
  * @property {(told: {done: number, total: number}) => void} warm
  * @property {(job: import("./types.js").Job) => void} job
  * @property {(told: {id: string, number: number}) => void} preview
+ * @property {(exemplar: import("./types.js").Exemplar) => void} exemplar
  * @property {(told: {job?: string, exemplar?: string}) => void} gone
  * @property {(here: boolean) => void} here whether the server is heard; true again after it was away
  */

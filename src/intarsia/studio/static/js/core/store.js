@@ -68,7 +68,7 @@ class Store extends EventTarget {
     const had = this.exemplars;
     const [schema, exemplars] = await Promise.all([get("/api/schema"), get("/api/exemplars")]);
     const brought = this.exemplars.filter((e) => !had.includes(e) && exemplars.every((/** @type {Exemplar} */ x) => x.id !== e.id));
-    [this.schema, this.exemplars] = [schema, [...brought, ...exemplars]];
+    [this.schema, this.exemplars] = [schema, [...brought, ...exemplars].sort(newest)];
     const before = new Map(this.jobs);
     const told = /** @type {Job[]} */ (await get("/api/jobs"));
     const newer = [...this.jobs].filter(([id, job]) => before.get(id) !== job); // heard while the answer was on its way
@@ -84,12 +84,17 @@ class Store extends EventTarget {
    * @param {Exemplar | null} exemplar
    */
   choose(exemplar) {
-    if (exemplar && !this.exemplars.some((e) => e.id === exemplar.id)) this.exemplars.unshift(exemplar);
+    if (exemplar) this.opened(exemplar);
     this.exemplar = exemplar;
     if (exemplar) kept.set({ exemplar: exemplar.id });
     this.look(null);
-    this.tell("exemplars");
     this.tell("exemplar");
+  }
+
+  /** @param {Exemplar} exemplar that is there, here or in another page */
+  opened(exemplar) {
+    this.exemplars = [exemplar, ...this.exemplars.filter((each) => each.id !== exemplar.id)].sort(newest);
+    this.tell("exemplars");
   }
 
   /**
@@ -158,9 +163,8 @@ class Store extends EventTarget {
    */
   async bringBack(kind, id) {
     const back = await post(`/api/${kind}/${id}/back`);
-    if (kind === "jobs") return this.note(back);
-    this.exemplars = [back, ...this.exemplars.filter((each) => each.id !== id)].sort((a, b) => b.created - a.created);
-    this.tell("exemplars");
+    if (kind === "jobs") this.note(back);
+    else this.opened(back);
   }
 
   /** @param {string} id of a job or an exemplar that is there no more */
@@ -245,8 +249,16 @@ class Store extends EventTarget {
   }
 }
 
+/**
+ * @param {Exemplar} a
+ * @param {Exemplar} b
+ */
+function newest(a, b) {
+  return b.created - a.created;
+}
+
 /** What files of a result hold that is no plane. */
-const NO_PLANES = ["map", "ledger", "report", "sheet", "recipe", "st map", "layers", "ledger"];
+const NO_PLANES = ["map", "report", "sheet", "recipe", "st map", "layers"];
 
 /**
  * The planes that a result has, its base first.

@@ -1,5 +1,5 @@
 /**
- * What the server answers, as the contract tells it (`GET /api/openapi.json`).
+ * What the server answers.
  *
  * @typedef {{name: string, view: string, normals?: "dx" | "gl"}} Plane
  * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: string, channels: number,

@@ -50,18 +50,18 @@ export function facts(...told) {
 export function title(job) {
   const { method, seed, feather } = job.options;
   if (job.verb === "render") return feather ? `Seams ${feather} px soft` : feather === 0 ? "Exact copies" : "Drawn again";
-  const verbs = /** @type {Record<string, string>} */ ({ grow: "Grown", paint: "Painted", extend: "Extended", heal: "Healed" });
+  const verbs = /** @type {Record<string, string>} */ ({ grow: "Grown", paint: "Painted", extend: "Extended", heal: "Healed", tile: "Tiled", weave: "Woven" });
   const first = method && method !== "auto" ? method : (verbs[job.verb] ?? readable(job.verb));
   return `${first}, seed ${seed ?? 0}`;
 }
 
 /**
- * What a job that is under way makes, as a headline.
+ * What a job that is under way makes.
  * @param {Job} job
  */
 export function doing(job) {
   const verbs = /** @type {Record<string, string>} */ ({ grow: "Growing", extend: "Extending", heal: "Healing", paint: "Painting", render: "Drawing", tile: "Tiling", weave: "Weaving" });
-  return `${verbs[job.verb] ?? "Working"} ...`;
+  return verbs[job.verb] ?? "Working";
 }
 
 /**
@@ -77,7 +77,8 @@ export function about(seconds) {
  * @param {Job} job
  */
 export function state(job) {
-  if (job.state === "running") return job.stage ? readable(job.stage) : "Growing";
+  const later = /** @type {Record<string, string>} */ ({ repair: "Repairing", render: "Drawing" });
+  if (job.state === "running") return later[job.stage ?? ""] ?? doing(job);
   if (job.state === "queued" && job.stage) return `Waiting: ${job.stage}`;
   return { queued: "Waiting", done: "Done", failed: "Failed", cancelled: "Cancelled", interrupted: "Interrupted" }[job.state];
 }

@@ -55,8 +55,8 @@ export function refused(place) {
   const bad = [...place.querySelectorAll("input")].find((input) => !input.validity.valid);
   if (!bad) return false;
   const name = bad.ariaLabel ?? bad.labels?.[0]?.textContent ?? "";
-  const range = [bad.min && `of at least ${bad.min}`, bad.max && `of at most ${bad.max}`].filter(Boolean).join(", ");
-  complain(`${name}: ${bad.value || "this"} is not allowed; give a ${bad.step === "1" ? "whole " : ""}number ${range}.`);
+  const range = bad.min && bad.max ? ` from ${bad.min} to ${bad.max}` : bad.min ? ` of at least ${bad.min}` : bad.max && ` of at most ${bad.max}`;
+  complain(`${name}: ${bad.value || "this"} is not allowed; give a ${bad.step === "1" ? "whole " : ""}number${range}.`);
   bad.focus();
   return true;
 }

@@ -1,4 +1,4 @@
-/** How what is on the stage is looked at: a plane as it is, lit, or with pieces, seams, use, sources or damage laid over it. */
+/** How what is on the stage is looked at: a plane as it is, lit, or with pieces, seams, use or sources laid over it. */
 
 import { lookOf } from "../core/api.js";
 import { el, fill } from "../core/dom.js";
@@ -12,7 +12,7 @@ import { segments } from "./choice.js";
  * What is looked at; `result`: whose map says where its pixels come from; `judged`: whether it is that result itself.
  * @typedef {import("../lit/lit.js").Subject & {result: string | null, judged?: boolean}} Subject
  */
-/** @typedef {"" | "lit" | "pieces" | "seams" | "usage" | "provenance" | "damaged"} Look */
+/** @typedef {"" | "lit" | "pieces" | "seams" | "usage" | "provenance"} Look */
 
 /** @type {{look: Look, says: string, alpha: number, told: string}[]} */
 const LOOKS = [
@@ -22,11 +22,7 @@ const LOOKS = [
   { look: "seams", says: "Seams", alpha: 1, told: "The redder, the more a join costs" },
   { look: "usage", says: "Usage", alpha: 0.85, told: "The brighter, the more often its place is shown" },
   { look: "provenance", says: "Source", alpha: 0.85, told: "Red from the right of the exemplar, green from below" },
-  { look: "damaged", says: "Damage", alpha: 1, told: "Outlines: elements that are like none of the exemplar" },
 ];
-
-/** Looks at what judging found. */
-const JUDGED = ["seams", "damaged"];
 
 /**
  * Whether something can be looked at like this.
@@ -36,7 +32,7 @@ const JUDGED = ["seams", "damaged"];
 function has(subject, look) {
   if (!look) return true;
   if (look === "lit") return canBeLit(subject?.planes ?? []);
-  return Boolean(subject?.result && (subject.judged || !JUDGED.includes(look)));
+  return Boolean(subject?.result && (subject.judged || look !== "seams"));
 }
 
 const DARK = "This browser has no WebGL 2, which light needs.";

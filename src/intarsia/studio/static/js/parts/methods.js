@@ -43,6 +43,7 @@ export function methodPicker(settings, allowed) {
     });
     list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), el("span", {}, ...says(method, settings))));
   }
+  box.addEventListener("keydown", (e) => e.key === "Escape" && [(box.open = false), head.focus()]);
   box.addEventListener("toggle", () => (box.open ? void sketches.draw() : sketches.stop()));
   const show = () => {
     const slug = settings.options.method ?? AUTO.slug;

@@ -139,7 +139,7 @@ export class ResultView extends HTMLElement {
     }
     if (!still()) return;
     const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
-    if (job) this.#headline(busy(job) ? doing(job) : state(job), facts(job.options.method, seed, size(...wantedSize(job))), []);
+    if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(job.options.method, seed, size(...wantedSize(job))), []);
     else this.#headline("Exemplar", exemplar ? size(exemplar.width, exemplar.height) : "", []);
   }
 

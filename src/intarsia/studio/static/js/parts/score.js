@@ -23,7 +23,7 @@ const MEANS = {
  */
 export function scoreButton(score) {
   if (!score) return null;
-  const parts = Object.entries(score.parts).filter(([, part]) => part.weight !== 0).sort(([, a], [, b]) => b.loss - a.loss);
+  const parts = Object.entries(score.parts).sort(([, a], [, b]) => b.loss - a.loss);
   const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score", tabIndex: 0 });
   fill(
     box,

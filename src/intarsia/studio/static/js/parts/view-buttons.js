@@ -16,9 +16,9 @@ export function viewButtons(stage, tiling = true) {
     fit.setAttribute("aria-pressed", String(stage.view.fitted));
     whole.setAttribute("aria-pressed", String(stage.view.scale === 1 && !stage.view.fitted));
     tiles.setAttribute("aria-pressed", String(stage.tiles === 3));
-    zoom.textContent = stage.draft ? "" : `${Math.round(stage.view.scale * 100)} %`;
+    zoom.textContent = stage.draft || !stage.picture ? "" : `${Math.round(stage.view.scale * 100)} %`;
   };
   stage.addEventListener("view", show);
   show();
-  return el("div", { class: "view-buttons" }, el("div", { class: "segments" }, fit, whole, tiling && tiles), zoom);
+  return el("div", { class: "view-buttons" }, el("div", { class: "segments" }, fit, whole), tiling && el("div", { class: "segments" }, tiles), zoom);
 }

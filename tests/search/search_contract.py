@@ -10,13 +10,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..analysis.features import features
-from ..exemplar import Exemplar
-from ..image import Array
-from ..search.candidates import Candidates, Prices, Search
-from ..search.posed import PosedExemplars, posed_exemplars
-from ..sourcemap import HOLE
-from .cases import noise, texture
+from intarsia.analysis.features import features
+from intarsia.exemplar import Exemplar
+from intarsia.image import Array
+from intarsia.search.candidates import Candidates, Prices, Search
+from intarsia.search.posed import PosedExemplars, posed_exemplars
+from intarsia.sourcemap import HOLE
+from intarsia.testing.cases import noise, texture
 
 Patch = tuple[int, int, int]
 """Variant, first row and first column."""

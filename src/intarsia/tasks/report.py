@@ -1,9 +1,9 @@
-"""A report as one page of HTML that needs nothing else: pictures, the score part by part, and how it is made again.
+"""A report: pictures, the score part by part, and how it is made again, as one page of HTML or as one picture.
 
     page = ia.report(ia.synthesize("stones.png", 512))
 
-The page holds no script and loads nothing, and says so to the browser; it follows the light or dark setting of whoever
-reads it.
+The page needs nothing else: it holds no script and loads nothing, and says so to the browser; it follows the light or
+dark setting of whoever reads it.
 """
 
 from __future__ import annotations
@@ -15,13 +15,18 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
+import numpy as np
+
 from ..arguments import expect
 from ..errors import InputError, legible
+from ..files.lettering import lettered
 from ..files.png import encode_png
+from ..image import Plane
 from ..judging.score import Score, Worth
+from ..rendering.mixing import averaged
 from ..synthesis import Synthesis
-from .outcome import Outcome
-from .report_pictures import Drawn, Pixels, pictures_of, thumbnail_of
+from .drawings import Drawn, Pixels, lay, looked, pictures_of, stretched
+from .scoring import Outcome
 
 STYLE = """
 :root { color-scheme: light dark; --paper: #fafaf8; --ink: #1d1d1b; --quiet: #66665f; --line: #e0e0da; --track: #e7e7e1;
@@ -72,6 +77,14 @@ RULES = f"default-src 'none'; img-src data:; style-src 'sha256-{_DIGEST}'; base-
 """What a page tells a browser to allow: the pictures inside, and this style."""
 
 PIXELATED = 256  # px: pictures up to this size are enlarged without smoothing
+SMALL = 384  # px: side of the pictures of an index
+
+SIDE, GAP = 512, 24  # px of a panel, and between panels
+COLUMNS = 5  # panels side by side; the numbers are a sixth
+WORD, NUMBER = 18, 96  # px: height of letters
+ROW = 44  # px from one part to the next
+PAPER, INK, TRACK = (250, 250, 248), (29, 29, 27), (226, 226, 220)
+BARS = {"bad": (179, 38, 30), "fair": (183, 121, 31), "good": (47, 111, 79)}
 
 
 def report(made: Synthesis, name: str = "the output") -> str:
@@ -180,7 +193,7 @@ def _parts(found: Score) -> str:
 
 def _part(name: str, found: Score) -> str:
     one = found.parts[name]
-    takes = (f"-{lost:.1f}" if (lost := 100 * found.loss(name)) >= 0.05 else "0") if one.part.weight else "no weight"
+    takes = f"-{lost:.1f}" if (lost := 100 * found.loss(name)) >= 0.05 else "0"
     unit = _text(one.part.unit)
     return (
         f'<div class="part"><div><b>{_text(name)}</b> {one.measured:.1f} {unit}<br>'
@@ -227,4 +240,96 @@ def _again(outcome: Outcome) -> str:
 def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
     """What an index needs of an outcome, and nothing that is large."""
     return outcome.but(output=outcome.output.like(outcome.output.samples[:1, :1]), exemplars=(), map=None,
-                       judged=outcome.judged.alone), thumbnail_of(outcome)  # fmt: skip
+                       judged=outcome.judged.alone), looked(outcome.output, SMALL)  # fmt: skip
+
+
+# As one picture
+
+
+def sheet_of(outcome: Outcome) -> Plane:
+    """Return the report on one output as a picture of 8 bits."""
+    drawn = pictures_of(outcome)
+    deep = SIDE + WORD + 2 * GAP
+    needed = NUMBER + 5 * GAP + ROW * len(outcome.score.parts)
+    paper = _paper(max(-(-len(drawn) // COLUMNS) * deep, needed), COLUMNS + 1)
+    for number, one in enumerate(drawn):
+        _panel(paper, _place(number, COLUMNS, deep), one.title, fitted(one.pixels, SIDE))
+    _numbers(paper, _place(COLUMNS, COLUMNS + 1, deep), outcome)
+    return Plane(paper)
+
+
+def index_sheet(outcomes: Sequence[tuple[Outcome, Pixels]]) -> Plane:
+    """Return several outputs with their parts as one picture, the worst first."""
+    found = sorted(outcomes, key=lambda one: one[0].score.total)
+    columns = min(len(found), 4)
+    deep = SIDE // 2 + 2 * WORD + 4 * GAP + NUMBER + ROW * len(found[0][0].score.parts)
+    paper = _paper(-(-len(found) // columns) * deep, columns)
+    for number, (outcome, small) in enumerate(found):
+        y, x = _place(number, columns, deep)
+        _panel(paper, (y, x), shortened(outcome.name), fitted(small, SIDE // 2))
+        _numbers(paper, (y + WORD + GAP + SIDE // 2, x), outcome)
+    return Plane(paper)
+
+
+def shortened(path: str) -> str:
+    """Leave out the beginning of a path that is wider than its column: the end tells outputs apart."""
+    kept = path[-200:]
+    while len(kept) > 1 and lettered("..." * (kept != path) + kept, WORD).shape[1] > SIDE:
+        kept = kept[1:]
+    return "..." * (kept != path) + kept
+
+
+def fitted(picture: Pixels, side: int) -> Pixels:
+    """Enlarge or reduce a picture, so that its longest side is `side` px."""
+    n = max(1, min(max(picture.shape[:2]) // side, *picture.shape[:2]))
+    height, width = (m - m % n for m in picture.shape[:2])
+    if n > 1:
+        picture = averaged(Plane(picture[:height, :width]), n)
+    longest = max(picture.shape[:2])
+    if longest == side:
+        return picture
+    size = tuple(max(1, round(m * side / longest)) for m in picture.shape[:2])
+    return np.stack([np.rint(stretched(picture[..., c], size)) for c in range(3)], axis=2).astype(np.uint8)
+
+
+def _paper(height: int, columns: int) -> Pixels:
+    return np.full((height + GAP, columns * (SIDE + GAP) + GAP, 3), PAPER, np.uint8)
+
+
+def _place(number: int, columns: int, deep: int) -> tuple[int, int]:
+    """Where a panel begins, of panels side by side, in rows `deep` px high."""
+    row, column = divmod(number, columns)
+    return GAP + row * deep, GAP + column * (SIDE + GAP)
+
+
+def _panel(paper: Pixels, at: tuple[int, int], title: str, picture: Pixels) -> None:
+    _write(paper, *at, title)
+    lay(paper, at[0] + WORD + GAP // 2, at[1], picture)
+
+
+def _numbers(paper: Pixels, at: tuple[int, int], outcome: Outcome) -> None:
+    """The total, and a bar from bad to good for each part."""
+    (y, x), found = at, outcome.score
+    _write(paper, y, x, f"{found.total:.0f}", NUMBER)
+    _write(paper, y + NUMBER - WORD, x + SIDE // 4 + GAP, found.verdict)
+    y += NUMBER + GAP
+    if outcome.missed:
+        _write(paper, y, x, "falls short: " + ", ".join(outcome.missed), ink=BARS["bad"])
+    y += 2 * GAP
+    for name in found.ranked:
+        one = found.parts[name]
+        taken = f"-{lost:.0f}" if (lost := 100 * found.loss(name)) >= 0.5 else ""
+        for column, said in ((0, name), (SIDE // 4, f"{one.measured:.1f} {one.part.unit}"), (SIDE - 2 * WORD, taken)):
+            _write(paper, y, x + column, said)
+        left, right = x + SIDE // 2, x + SIDE - 3 * WORD
+        paper[y + WORD // 4 : y + WORD, left:right] = TRACK
+        paper[y + WORD // 4 : y + WORD, left : left + round((right - left) * one.worth)] = BARS[quality(one)]
+        y += ROW
+
+
+def _write(paper: Pixels, y: int, x: int, text: str, size: int = WORD, ink: tuple[int, int, int] = INK) -> None:
+    """Write a line that is cut off where its column ends."""
+    cover = lettered(text[:200], size)[:, :SIDE]
+    spot = paper[y : y + cover.shape[0], x : x + cover.shape[1]]
+    share = cover[: spot.shape[0], : spot.shape[1], None] / 255
+    spot[:] = np.rint(spot * (1 - share) + np.array(ink) * share)

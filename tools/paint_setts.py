@@ -1,19 +1,16 @@
-"""A built-in material: granite setts in mossy joints, as four maps of one surface that wrap around.
+"""The built-in material: granite setts in mossy joints, as four maps of one surface that wrap around.
 
-Nothing in its colours is lit: light comes from the maps beside it. Painted as the other samples are.
+Nothing in its colours is lit: light comes from the maps beside it.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
+import relief
 from numpy.typing import NDArray
-
-from ..errors import InputError
-from ..image import Kind, Plane
-from . import relief
-from .relief import F, I, box_blur, hash_of, hashed_share, picked, smooth
+from relief import F, I, box_blur, hash_of, hashed_share, picked, smooth
 
 SIDE = 512  # room for a hundred stones, so that few are seen to return in what grows from them
 
@@ -22,20 +19,11 @@ DEEP = 16.0
 
 COURSE = 51.2  # px, a tenth of the side
 
-_KINDS = {"albedo": Kind.COLOUR, "normal": Kind.NORMAL, "roughness": Kind.DATA, "height": Kind.DATA}
-
 cloud = partial(relief.cloud, side=SIDE)
 
 
-def plane_of(name: str) -> Plane:
-    """Return a map of the setts: albedo, normal (OpenGL), roughness, height (16 bits); InputError for another name."""
-    if name not in _KINDS:
-        raise InputError(f"sample:setts has no plane {name[:40]!r}; its planes are {', '.join(_KINDS)}.")
-    return Plane(_painted()[name].copy(), _KINDS[name], meta={"name": "sample"})
-
-
-@lru_cache(maxsize=1)
-def _painted() -> dict[str, NDArray[np.generic]]:
+def painted() -> dict[str, NDArray[np.generic]]:
+    """Paint albedo, normal (OpenGL), roughness and height (16 bits)."""
     y, x = relief.grid(SIDE)
     wy = y + 0.5 + 3.0 * (cloud(32, 301, 3) - 0.5)
     wx = x + 0.5 + 6.0 * (cloud(32, 302, 3) - 0.5)
@@ -48,13 +36,12 @@ def _painted() -> dict[str, NDArray[np.generic]]:
     moss = np.clip(moss, 0.0, 1.0)
     stone = np.clip(inside * 0.7 + 0.5, 0.0, 1.0)
     height = _height(inside, number, u, v, rough, fine, moss, stone)
-    planes: dict[str, NDArray[np.generic]] = {
+    return {
         "albedo": _bytes(_albedo(inside, number, rough, fine, grain, moss, stone)),
         "normal": _normals(height),
         "roughness": _bytes(255.0 * _roughness(inside, number, rough, fine, moss, stone)),
         "height": np.floor(np.clip(height / DEEP, 0.0, 1.0) * 65535.0 + 0.5).astype(np.uint16),
     }
-    return planes
 
 
 def _height(inside: F, number: I, u: F, v: F, rough: F, fine: F, moss: F, stone: F) -> F:

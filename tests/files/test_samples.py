@@ -1,20 +1,24 @@
-"""The built-in material: its maps belong together, wrap around, and are the same on every machine."""
+"""Built-in exemplars: the shipped files are what the script paints; maps of the material belong together, and wrap."""
 
 from __future__ import annotations
 
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
+import make_samples
 import numpy as np
 import pytest
 from cli.test_cli import run
+from paint_setts import DEEP, SIDE
 from PIL import Image
 
 from intarsia import read
-from intarsia.arguments import MATERIALS
+from intarsia.arguments import MATERIALS, PAINTED
 from intarsia.errors import InputError
 from intarsia.files import group, read_plane, sample
-from intarsia.files.setts import DEEP, SIDE, plane_of
+from intarsia.files.samples import FOLDER
 from intarsia.image import Kind
 from intarsia.rendering.normals import off_unit
 
@@ -24,6 +28,29 @@ SUMS = {
     "roughness": "470775a19cc534cd",
     "height": "36f0a32adb7a118e",
 }
+
+
+FILES = [*PAINTED, *(f"setts_{name}" for name in MATERIALS["setts"])]
+painted = cache(make_samples.painted)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_shipped_files_are_what_the_script_paints(name: str) -> None:
+    shipped: Any = sample(name.replace("_", "::")).pixels
+    assert shipped.dtype == painted()[name].dtype
+    np.testing.assert_array_equal(shipped, painted()[name])
+
+
+def test_the_script_writes_the_files_that_are_shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without loss, whatever version of a library packs them; all of them together are small."""
+    few = {name: pixels[:8, :8] for name, pixels in painted().items()}
+    monkeypatch.setattr(make_samples, "painted", lambda: few)
+    make_samples.write(tmp_path)
+    assert make_samples.FOLDER.parts[-4:] == FOLDER.parts[-4:]
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in FOLDER.iterdir()}
+    for path in tmp_path.iterdir():
+        np.testing.assert_array_equal(read_plane(path).pixels, few[path.stem])
+    assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_500_000
 
 
 def test_a_material_is_read_as_a_set() -> None:
@@ -49,9 +76,9 @@ def test_unknown_planes_name_the_known() -> None:
 
 
 def test_normals_are_the_slopes_of_the_height() -> None:
-    height = plane_of("height").pixels.astype(np.float64) * (DEEP / 65535)
-    assert off_unit(plane_of("normal")) < 0.01
-    n = plane_of("normal").pixels / 127.5 - 1.0
+    height = sample("setts::height").pixels.astype(np.float64) * (DEEP / 65535)
+    assert off_unit(sample("setts::normal")) < 0.01
+    n = sample("setts::normal").pixels / 127.5 - 1.0
     across = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) / 2
     down = (np.roll(height, -1, 0) - np.roll(height, 1, 0)) / 2
     np.testing.assert_allclose(-n[..., 0] / n[..., 2], across, atol=0.06)
@@ -60,7 +87,7 @@ def test_normals_are_the_slopes_of_the_height() -> None:
 
 @pytest.mark.parametrize("name", MATERIALS["setts"])
 def test_it_wraps_around(name: str) -> None:
-    pixels = plane_of(name).pixels.astype(np.float64)
+    pixels = sample(f"setts::{name}").pixels.astype(np.float64)
     pixels = pixels.reshape(SIDE, SIDE, -1)
     for axis in (0, 1):
         steps = np.abs(np.diff(pixels, axis=axis)).mean(axis=(1 - axis, 2))
@@ -70,7 +97,7 @@ def test_it_wraps_around(name: str) -> None:
 
 @pytest.mark.parametrize("name", MATERIALS["setts"])
 def test_it_has_the_same_pixels_everywhere(name: str) -> None:
-    assert sha256(plane_of(name).pixels.tobytes()).hexdigest()[:16] == SUMS[name]
+    assert sha256(sample(f"setts::{name}").pixels.tobytes()).hexdigest()[:16] == SUMS[name]
 
 
 def test_it_is_grown_with_all_its_maps_and_replayed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,348 @@
+"""A texture as one file, or as a folder of tiles, made at once: nothing bears its name before all of it is whole.
+
+It is written in a hidden folder beside its place, and moved there at the end. So a run that was stopped has made
+nothing, and the next one draws all cells: what goes on where it was is a zarr array alone.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import time
+import zlib
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arguments import expect_path
+from ..disk import whole
+from ..disk.writing import check_writable
+from ..errors import ParameterError
+from ..files.encode import MARK, encode, holds_recipe
+from ..files.formats import format_of
+from ..files.png import decode_png, encode_png
+from ..files.recipe import recipe_path
+from ..files.write import check_depth, write
+from ..image import Array, Kind, Plane
+from ..rendering.mixing import averaged
+from ..run import Run
+from .cells import SIDE, Cell, Grid
+from .executors import extra
+from .picture import Picture, Results, Store, check_side, checked, recipe_of
+from .places import check_place
+
+AREA = 1 << 20  # px of a TIFF drawn together, about
+LONGEST = (1 << 32) - 1  # px of a side of a TIFF
+LEVEL = 6  # of zlib
+
+COPIES = {"png": 3, "exr": 3, "hdr": 3, "webp": 12}
+"""How often the bytes of all pixels are held while they are packed: by us, by who packs them, and packed.
+
+Measured of noise, which nothing makes smaller: png 3.0 (16 bit 3.7), exr 3.0, hdr 2.3, webp 16 (of one colour 5.6).
+"""
+
+OTHERWISE = 4
+"""The same for formats that are packed in memory and not in a file: 4.0 to 4.3."""
+
+
+@dataclass
+class Export(Store):
+    """A file that is written at once."""
+
+    _draft: str = field(default="", init=False)  # the hidden folder
+
+    def look(self) -> None:
+        """Refuse, before any work, a place where no file can be written, or one lies; writes nothing."""
+        self._check_new(os.path.isfile(self.path))
+        check_writable(self.path, self.force)
+
+    def open(self) -> Iterable[int]:
+        """Begin; all cells are missing."""
+        self.look()
+        return range(len(self.grid))
+
+    def finish(self) -> None:
+        """Move what is whole to its place."""
+        self.look()
+        beside, target = recipe_path(self._staged), recipe_path(self._target)
+        with suppress(OSError):
+            shutil.copymode(self._target, self._staged)
+        os.replace(self._staged, self._target)
+        if beside.exists():
+            os.replace(beside, target)
+        elif self.force:  # it is that of what was here before
+            target.unlink(missing_ok=True)
+        whole.settle(target.parent)
+
+    def close(self) -> None:
+        """Take away what is not whole."""
+        if self._draft:
+            whole.forget(self._staged)
+            whole.take_away(self._draft)
+
+    def _stage(self) -> Path:
+        """Make the hidden folder; return the path in it that bears the name of the store."""
+        whole.sweep(self._target.parent)
+        self._draft = whole.name_in(self._target.parent)
+        os.mkdir(self._draft, 0o700)
+        whole.asked_for(self._staged, self.path)
+        return self._staged
+
+    def _check_new(self, exists: bool) -> None:
+        if exists and not self.force:
+            raise ParameterError(
+                f"{self.printable} exists, and nothing but a .zarr is gone on with; name another file, or replace it "
+                "with --force (force=True)."
+            )
+
+    @property
+    def _target(self) -> Path:
+        return Path(os.path.realpath(self.path))
+
+    @property
+    def _staged(self) -> Path:
+        return Path(self._draft, self._target.name)
+
+
+@dataclass(frozen=True)
+class TiffPacker:
+    """Packs a row of tiles: differences along rows for whole numbers, then zlib."""
+
+    tile: int
+
+    def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
+        pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
+        return [self._tile(pixels[:, x : x + self.tile]) for x in range(0, pixels.shape[1], self.tile)]
+
+    def _tile(self, pixels: Array) -> bytes:
+        height, width = pixels.shape[:2]
+        pixels = np.pad(pixels, ((0, self.tile - height), (0, self.tile - width), (0, 0)), mode="edge")
+        if pixels.dtype.kind == "u":
+            pixels[:, 1:] -= pixels[:, :-1].copy()
+        return zlib.compress(pixels.astype(pixels.dtype.newbyteorder("<"), copy=False).tobytes(), LEVEL)
+
+
+@dataclass
+class TiffStore(Export):
+    """One tiled BigTIFF, compressed with zlib; its tiles lie in it row by row, however many were drawn together."""
+
+    packer: TiffPacker
+
+    @classmethod
+    def of(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
+    ) -> TiffStore:
+        """Plan a file; ParameterError for sides that TIFF does not hold, MissingExtraError without tifffile."""
+        extra("tifffile")
+        expect_path(path)
+        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096, 16)
+        if max(sides) > LONGEST:
+            raise ParameterError(f"a TIFF holds at most {LONGEST} px a side; write a zarr array.")
+        grid = Grid(*sides, tile, tile * max(AREA // tile**2, 1))
+        recipe = recipe_of(texture, sides, origin)
+        return cls(Path(path), texture, origin, grid, recipe, force, TiffPacker(tile))
+
+    def fill(self, results: Results, run: Run) -> None:
+        """Write the tiles as they come, and what describes them."""
+        like, count, tile = self.texture.like, self.texture.channels, self.packer.tile
+        colours = 3 if count >= 3 and like.kind is not Kind.DATA else 1
+        staged, texts = self._stage(), json.dumps(self.recipe, sort_keys=True, separators=(",", ":"))
+        with extra("tifffile").TiffWriter(staged, bigtiff=True, byteorder="<") as file:
+            file.write(
+                (piece for _, pieces in results for piece in pieces),
+                shape=(self.grid.height, self.grid.width, count) if count > 1 else (self.grid.height, self.grid.width),
+                dtype=np.uint8 if self.texture.dtype == bool else self.texture.dtype,
+                photometric="rgb" if colours == 3 else "minisblack", planarconfig="contig" if count > 1 else None,
+                extrasamples=[2 if like.alpha else 0] * (count - colours), tile=(tile, tile), compression="zlib",
+                predictor=2 if self.texture.dtype.kind in "bu" else None, iccprofile=like.meta.get("icc"),
+                description=MARK + texts, metadata=None, software=False,
+            )  # fmt: skip
+        next(results, None)  # by which the last cell is counted
+        with whole.open_again(staged) as written:
+            whole.sync(written)
+
+
+@dataclass(frozen=True)
+class TilePacker:
+    """Packs a cell as its tiles, row by row."""
+
+    tile: int
+    like: Plane
+
+    def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
+        tile, (height, width) = self.tile, pixels.shape[:2]
+        return [
+            self.one(pixels[y : y + tile, x : x + tile]) for y in range(0, height, tile) for x in range(0, width, tile)
+        ]
+
+    def one(self, pixels: Array) -> bytes:
+        """A tile (h, w, C) as PNG."""
+        return encode_png(pixels, self.like.meta.get("icc"))
+
+
+@dataclass
+class TileStore(Export):
+    """A folder of DeepZoom tiles: ``image.dzi``, the recipe beside it, and ``image_files/LEVEL/COLUMN_ROW.png``.
+
+    The last level is the texture; each other one is that below it, averaged.
+    """
+
+    packer: TilePacker
+
+    @classmethod
+    def of(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, tile: int, force: bool
+    ) -> TileStore:
+        """Plan a pyramid; ParameterError for pixels that PNG does not hold."""
+        expect_path(path)
+        origin, tile = checked(texture, sides, origin), check_side("tile", tile, 4096)
+        if texture.dtype.name not in ("bool", "uint8", "uint16") or texture.channels > 4:
+            raise ParameterError(
+                f"tiles are PNG of 1 to 4 channels, 8 or 16 bit, not {texture.channels} of {texture.dtype.name}; write "
+                "a zarr array or a TIFF."
+            )
+        side = tile * max(SIDE // tile, 1)
+        grid, like = Grid(*sides, side, side), texture.like
+        small = Plane(like.pixels[:1, :1], like.kind, like.transfer, like.meta)
+        recipe = recipe_of(texture, sides, origin)
+        return cls(Path(path), texture, origin, grid, recipe, force, TilePacker(tile, small))
+
+    @property
+    def levels(self) -> int:
+        """How many levels there are; the first is a single pixel."""
+        return (max(self.grid.height, self.grid.width) - 1).bit_length() + 1
+
+    def tiles(self, level: int) -> Grid:
+        """The tiles of a level."""
+        times = 1 << (self.levels - 1 - level)
+        return Grid(-(-self.grid.height // times), -(-self.grid.width // times), self.packer.tile, self.packer.tile)
+
+    def look(self) -> None:
+        """Refuse, before any work, a place where anything lies but, with force, other tiles; writes nothing."""
+        woven = recipe_path(self.path / "image.dzi").is_file()
+        self._check_new(woven)
+        check_place(self.path, woven)
+
+    def fill(self, results: Results, run: Run) -> None:
+        """Write the tiles as they come, then the smaller levels, each from the one below it; and what viewers read."""
+        staged, tile = self._stage(), self.packer.tile
+        for level in range(self.levels):
+            (staged / "image_files" / str(level)).mkdir(parents=True)
+        for cell, pieces in results:
+            box, data = cell.box, iter(pieces)
+            for row in range(box.y0 // tile, -(-box.y1 // tile)):
+                for column in range(box.x0 // tile, -(-box.x1 // tile)):
+                    whole.fill(self._tile(self.levels - 1, row, column), next(data), durable=False)
+        with run.pool() as each:
+            for level in range(self.levels - 2, -1, -1):
+                tiles = iter(self.tiles(level))
+                while some := list(islice(tiles, 8 * run.workers)):
+                    each(partial(self._reduce, level), some)
+                    run.check()
+        text = (
+            '<?xml version="1.0" encoding="UTF-8"?>\n<Image xmlns="http://schemas.microsoft.com/deepzoom/2008" '
+            f'Format="png" Overlap="0" TileSize="{tile}">'
+            f'<Size Width="{self.grid.width}" Height="{self.grid.height}"/></Image>\n'
+        )
+        whole.fill(staged / "image.dzi", text.encode())
+        whole.fill(recipe_path(staged / "image.dzi"), json.dumps(self.recipe, sort_keys=True).encode())
+        getattr(os, "sync", lambda: None)()  # many small files at once are quicker than one by one
+
+    def finish(self) -> None:
+        """Move the folder to its place; what it replaces goes away with the hidden one."""
+        self.look()
+        if self._target.exists():
+            os.replace(self._target, f"{self._staged}.old")
+        os.replace(self._staged, self._target)
+        whole.settle(self._target.parent)
+
+    def _reduce(self, level: int, cell: Cell) -> None:
+        """Make a tile of a level from the four of the next."""
+        below = self.tiles(level + 1)
+        rows = range(2 * cell.row, min(2 * cell.row + 2, below.down))
+        columns = range(2 * cell.column, min(2 * cell.column + 2, below.across))
+        parts = [[decode_png(self._tile(level + 1, row, column).read_bytes()) for column in columns] for row in rows]
+        pixels = np.concatenate([np.concatenate(p, axis=1) for p in parts])
+        height, width = pixels.shape[:2]
+        even = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+        even = even > 0 if self.texture.dtype == bool else even
+        smaller = self.packer.one(averaged(self.packer.like.like(even), 2))
+        whole.fill(self._tile(level, cell.row, cell.column), smaller, durable=False)
+
+    def _tile(self, level: int, row: int, column: int) -> Path:
+        """Where a tile is written."""
+        return self._staged / "image_files" / str(level) / f"{column}_{row}.png"
+
+
+@dataclass(frozen=True)
+class HeldPacker:
+    """Sends the pixels of a cell as they are."""
+
+    def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
+        return [pixels.tobytes()]
+
+
+@dataclass
+class HeldStore(Export):
+    """A picture of any format that `write` knows, with the recipe; held in memory until all of it is drawn."""
+
+    packer: HeldPacker
+
+    @classmethod
+    def of(
+        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int, force: bool
+    ) -> HeldStore:
+        """Plan a picture; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
+        expect_path(path)
+        if side:
+            raise ParameterError(f"{path}: a picture in one piece has no chunks; drop --chunk, or name a .zarr.")
+        origin = checked(texture, sides, origin)
+        try:
+            check_depth(path, texture.like, size=(sides[1], sides[0]))
+        except ParameterError as e:
+            raise ParameterError(f"{path}: {str(e).partition('; ')[0]}; name a .zarr or a .tif.") from None
+        recipe = recipe_of(texture, sides, origin)
+        return cls(Path(path), texture, origin, Grid(*sides, SIDE, SIDE), recipe, force, HeldPacker())
+
+    @property
+    def held(self) -> int:
+        """Bytes of memory that the pixels of the picture take until it is written."""
+        pixels = self.grid.height * self.grid.width * self.texture.channels * self.texture.dtype.itemsize
+        return pixels * COPIES.get(self._format, OTHERWISE)
+
+    def look(self) -> None:
+        """Refuse, before any work, a place where no file can be written, or one lies; writes nothing."""
+        super().look()
+        if not holds_recipe(format_of(self.path), self._text):
+            check_writable(recipe_path(self.path), self.force)
+
+    def packing(self, cell: Cell, pieces: list[bytes]) -> float:
+        """Say how many seconds it took to pack a cell alone as a file is packed; nothing is kept."""
+        began = time.perf_counter()
+        encode(self.texture.like.like(self._part(cell, pieces)), self._format)
+        return time.perf_counter() - began
+
+    def fill(self, results: Results, run: Run) -> None:
+        """Keep the pixels as they come, then write them."""
+        pixels = np.empty((self.grid.height, self.grid.width, self.texture.channels), self.texture.dtype)
+        for cell, pieces in results:
+            pixels[cell.box.y0 : cell.box.y1, cell.box.x0 : cell.box.x1] = self._part(cell, pieces)
+        write(self._stage(), self.texture.like.like(pixels), recipe=self._text)
+
+    def _part(self, cell: Cell, pieces: list[bytes]) -> Array:
+        return np.frombuffer(pieces[0], self.texture.dtype).reshape(cell.box.height, cell.box.width, -1)
+
+    @property
+    def _format(self) -> str:
+        return format_of(self.path).name
+
+    @property
+    def _text(self) -> str:
+        return json.dumps(self.recipe, sort_keys=True)

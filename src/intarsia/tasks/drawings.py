@@ -1,0 +1,351 @@
+"""Pictures of what was found in exemplars and of what was made: overlays, contact sheets, and those of a report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import files
+from ..analysis.features import features
+from ..arrays import Array
+from ..blocks.grid import phase_of
+from ..exemplar import Exemplar
+from ..geometry import Wrap
+from ..image import Plane
+from ..judging.places import OFTEN, Often, Spot, joins_at, too_often, usage_of
+from ..lattice.lattice import Lattice
+from ..lattice.vectors import UNIT
+from ..rendering.mixing import averaged
+from ..segments.segments import Segments, segments
+from .scoring import Outcome
+
+Pixels = NDArray[np.uint8]
+Colour = tuple[float, float, float]
+
+PAPER = 128  # under what is transparent, and between exemplars
+YELLOW, CYAN, MAGENTA, WHITE = (255.0, 225.0, 0.0), (0.0, 225.0, 255.0), (255.0, 90.0, 230.0), (255.0, 255.0, 255.0)
+
+CORE, EDGE, POINT = 0.6, 1.7, 2.2  # px: half the width of a line, of the dark rim around it, and radius of a point
+SHADE = 0.6  # how dark the rim of a line is
+
+GROUPS = ((86, 180, 233), (0, 158, 115), (204, 121, 167), (0, 114, 178), (230, 159, 0), (120, 94, 240), (128, 128, 128))
+CHOSEN = (213, 94, 0)
+LINE, FAINT_LINE = (255, 255, 90), (20, 20, 20)
+GROUND = 40  # gray of pixels that do not count
+
+THUMBNAIL, GAP, SHEET = 256, 8, 64  # px: side and space between pictures of a contact sheet; and how gray it is
+
+LARGE, BESIDE = 1024, 768  # px: longest side of the output of a report, and of the pictures beside it
+SMALL = 256  # px: outputs up to this size are repeated three times along each closed axis, others twice
+APART = 12  # px between exemplars
+RINGS = (YELLOW, CYAN, MAGENTA)
+RING, RIM = 1.6, 3.2  # px: half the width of a ring, and of the dark rim around it
+FULL = 2.0  # times the worst mean that joins can have: shown as fully red
+MANY = 6.0  # times the mean: shown as brightest
+PALE = 0.45  # how much of the picture is left under joins
+
+HEAT = ((0.0, (255, 214, 102)), (0.5, (240, 110, 40)), (1.0, (176, 0, 32)))
+USES = (
+    (0.0, (18, 20, 44)), (0.2, (66, 38, 104)), (0.36, (158, 60, 104)),
+    (0.6, (236, 116, 62)), (0.85, (252, 200, 90)), (1.0, (255, 255, 214)),
+)  # fmt: skip
+TINTS = np.array([
+    (86, 130, 168), (196, 148, 92), (110, 158, 120), (176, 102, 104), (136, 120, 172), (204, 184, 120),
+    (92, 152, 160), (160, 136, 118), (120, 108, 96), (190, 140, 172), (148, 170, 98), (92, 100, 132),
+], np.uint8)  # fmt: skip
+
+
+# What all of them are drawn with
+
+
+def on_paper(plane: Plane) -> Pixels:
+    """What can be seen of a plane, as 8-bit RGB (H, W, 3); what is transparent lies on gray."""
+    seen = files.preview(plane)
+    pixels = seen.samples
+    if seen.alpha:
+        opacity = pixels[:, :, -1:].astype(np.uint32)
+        pixels = ((pixels[:, :, :-1] * opacity + PAPER * (255 - opacity) + 127) // 255).astype(np.uint8)
+    return np.ascontiguousarray(pixels[:, :, :3] if pixels.shape[2] >= 3 else pixels[:, :, [0, 0, 0]])
+
+
+def looked(plane: Plane, most: int) -> Pixels:
+    """The same, of at most so many px a side, averaged in blocks."""
+    seen = files.preview(plane)
+    n = min(-(-max(seen.height, seen.width) // most), seen.height, seen.width)
+    if n > 1:
+        height, width = (side - side % n for side in (seen.height, seen.width))
+        seen = seen.like(averaged(seen.like(seen.samples[:height, :width]), n))
+    return np.ascontiguousarray(on_paper(seen)[:most, :most])
+
+
+def borders(numbers: NDArray[Any]) -> NDArray[np.bool_]:
+    """Mark the pixels whose right or lower neighbour has another number."""
+    edge = np.zeros(numbers.shape, bool)
+    edge[:-1] |= numbers[:-1] != numbers[1:]
+    edge[:, :-1] |= numbers[:, :-1] != numbers[:, 1:]
+    return edge
+
+
+def ramp(colours: Sequence[tuple[float, tuple[int, int, int]]], value: Array) -> Array:
+    """Give numbers of 0 to 1 the colours between those of a scale: one more axis, RGB as floats."""
+    table = np.linspace(0, 1, 256)
+    at = [where for where, _ in colours]
+    scale = np.stack([np.interp(table, at, [c[k] for _, c in colours]) for k in range(3)], axis=1).astype(np.float32)
+    return np.asarray(scale[(value * 255).astype(np.int64)])
+
+
+def stretched(cells: Array, shape: tuple[int, ...]) -> Array:
+    """Numbers (rows, columns) as large as a picture, smooth between the middles of what each stands for."""
+    for axis in (0, 1):
+        length = cells.shape[axis]
+        at = np.clip((np.arange(shape[axis]) + 0.5) / shape[axis] * length - 0.5, 0, length - 1)
+        low = np.minimum(at.astype(np.int64), max(length - 2, 0))
+        share = (at - low).reshape((-1, 1) if axis == 0 else (1, -1))
+        cells = np.take(cells, low, axis) * (1 - share) + np.take(cells, np.minimum(low + 1, length - 1), axis) * share
+    return cells.astype(np.float32)
+
+
+def pieces(numbers: NDArray[Any], step: int) -> Pixels:
+    """The numbered pieces of a map in flat colours, their borders darker: RGB of every `step`th pixel."""
+    mixed = (np.arange(int(numbers.max()) + 1, dtype=np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
+    seen = numbers[::step, ::step]
+    out: Pixels = TINTS[(mixed % np.uint32(len(TINTS))).astype(np.int64)[seen]]
+    edge = borders(seen)
+    out[edge] = out[edge] * 3 // 5
+    return out
+
+
+def _lined(picture: Array, distance: Array, colour: Colour, core: float, rim: float, shade: float) -> Array:
+    """Draw what lies at distance 0 px, smooth at its edges: a dark rim, then the colour."""
+    dark, line = shade * np.clip(rim - distance, 0, 1)[..., None], np.clip(core + 0.5 - distance, 0, 1)[..., None]
+    return picture * (1 - dark) * (1 - line) + np.array(colour) * line
+
+
+# What was found in an exemplar
+
+
+def lattice_lines(exemplar: Exemplar, lattice: Lattice, size: float) -> Plane:
+    """Draw the lines of the lattice, through where blocks are cut, and its points.
+
+    Yellow lines run along the second vector, cyan ones along the first; rows without a period have yellow lines only.
+    `size`: that of the elements, px.
+    """
+    picture: Array = on_paper(exemplar.base)
+    cell = (lattice.vectors[0], lattice.vectors[1] if len(lattice.vectors) == 2 else None)
+    phase = phase_of(features([exemplar]).pictures[0], cell, max(1.5 * size, 48.0))
+    y, x = np.mgrid[: exemplar.height, : exemplar.width] + 0.5 - np.reshape(phase, (2, 1, 1))
+    for distance, colour in _marks(y, x, cell):
+        picture = _lined(picture, distance, colour, CORE, EDGE + 0.5, SHADE)
+    return Plane(np.clip(np.rint(picture), 0, 255).astype(np.uint8))
+
+
+def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, Colour]]:
+    """How far places are from the lines and from the points of a lattice, px, and the colour of these."""
+    p, q = np.array(cell[0]) / UNIT
+    if cell[1] is None:
+        yield _off((y * p + x * q) / np.hypot(p, q) ** 2) * np.hypot(p, q), YELLOW
+        return
+    r, s = np.array(cell[1]) / UNIT
+    area = p * s - q * r
+    first, second = (y * s - x * r) / area, (x * p - y * q) / area
+    yield _off(first) * abs(area) / np.hypot(r, s), YELLOW
+    yield _off(second) * abs(area) / np.hypot(p, q), CYAN
+    a, b = first - np.floor(first), second - np.floor(second)
+    corners = [np.hypot((a - i) * p + (b - j) * r, (a - i) * q + (b - j) * s) for i in (0, 1) for j in (0, 1)]
+    yield np.maximum(np.min(corners, axis=0) - POINT, 0.0), WHITE
+
+
+def _off(share: Array) -> Array:
+    """How far numbers are from whole ones."""
+    return np.asarray(np.abs(share - np.rint(share)))
+
+
+def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels:
+    """Draw the segments of an exemplar over it: (H, W, 3), 8 bit.
+
+    The chosen group keeps its light under a tint of orange and has yellow borders; the others are dimmed, each
+    group with a tint of its own and dark borders. Pixels that do not count are dark gray. Nothing is drawn over a
+    picture without segments.
+
+    Parameters
+    ----------
+    exemplar : Exemplar
+        Its base plane is shown.
+    found : Segments, optional
+        What to draw, by default :func:`segments` of the exemplar.
+    """
+    found = segments(exemplar) if found is None else found
+    picture = on_paper(exemplar.base).astype(np.int32)
+    group = found.group_map
+    tints = np.array([GROUPS[g % len(GROUPS)] for g in range(int(group.max(initial=0)) + 1)], np.int32)
+    if found.chosen is not None:
+        tints[found.chosen] = CHOSEN
+    mine = group == (-2 if found.chosen is None else found.chosen)
+    out = np.where(mine[..., None], (3 * picture + tints[group]) // 4, (2 * picture + tints[group]) // 5)
+    out[group < 0] = GROUND
+    edge = borders(found.labels)
+    around = mine.copy()  # a border belongs to the chosen group if either side does
+    for axis in (0, 1):
+        a, b = (np.s_[:-1], np.s_[1:]) if axis == 0 else (np.s_[:, :-1], np.s_[:, 1:])
+        around[a] |= mine[b]
+        around[b] |= mine[a]
+    out[edge & ~around] = FAINT_LINE
+    out[edge & around] = LINE
+    return out.astype(np.uint8)
+
+
+# Contact sheets
+
+
+def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
+    """Lay small pictures out in rows, in their order."""
+    columns = math.ceil(math.sqrt(len(pictures)))
+    rows = -(-len(pictures) // columns)
+    high, wide = (max(p.shape[axis] for p in pictures) for axis in (0, 1))
+    paper = np.full((rows * (high + GAP) + GAP, columns * (wide + GAP) + GAP, 3), SHEET, np.uint8)
+    for number, picture in enumerate(pictures):
+        row, column = divmod(number, columns)
+        lay(paper, GAP + row * (high + GAP), GAP + column * (wide + GAP), picture)
+    return Plane(paper)
+
+
+def lay(paper: Pixels, y: int, x: int, picture: Pixels) -> None:
+    """Lay a picture on paper."""
+    paper[y : y + picture.shape[0], x : x + picture.shape[1]] = picture
+
+
+# What a report shows
+
+
+class Drawn(NamedTuple):
+    """A picture with its name, and a sentence on what is to be seen."""
+
+    name: str
+    title: str
+    says: str
+    pixels: Pixels
+
+
+def pictures_of(outcome: Outcome) -> list[Drawn]:
+    """Draw all pictures of a report; those of the exemplars come last."""
+    size = (outcome.output.height, outcome.output.width)
+    often = too_often(outcome.judged, outcome.sizes, size)
+    whole, beside = looked(outcome.output, LARGE), looked(outcome.output, BESIDE)
+    shown = [looked(e.base, BESIDE) for e in outcome.exemplars]
+    what = f"{size[1]} x {size[0]} px" + (", shown smaller" if max(size) > LARGE else "")
+    out = [Drawn("output", "The output", what, whole)]
+    if outcome.wrap is not Wrap.NONE:
+        out.append(_repeated(whole, outcome.wrap, size))
+    out += [_joins(outcome, beside, size), _too_often(beside, size, often)]
+    if outcome.map is not None:
+        numbers = outcome.map.pieces()
+        count, drawn = int(numbers.max()) + 1, pieces(numbers, -(-max(numbers.shape) // BESIDE))
+        said = f"{count} piece{'s' * (count > 1)}, each a part of an exemplar that goes on unbroken"
+        out.append(Drawn("pieces", "The pieces", said, drawn))
+    names = ", ".join(f"{e.name}, {e.width} x {e.height} px" for e in outcome.exemplars)
+    out.append(Drawn("exemplar", "The exemplar" + "s" * (len(shown) > 1), names, _in_a_row(shown)))
+    out.append(_usage(outcome, shown))
+    if often:
+        rings = [
+            _ringed(p, e.width, [(RINGS[n], [o.place]) for n, o in enumerate(often) if o.number == k])
+            for k, (p, e) in enumerate(zip(shown, outcome.exemplars, strict=True))
+        ]
+        said = "The places that the rings in the output show"
+        out.append(Drawn("sources", "What is shown too often", said, _in_a_row(rings)))
+    return out
+
+
+def _in_a_row(pictures: Sequence[Pixels]) -> Pixels:
+    """Lay pictures side by side."""
+    high = max(len(p) for p in pictures)
+    parts = [np.pad(p, ((0, high - len(p)), (0, APART), (0, 0)), constant_values=PAPER) for p in pictures]
+    return np.concatenate(parts, axis=1)[:, :-APART]
+
+
+def _repeated(picture: Pixels, wrap: Wrap, size: tuple[int, int]) -> Drawn:
+    times = 3 if max(size) <= SMALL else 2
+    down, across = (times if closed else 1 for closed in (wrap.y, wrap.x))
+    n = -(-max(picture.shape[0] * down, picture.shape[1] * across) // LARGE)
+    if min(picture.shape[:2]) >= n > 1:
+        picture = looked(Plane(picture), -(-max(picture.shape[:2]) // n))
+    said = "How it continues in itself"
+    return Drawn("repeat", f"Repeated {across} x {down}", said, np.tile(picture, (down, across, 1)))
+
+
+def heat(outcome: Outcome, size: tuple[int, int], shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """How much joins cost, over an output of a size drawn in a shape: colours, and how opaque they are, 0 to 1."""
+    cost, worst = joins_at(outcome.judged, size), outcome.score.parts["joins"]
+    over = np.clip(stretched(cost, shape) * 100 / (FULL * worst.bad), 0, 1)
+    return over, over**0.6
+
+
+def _joins(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
+    over, opaque = heat(outcome, size, picture.shape)
+    gray = picture.astype(np.float32).mean(axis=2, keepdims=True)
+    pale = PALE * gray + (1 - PALE) * 226
+    pixels = pale * (1 - opaque[..., None]) + ramp(HEAT, over) * opaque[..., None]
+    said = "The redder, the more changes where another piece of the exemplar begins"
+    return Drawn("joins", "Where joins cost", said, pixels.astype(np.uint8))
+
+
+def _too_often(picture: Pixels, size: tuple[int, int], often: Sequence[Often]) -> Drawn:
+    if not often:
+        said = f"No place of the exemplar is shown {OFTEN:g} times as often as the mean"
+        return Drawn("often", "Nothing is shown too often", said, picture)
+    parts = [f"{len(o.spots)} times the same place, {o.times:.1f} times the mean" for o in often]
+    pixels = _ringed(picture, size[1], [(RINGS[n], o.spots) for n, o in enumerate(often)])
+    return Drawn("often", "Shown too often", "; ".join(parts), pixels)
+
+
+def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Colour, Sequence[Spot]]]) -> Pixels:
+    """Draw rings around spots of a picture that is `width` px wide where they are counted."""
+    out, scale = picture.copy(), picture.shape[1] / width
+    for colour, spots in reversed(rings):
+        for spot in spots:
+            y, x, radius = spot.y * scale, spot.x * scale, max(spot.radius * scale, 4.0)
+            far = radius + RIM + 1
+            box = tuple(
+                slice(max(0, int(m - far)), max(0, min(n, int(m + far) + 2)))
+                for m, n in zip((y, x), out.shape[:2], strict=True)
+            )
+            rows, columns = (np.arange(s.start, s.stop) + 0.5 for s in box)
+            off = np.abs(np.hypot(rows[:, None] - y, columns[None] - x) - radius)
+            out[box] = _lined(out[box], off, colour, RING, RIM, 0.75)
+    return out
+
+
+def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> Drawn:
+    said, smap = f"Dark is not shown, red as often as the mean, white {MANY:.0f} times as often or more", outcome.map
+    n = outcome.times
+    if smap is not None and [(s.height * n, s.width * n) for s in smap.sources] == outcome.sizes:
+        counts: list[Any] = list(smap.usage())
+        free = [None if e.usable is None else e.usable[::n, ::n] for e in outcome.exemplars]
+        pixels = sum(c.size if u is None else int(u.sum()) for c, u in zip(counts, free, strict=True))
+        mean = sum(int(c.sum()) for c in counts) / max(pixels, 1)
+        often = [c / max(mean, 1e-9) for c in counts]
+    else:
+        often = usage_of(outcome.judged, outcome.sizes)
+        said += "; as far as windows tell, without the map"
+    parts = []
+    for picture, share, e in zip(shown, often, outcome.exemplars, strict=True):
+        light = 0.6 + 0.4 * picture.astype(np.float32).mean(axis=2, keepdims=True) / 255
+        drawn = (used(_fitted(share, picture.shape)) * light).astype(np.uint8)
+        if e.usable is not None:
+            drawn[~_fitted(e.usable, picture.shape)] = PAPER
+        parts.append(drawn)
+    return Drawn("usage", "How often it is shown", said, _in_a_row(parts))
+
+
+def used(times: Array) -> Array:
+    """The colours of how often places are shown, of the mean: white MANY times as often, or more."""
+    return ramp(USES, np.log1p(np.minimum(times, MANY)) / np.log1p(MANY))
+
+
+def _fitted(values: Array, shape: tuple[int, ...]) -> Array:
+    """Values of pixels as large as a picture of them: the nearest of each."""
+    rows, columns = ((np.arange(n) * m) // n for n, m in zip(shape[:2], values.shape, strict=True))
+    return values[np.ix_(rows, columns)]
