@@ -10,7 +10,7 @@ from pathlib import Path
 from .. import files
 from .figures import write
 
-DOCUMENTS = {"000": "multrus2003"}
+DOCUMENTS = {"000": "multrus2003", "001": "lopez_recas2011", "002": "robinson2004"}
 """Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES."""
 
 
@@ -19,7 +19,7 @@ def main(words: Sequence[str] | None = None) -> Path:
     told = argparse.ArgumentParser(prog="python -m intarsia.published", description=__doc__)
     told.add_argument("document", choices=DOCUMENTS)
     told.add_argument("-o", "--output", type=Path, required=True, help="the folder to write")
-    told.add_argument("--exemplar", default="sample:pebbles", help="a picture; by default sample:pebbles")
+    told.add_argument("--exemplar", help="a picture; by default built-in ones that suit the figures")
     told.add_argument("--only", action="append", metavar="NUMBER", help="a figure, such as 3.6; may be repeated")
     asked = told.parse_args(words)
     made = importlib.import_module(f".{DOCUMENTS[asked.document]}.figures", __package__)
@@ -27,7 +27,8 @@ def main(words: Sequence[str] | None = None) -> Path:
     for number in asked.only or ():
         if number not in known:
             told.error(f"figure {number} is not there; give one of {', '.join(known)}")
-    page = write(made.TITLE, [known[n] for n in asked.only or known], files.read(asked.exemplar), asked.output)
+    exemplar = None if asked.exemplar is None else files.read(asked.exemplar)
+    page = write(made.TITLE, [known[n] for n in asked.only or known], exemplar, asked.output)
     print(page)
     return page
 

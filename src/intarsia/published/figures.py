@@ -31,11 +31,12 @@ class Panel(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """A figure: its number, what its caption says, and what makes its panels from an exemplar."""
+    """A figure: its number, what its caption says, what makes its panels from an exemplar, and a built-in one."""
 
     number: str
     claim: str
     panels: Callable[[Exemplar], list[Panel]]
+    usual: str
 
 
 def given(exemplar: Exemplar) -> Panel:
@@ -62,13 +63,16 @@ def grown(
     return Panel(letter, f"{slug}: {told}", picture, f"{took:.2f} s, {100 * shown:.0f} % of the input shown", printed)
 
 
-def write(title: str, figures: Sequence[Figure], exemplar: Exemplar, out: Path) -> Path:
-    """Make figures, write every panel, and return the page that shows them beside what is claimed and printed."""
+def write(title: str, figures: Sequence[Figure], exemplar: Exemplar | None, out: Path) -> Path:
+    """Make figures, write every panel, and return the page that shows them beside what is claimed and printed.
+
+    Without an exemplar each is made from the built-in one that suits it.
+    """
     out.mkdir(parents=True, exist_ok=True)
     parts = [f"<!doctype html><meta charset=utf-8><title>{escape(title)}</title><h1>{escape(title)}</h1>"]
     for figure in figures:
         parts.append(f"<h2>Figure {figure.number}</h2><p>{escape(figure.claim)}</p><table>")
-        for panel in figure.panels(exemplar):
+        for panel in figure.panels(files.read(figure.usual) if exemplar is None else exemplar):
             name = f"figure_{figure.number.replace('.', '_')}_{panel.letter}.png"
             files.write(out / name, panel.picture)
             cells = f"({panel.letter})", f"<img src={name}>", *map(escape, (panel.told, panel.measured, panel.printed))

@@ -11,6 +11,7 @@ from ...exemplar import Exemplar
 from ..figures import Figure, Panel, cropped, given, grown
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
+PEBBLES = "sample:pebbles"
 AS_THERE = {"search": "exact", "repetition": "none", "channel_weights": (1.0,)}
 ISOMETRIES = {"b": "none", "c": "180", "d": "90", "e": "both"}
 
@@ -67,11 +68,11 @@ def multiresolution(exemplar: Exemplar) -> list[Panel]:
 
 
 FIGURES = (
-    Figure("2.5", "Pixel based synthesis. Results.", pixel_results),
-    Figure("3.4", "Without blending block boundaries can easily be recognized.", blending),
-    Figure("3.6", "Small patches do not reproduce the structure, large ones leave little interaction.", patch_sizes),
-    Figure("3.7", "Narrow seams match badly; 5 px are best; from 10 px on blending introduces errors.", seam_sizes),
-    Figure("4.3", "Isometries lead to an improved variability, at several times the time.", isometries),
-    Figure("4.5", "With the prevention of repetitions there are less noticeable ones.", repetitions),
-    Figure("4.9", "With the pyramid 30 times as fast, of equal quality for stochastic textures.", multiresolution),
+    Figure("2.5", "Pixel based synthesis. Results.", pixel_results, PEBBLES),
+    Figure("3.4", "Without blending block boundaries can easily be recognized.", blending, PEBBLES),
+    Figure("3.6", "Small patches lose the structure, large ones leave little interaction.", patch_sizes, PEBBLES),
+    Figure("3.7", "Narrow seams match badly, 5 px are best, wide ones bring errors by blending.", seam_sizes, PEBBLES),
+    Figure("4.3", "Isometries lead to an improved variability, in several times the time.", isometries, PEBBLES),
+    Figure("4.5", "With the prevention of repetitions there are less noticeable ones.", repetitions, PEBBLES),
+    Figure("4.9", "By the pyramid 30 times as fast, of equal quality if stochastic.", multiresolution, PEBBLES),
 )
