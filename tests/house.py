@@ -27,7 +27,7 @@ FLOORS = (
     {"courses", "covering", "judging"},
     {"methods"},
     {"choosing"},
-    {"synthesis"},
+    {"request", "synthesis"},
     {"giant", "tasks"},
     {"cli", "testing"},
     {"studio.beside"},
