@@ -33,7 +33,7 @@ FLOORS = (
     {"courses", "covering", "judging"},
     {"methods"},
     {"choosing"},
-    {"synthesis"},
+    {"request", "synthesis"},
     {"giant", "tasks"},
     {"cli", "published", "testing"},
     {"studio.beside"},
