@@ -189,7 +189,7 @@ VALID = {
     "threads right": {"1", "\u0663", "1_000"},
     "tolerance usage weight context spread striking": FROM_0 | {"1.5"},
     "isometries boundary_isometries": FROM_0 | {"0,0", "0,0,0", "0,0,0,0"},
-    "patch pyramid_kept": {"1", "\u0663"},
+    "patch": {"1", "\u0663"},
     "size scale magnify": {"1"},
     "channel_weights": {"1", "1.5", "\u0663", "1_000"},
     "overlap": FROM_0 | {"0x0"},

@@ -71,8 +71,9 @@ def plain(verb: str, **more: Any) -> Request:
 
 
 def asked(verb: str) -> list[Request]:
-    """Requests of a verb: the plain one, and one for each field."""
-    fields = [f for f in fields_of_verb(verb) if f.name not in ("saved", "picture", "output", "trials", "explain")]
+    """Requests of a verb: the plain one, and one for each field; a document stands for others."""
+    left_out = ("saved", "picture", "output", "trials", "explain", "document")
+    fields = [f for f in fields_of_verb(verb) if f.name not in left_out]
     given = [BESIDE.get(f.name, {}) | {f.name: some(f)} for f in fields if f.name != "files"]
     return [plain(verb), *(plain(verb, **one) for one in given)]
 
@@ -101,10 +102,10 @@ def test_json_may_hold_lists_and_numbers() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"size": "x"}, "Invalid value for '--size' / '-s': x is no size"),
-        ({"feather": 9999}, "Invalid value for '--feather': 9999 is not in the range 0<=x<=1024."),
-        ({"feather": "wide"}, "Invalid value for '--feather': 'wide' is not a valid integer range."),
-        ({"mixing": "other"}, "Invalid value for '--mixing': 'other' is not one of 'mean', 'variance', 'source'."),
+        ({"size": "x"}, "size: x is no size"),
+        ({"feather": 9999}, "feather: 9999 is not in the range 0<=x<=1024."),
+        ({"feather": "wide"}, "feather: 'wide' is not a valid integer range."),
+        ({"mixing": "other"}, "mixing: 'other' is not one of 'mean', 'variance', 'source'."),
         ({"flatten": 1}, "flatten is yes or no"),
         ({"crop": [0, 0, 5, 5], "toroidal": True}, "--toroidal does not go with --crop"),
     ],

@@ -151,4 +151,5 @@ def as_published(document: str, given: dict[str, Any]) -> dict[str, Any]:
     settings = preset(document)
     if given["method"] not in (AUTO_METHOD, settings["method"]):
         raise ParameterError(f"--as {document} sets --method {settings['method']}; drop one of them.")
-    return given | {name: text for name, text in settings.items() if given[name] in (None, AUTO_METHOD)}
+    usual = {"method": AUTO_METHOD}
+    return given | {name: text for name, text in settings.items() if given[name] == usual.get(name)}
