@@ -163,17 +163,14 @@ def carry_out(inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: 
 
     from ..batch import Batch
 
-    with report.compiling(wish.method.slug, threads) as turn_to:
-        batch = Batch.plan(inputs, targets, wish, work.seeds, report)
-        for order in batch.orders[:1]:
-            turn_to(order.method.slug)
-        if work.sheet is not None:
-            batch.add_sheet(work.sheet)
-        begun()
-        if work.dry_run:
-            batch.tell_plan()
-        else:
-            batch.carry_out(threads)
+    batch = Batch.plan(inputs, targets, wish, work.seeds, report)
+    if work.sheet is not None:
+        batch.add_sheet(work.sheet)
+    begun()
+    if work.dry_run:
+        batch.tell_plan()
+    else:
+        batch.carry_out(threads)
 
 
 def check_stdout(targets: Targets, report: Report) -> None:
