@@ -78,7 +78,7 @@ def command_of(verb: str) -> click.Command:
 
 def carry_out(request: Request, report: Report) -> None:
     """Do what was asked for, or only plan it."""
-    slug = request.chosen.slug
+    _ = request.chosen  # a method that cannot be is refused before anything is read
     check_stdout(request, report)
     if request.many is not None and request.out and "{seed}" not in request.out:
         raise ParameterError(f"-o {request.out}: all seeds would write one file; put {{seed}} into the name.")
@@ -93,14 +93,11 @@ def carry_out(request: Request, report: Report) -> None:
 
     from ..batch import Batch
 
-    with report.compiling(slug, request.threads) as turn_to:
-        batch = Batch.plan(request, report)
-        for order in batch.orders[:1]:
-            turn_to(order.method.slug)
-        if request.sheet is not None:
-            batch.add_sheet(request.sheet)
-        begun()
-        batch.tell_plan() if request.dry_run else batch.carry_out()
+    batch = Batch.plan(request, report)
+    if request.sheet is not None:
+        batch.add_sheet(request.sheet)
+    begun()
+    batch.tell_plan() if request.dry_run else batch.carry_out()
 
 
 def check_stdout(request: Request, report: Report) -> None:

@@ -6,7 +6,7 @@ import time
 
 import click
 
-from ..exits import CANCEL
+from ..exits import CANCEL, begun
 from ..report import Report
 
 
@@ -23,8 +23,6 @@ def command(threads: int | None, quiet: bool) -> None:
     from ...run import Run
     from ...tasks.warming import warm_up
 
-    run = Run(threads, None, CANCEL)
-    pictures = warm_up(run)
-    for note in run.notes:
-        report.warn(note)
-    report.note(f"ready: grew {pictures} tiny textures in {time.perf_counter() - began:.1f} s")
+    begun()
+    pictures = warm_up(Run(threads, None, CANCEL))
+    report.note(f"ready: grew {pictures} small textures in {time.perf_counter() - began:.1f} s")
