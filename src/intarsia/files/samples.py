@@ -50,6 +50,5 @@ def sample(name: str) -> Plane:
 
 
 def _painted(stem: str, kind: Kind) -> Plane:
-    """Read a file of the folder: WebP without loss for three channels, PNG for one."""
-    suffix = "png" if kind is Kind.DATA else "webp"
-    return Plane(decode(look(FOLDER / f"{stem}.{suffix}")).pixels, kind, meta={"name": "sample"})
+    """Read a file of the folder."""
+    return Plane(decode(look(FOLDER / f"{stem}.png")).pixels, kind, meta={"name": "sample"})
