@@ -17,10 +17,10 @@ N ?= 1000
 
 INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo studio test test-long mutants lint format fuzz bench pictures tables kernels clean clean-all
+.PHONY: help demo studio test test-long mutants lint format fuzz bench pictures tables clean clean-all
 
 help:
-	@echo "make demo      grow sample:stones, sample:brick and the material sample:setts to 1024x1024 into demo/"
+	@echo "make demo      grow sample:stones, sample:gravel and the material sample:setts to 1024x1024 into demo/"
 	@echo "make studio    open a page on this machine to see, grow, paint and keep; what is made lies in intarsia-studio/"
 	@echo "make test      check style and types, then run the tests"
 	@echo "make test-long run what make test leaves out: more cases of the slow tests"
@@ -30,7 +30,6 @@ help:
 	@echo "make fuzz      try N=1000 mutated files of each format, hostile documents, kills and damaged caches (now N=$(N))"
 	@echo "make bench     measure speed and memory; writes bench/results.json"
 	@echo "make pictures  remake the pictures of the documentation"
-	@echo "make kernels   list anew which kernels each command compiles, for the process that compiles beside it"
 	@echo "make tables    rewrite the tables of the documentation that follow from the code, and the drawing of its rooms"
 	@echo "make clean     remove what the others made; clean-all removes .venv, too"
 	@echo "PYTHON=... chooses the Python for .venv (3.11 or newer), WORKERS=... the test processes (now $(WORKERS))"
@@ -61,11 +60,11 @@ demo: $(VENV)/.installed-studio
 	$(call check,-studio)
 	@mkdir -p demo
 	@$(INTARSIA) grow sample:stones -o demo/stones.png --size 1024 --force
-	@$(INTARSIA) grow sample:brick -o demo/brick.png --size 1024 --force
+	@$(INTARSIA) grow sample:gravel -o demo/gravel.png --size 1024 --force
 	@$(INTARSIA) grow sample:setts -o demo/setts.png --size 1024 --force
 	@echo "grown from built-in exemplars, 1024x1024 px each:"
 	@echo "  $(CURDIR)/demo/stones.png"
-	@echo "  $(CURDIR)/demo/brick.png"
+	@echo "  $(CURDIR)/demo/gravel.png"
 	@echo "  $(CURDIR)/demo/setts.png, a material with setts_normal.png, setts_roughness.png and setts_height.png"
 
 studio: $(VENV)/.installed-studio
@@ -111,10 +110,6 @@ pictures: $(VENV)/.installed-dev
 	@$(BIN)/python docs/make_graphcut_pictures.py && $(BIN)/python docs/make_repair_pictures.py
 	@$(BIN)/python docs/make_report_pictures.py && $(BIN)/python docs/make_parallel_pictures.py
 	@$(BIN)/python docs/make_moving_pictures.py && $(BIN)/python docs/make_studio_pictures.py
-
-kernels: $(VENV)/.installed-dev
-	$(call check,-dev)
-	@$(BIN)/python tools/list_kernels.py
 
 tables: $(VENV)/.installed-dev
 	$(call check,-dev)

@@ -24,7 +24,6 @@ from intarsia.choosing.facts import Facts
 from intarsia.choosing.report import _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import BOUNDS, RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
-from intarsia.cli.again import options_of
 from intarsia.cli.app import cli
 from intarsia.exemplar import Exemplar
 from intarsia.files.samples import sample
@@ -32,6 +31,8 @@ from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import Lattice
 from intarsia.lattice.vectors import vectors_of
 from intarsia.methods.base import METHODS, method_class
+from intarsia.request.argv import parameter_words, settings_of
+from intarsia.request.request import Request
 from intarsia.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture
 
@@ -625,7 +626,7 @@ def test_options_give_the_same_method() -> None:
         given |= {"snap": "on", "angle": 12.5, "zoom": 2} if "snap" in names else {}
         given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
         method = cls(**given)
-        words = options_of(method, {})
+        words = parameter_words(Request("grow", method=cls.slug, parameters=settings_of(method)))
         read = {}
         for option, text in zip(words[::2], words[1::2], strict=True):
             name = option[2:].replace("-", "_")

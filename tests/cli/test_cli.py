@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import files
+from intarsia.arguments import SAMPLES
 from intarsia.cli.app import COMMANDS, cli
-from intarsia.cli.commands.grow import SAMPLES
 from intarsia.image import Transfer
 from intarsia.methods.base import METHODS
 

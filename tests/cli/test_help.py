@@ -9,10 +9,12 @@ import pytest
 from click.testing import CliRunner
 
 from intarsia.cli.app import COMMANDS, cli
-from intarsia.cli.help import GROUPS, MOST_USED, HelpfulCommand
+from intarsia.cli.help import MOST_USED, HelpfulCommand
 from intarsia.cli.options import ParameterOption
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
+from intarsia.request.field import HEADINGS
+from intarsia.request.request import FIELDS
 
 GROWING = ("grow", "extend", "heal", "paint", "tile", "weave")
 
@@ -73,19 +75,17 @@ class TestShort:
     def test_has_groups_and_says_where_the_rest_is(self, name: str) -> None:
         text = told(name, "--help")
         headings = re.findall(r"^(\w[\w ]*):\n  ", text, re.MULTILINE)
-        assert headings == [g.heading for g in GROUPS if g.heading in headings]
+        assert headings == [h for h in HEADINGS if h in headings]
         assert {"Output", "Exemplar", "Work"} <= set(headings)
         last = text[-200:].replace("\n", " ")
         assert f"`intarsia {name} --help-all`" in last
         assert (f"`intarsia {name} -m METHOD --help`" in last) is (name in GROWING)
 
     def test_every_option_stands_in_one_group(self, name: str) -> None:
-        fields = " ".join(f"{usual} {more}" for _, usual, more in GROUPS).split()
-        assert len(fields) == len(set(fields))
         own = {str(o.name) for o in options(name) if not isinstance(o, ParameterOption)}
-        assert own <= set(fields)
-        usual = " ".join(g.usual for g in GROUPS).split()
-        expected = {f for f in usual if f in own or (f in MOST_USED and f in {o.name for o in options(name)})}
+        assert own == {f.name for f in FIELDS if name in f.verbs and f.of(name).flags}
+        usual = [f.name for f in FIELDS if not f.rare]
+        expected = {f for f in usual if f in own} | {f for f in MOST_USED if f in {o.name for o in options(name)}}
         by_name = {first(o): str(o.name) for o in options(name)}
         assert {by_name[word] for word in shown(told(name, "--help"))} == expected
 

@@ -301,10 +301,10 @@ def test_a_continued_exemplar_is_found_again() -> None:
 def test_every_method_is_repaired_or_refused(slug: str) -> None:
     """Methods that keep a lattice are refused in one line, all others go; the recipe repeats the repair."""
     e, small = Exemplar.of(texture(40, 40, 3, 6)), {"lattice": ((8.0, 0.0), (0.0, 8.0))}
-    method = make(slug, small if slug in ("best-tile", "near-regular") else {})
+    method = make(slug, small if slug in ("best-tile", "near-regular", "gap-filling") else {})
     made = Synthesis((e,), identity([e.source], 0), ia.Blend(0), method)
     if keeps_lattice(method):
-        assert slug in ("best-tile", "near-regular")
+        assert slug in ("best-tile", "near-regular", "gap-filling")
         with pytest.raises(ia.ParameterError, match="keeps a lattice"):
             ia.repair(made)
         return

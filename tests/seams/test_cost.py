@@ -200,7 +200,7 @@ def test_the_energy_of_bands_is_that_of_the_whole() -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_what_every_method_makes_has_an_energy(method: str) -> None:
     e = Exemplar.of(texture(32, 32, 3, 7))
-    values = {"lattice": ((8, 0), (0, 8)), "block": 6, "border": 2} if method == "near-regular" else {}
+    values = {"lattice": ((8, 0), (0, 8)), "block": 6, "border": 2} if method in ("near-regular", "gap-filling") else {}
     values = {"lattice": ((8, 0), (0, 8)), "band": 2} if method == "best-tile" else values
     made = ia.synthesize(e, (36, 40), make(method, values), seed=3)
     assert made.energy == slow_energy([e], made.map)

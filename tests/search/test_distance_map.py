@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import intarsia as ia
-from intarsia.cli.commands.grow import command
+from intarsia.cli.commands.grow import command_of
 from intarsia.errors import IntarsiaError
 
 ARGS = ["sample:pebbles", "--crop", "0,0,60,50", "--size", "60"]
@@ -18,7 +18,7 @@ ARGS += ["-m", "patch-sampling", "--patch", "9", "--overlap", "4"]
 
 def grow(folder: Path, name: str, place: str = "30,30", *more: str) -> None:
     out = ["-o", str(folder / f"{name}.out.png"), "--distance-map", place, str(folder / name), "--threads", "1"]
-    CliRunner().invoke(command, [*ARGS, *out, *more], catch_exceptions=False, standalone_mode=False)
+    CliRunner().invoke(command_of("grow"), [*ARGS, *out, *more], catch_exceptions=False, standalone_mode=False)
 
 
 def test_float_files_hold_distances_and_png_stretches_them(tmp_path: Path) -> None:
@@ -45,5 +45,5 @@ def test_what_cannot_be_answered_is_refused_before_any_work(
     args = [a for a in ARGS if not more or a not in ("--patch", "9", "--overlap", "4")]
     out = ["-o", str(tmp_path / "o.png"), "--distance-map", place, str(tmp_path / name), *more]
     with pytest.raises(IntarsiaError, match=words):
-        CliRunner().invoke(command, [*args, *out], catch_exceptions=False, standalone_mode=False)
+        CliRunner().invoke(command_of("grow"), [*args, *out], catch_exceptions=False, standalone_mode=False)
     assert not list(tmp_path.iterdir())

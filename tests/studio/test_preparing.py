@@ -12,7 +12,7 @@ from studio.served import QUICK, pixels, png
 
 from intarsia.cli.exemplars import Held, Shelf, hold
 from intarsia.cli.report import Report
-from intarsia.cli.request import Inputs
+from intarsia.request.request import Request
 from intarsia.studio.events import Events
 from intarsia.studio.jobs import PREPARED, Jobs
 from intarsia.studio.processes import FailedError
@@ -221,10 +221,10 @@ def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use
 def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Path) -> None:
     path, told = tmp_path / "a.png", list[str]()
     path.write_bytes(png(pixels()))
-    held, inputs = Held(most=2, uses=3), Inputs((str(path),))
+    held, inputs = Held(most=2, uses=3), Request("grow", files=(str(path),))
     hold(held)
     try:
-        def read(inputs: Inputs = inputs) -> Any:
+        def read(inputs: Request = inputs) -> Any:
             report = Report(quiet=True)
             (found,) = Shelf([[{"albedo": str(path)}]], inputs, report).get(0)
             told.extend(report.warnings)
@@ -232,17 +232,17 @@ def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Pat
 
         first = read()
         assert read() is first
-        assert read(Inputs((str(path),), crop=(0, 0, 20, 20))) is not first
+        assert read(Request("grow", files=(str(path),), crop=(0, 0, 20, 20))) is not first
         assert read() is first
         assert read() is not first  # often enough: what is known of one does not grow for ever
         path.write_bytes(png(pixels(seed=2)))
         assert np.array_equal(read().base.pixels, pixels(seed=2))
-        avoiding = Inputs((str(path),), avoid=(1, 2, 3))
+        avoiding = Request("grow", files=(str(path),), avoid=(1, 2, 3))
         assert read(avoiding) is read(avoiding)
         assert len(told) == 2  # warned of each time
         assert "no pixel of the colour" in told[1]
         for n in range(3):
-            read(Inputs((str(path),), crop=(0, 0, 20 + n, 20)))
+            read(Request("grow", files=(str(path),), crop=(0, 0, 20 + n, 20)))
         assert len(held._known) == 2
     finally:
         hold(None)

@@ -10,11 +10,14 @@ import time
 from pathlib import Path
 from typing import Any
 
+import click
 import httpx
 import pytest
+import roles
 from corpus import CASES, OK, REFUSED
 from studio.served import QUICK, Served, children, pixels, png, studio
 
+from intarsia.params import OVER
 from intarsia.studio import schema, uploads
 
 
@@ -246,10 +249,13 @@ class TestJobs:
 
     def test_every_option_that_reads_or_writes_a_file_is_known(self) -> None:
         for verb in schema.VERBS:
-            kinds = {option["field"]: option for option in schema.options(verb).values()}
-            assert not set(kinds) & {"out", "save_map", "st_map", "distance_map", "sheet", "page", "preview", "offset"}
-            named = [f for f, o in kinds.items() if "FILE" in str(schema.metavar(verb, f)) and not o.get("image")]
-            assert all(kinds[field]["kind"] in ("image", "exemplar") for field in named), named
+            offered = schema.options(verb)
+            written = {"output", "map", "save_map", "st_map", "distance_map", "sheet", "report", "preview"}
+            assert not set(offered) & written
+            read = [p for p in roles.command(verb).params if isinstance(p, click.Option) and roles.names_a_file(p)]
+            named = [name for p in read if (name := max(p.opts, key=len)[2:].replace("-", "_")) in offered]
+            assert named
+            assert all(offered[name]["kind"] in ("image", "exemplar", *OVER) for name in named), named
 
 
 class TestLimits:

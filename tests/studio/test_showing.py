@@ -13,6 +13,7 @@ from studio.served import QUICK, Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia import files
+from intarsia.request.request import fields_of_verb
 from intarsia.studio import schema
 from intarsia.studio.showing import FOUND
 
@@ -207,10 +208,10 @@ class TestExemplars:
 class TestSchema:
     def test_every_option_is_offered_or_the_servers_own(self) -> None:
         for verb in schema.VERBS:
-            offered = {option["field"] for option in schema.options(verb).values()}
-            every = schema.fields(verb)
-            written = {"save_map", "st_map", "distance_map", "sheet", "page", "preview", "tiles", "offset", "debug"}
-            assert every - offered <= {*schema.OWN, *written, "start", "pictures", "gates", "keep"}
+            offered, fields = schema.options(verb), [f for f in fields_of_verb(verb) if f.flags]
+            left = {f.name for f in fields if f.key not in offered}
+            written = {"save_map", "st_map", "distance_map", "sheet", "page", "preview", "offset"}
+            assert left <= {f.name for f in fields if f.local} | written
 
     def test_what_is_told_of_an_option_is_what_the_command_has(self) -> None:
         known = schema.options("heal")

@@ -299,8 +299,9 @@ class TestWindows:
         row = begun(served, small, jitter, options={"kappa": 3})
         asked = {"x": 100, "y": 20, "width": 300, "height": 200}
         found = served.post(f"/api/weaves/{row['id']}/window", asked, 200)
-        assert found["command"].startswith("intarsia weave small.png --size=300x200 ")
-        assert found["command"].endswith(" --seed=5 --origin=100,20 -o small_woven.tif")
+        first = "intarsia weave small.png --origin=100,20 -o small_woven.tif --size=300x200 --method="
+        assert found["command"].startswith(first)
+        assert " --seed=5" in found["command"]
         assert ("--jitter-output=jitter_output.png" in found["command"]) == (jitter is PAINTED)
         job = served.ended(served.post("/api/jobs", found["job"], 202))
         result = served.get(f"/api/results/{job['result']}")

@@ -29,6 +29,7 @@ def main() -> None:
         # All is cleaned up, too; taking the libraries down in good order would only take time.
         if e.code == 130 or (e.code in (None, 0) and "numpy" not in sys.modules and _flushed()):
             os._exit(e.code or 0)
+        gc.unfreeze()  # or OpenImageIO finds itself still there at the end, and tells of it in 48 lines
         raise
 
 

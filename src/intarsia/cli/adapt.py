@@ -12,7 +12,7 @@ from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..lazy import lazy
 from ..rendering.magnification import cut_out, magnified, reduced
-from .request import Inputs
+from ..request.request import Request
 
 if TYPE_CHECKING:
     from ..analysis import light
@@ -24,20 +24,20 @@ Warn = Callable[[str], None]
 MUCH = 0.01  # of the pixels
 
 
-def adapted(exemplar: Exemplar, inputs: Inputs, warn: Warn) -> Exemplar:
+def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
     """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, evenly lit, magnified."""
-    exemplar = replace(exemplar, toroidal=inputs.toroidal)
-    if inputs.avoid is not None:
-        exemplar = avoiding(exemplar, inputs.avoid, warn)
-    if inputs.crop is not None:
-        exemplar = cropped(exemplar, inputs.crop)
-    if inputs.scale != 1:
-        said = f"--scale 1/{inputs.scale}", "scale less", "drop --toroidal, or scale otherwise"
-        exemplar = reduced(exemplar, inputs.scale, *said)
-    if inputs.flatten:
+    exemplar = replace(exemplar, toroidal=asked.toroidal)
+    if asked.avoid is not None:
+        exemplar = avoiding(exemplar, asked.avoid, warn)
+    if asked.crop is not None:
+        exemplar = cropped(exemplar, asked.crop)
+    if asked.scale != 1:
+        said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
+        exemplar = reduced(exemplar, asked.scale, *said)
+    if asked.flatten:
         exemplar = even(exemplar, warn)
-    if inputs.magnify != 1:
-        exemplar = enlarging(exemplar, inputs.magnify, warn)
+    if asked.magnify != 1:
+        exemplar = enlarging(exemplar, asked.magnify, warn)
     return exemplar
 
 

@@ -31,8 +31,8 @@ COMMANDS = {
 }
 """Name -> what it does, in the order of the help. The module is named alike and holds `command`."""
 
-PLANNED = {"grow", "paint", "extend", "heal"}
-"""What says itself when all is planned and the work begins."""
+PLANNED = {"grow", "paint", "extend", "heal", "tile"}
+"""What is planned first, all alike by `commands/grow.py`, which says when the work begins."""
 
 LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
 """What needs next to no memory."""
@@ -47,10 +47,11 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        module = importlib.import_module(f".commands.{name.replace('-', '_')}", __package__)
-        if name not in PLANNED:
+        planned = name in PLANNED
+        module = importlib.import_module(f".commands.{'grow' if planned else name.replace('-', '_')}", __package__)
+        if not planned:
             begun()
-        command: click.Command = module.command
+        command: click.Command = module.command_of(name) if planned else module.command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -14,11 +14,13 @@ from ..disk.memory import check_fits
 from ..files import write, write_bytes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
-from ..methods.base import keeps_lattice
+from ..methods.base import Method, keeps_lattice
+from ..request.argv import once_more, to_line
+from ..request.recipe import inputs_of
+from ..request.request import FIELDS, Request
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
-from .again import command_of, replay_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, donors_of, sets_of
 from .exits import CANCEL
@@ -26,7 +28,6 @@ from .outputs import Staging, by_file, check_all
 from .plan import Order, check_begin, method_as_json, orders_of, scene_of
 from .report import Meter, Report
 from .reporting import Judging, index_name, memory_of, write_page
-from .request import Inputs, Targets, Wish
 
 if TYPE_CHECKING:
     from ..search import distance_map
@@ -42,8 +43,6 @@ class Batch:
     """Textures to grow, one after another; mostly one."""
 
     shelf: Shelf
-    wish: Wish
-    targets: Targets
     report: Report
     orders: list[Order] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
@@ -52,42 +51,45 @@ class Batch:
     judging: Judging = field(init=False)
 
     def __post_init__(self) -> None:
-        self.judging = Judging(self.targets)
+        self.judging = Judging(self.request)
+
+    @property
+    def request(self) -> Request:
+        """What was asked for."""
+        return self.shelf.request
 
     @classmethod
     def plan(
-        cls, inputs: Inputs, targets: Targets, wish: Wish, seeds: tuple[int, ...], report: Report,
-        check: Callable[[Scene], None] | None = None, named: set[str] | None = None,
+        cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None,
+        named: set[str] | None = None,
     ) -> Batch:  # fmt: skip
         """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read.
 
         `named` remembers the places of all files, also for batches that come after.
         """
-        inputs.check_standard_input(*wish.files)
-        sets = sets_of(inputs, report)
-        each = "{stem}" in targets.out or (not targets.out and wish.begin is not None)
+        sets = sets_of(request, report)
+        each = "{stem}" in (request.out or "") or (not request.out and request.begun)
         lots = [[found] for found in sets] if each else [sets]
-        check_begin(wish, lots, sets)
-        donors = donors_of(inputs)
-        shelf = Shelf([lot + donors for lot in lots], inputs, report, wish)
-        batch = cls(shelf, wish, targets, report, named=set() if named is None else named)
-        batch.judging.index = index_name(targets, len(lots) * len(seeds) > 1)
-        if batch.judging.index is not None:
-            check_all([batch.judging.index], targets.force, batch.named)
-            targets = replace(targets, page=None)
+        check_begin(request, lots, sets)
+        donors, index = donors_of(request), index_name(request, len(lots) * len(request.seeds) > 1)
+        shelf = Shelf([lot + donors for lot in lots], request if index is None else replace(request, page=None), report)
+        batch = cls(shelf, report, named=set() if named is None else named)
+        batch.judging.index = index
+        if index is not None:
+            check_all([index], request.force, batch.named)
         for lot in range(len(shelf.lots)):
-            found = orders_of(shelf, lot, wish, seeds, targets, check)
-            if wish.begin is not None and wish.begin.border is not None and wish.begin.border.size is None:
-                shelf.warn(*tileable.remarks(scene_of(shelf, lot, wish)))
+            found = orders_of(shelf, lot, check)
+            if request.verb == "tile" and request.size is None:
+                shelf.warn(*tileable.remarks(scene_of(shelf, lot)))
             if batch.judging.wanted:
                 found = [replace(o, memory=o.memory + memory_of(o.size)) for o in found]
-            check_all((p for order in found for p, _ in order.files), targets.force, batch.named, bool(targets.folder))
+            check_all((p for order in found for p, _ in order.files), request.force, batch.named, bool(request.folder))
             batch.orders += found
         return batch
 
     def add_sheet(self, path: str) -> None:
         """Ask for a contact sheet as well."""
-        check_all([path], self.targets.force, self.named)
+        check_all([path], self.request.force, self.named)
         self.sheet = path
 
     def tell_plan(self) -> None:
@@ -101,7 +103,7 @@ class Batch:
         for order in self.orders:
             self.shelf.warn(*order.warnings)
             about = self._about(order, None) | {
-                "exemplars": recipe_exemplars(scene_of(self.shelf, order.lot, self.wish, order.guide).exemplars),
+                "exemplars": recipe_exemplars(scene_of(self.shelf, order.lot, order.guide).exemplars),
                 "patches": order.patches,
                 "pixels_bytes": self._bytes(order),
                 "memory_mib": order.memory >> 20,
@@ -112,17 +114,17 @@ class Batch:
             explain(self.report, about, order.warnings)
         return as_json
 
-    def carry_out(self, threads: int | None) -> None:
+    def carry_out(self) -> None:
         """Make everything, and report it; what cannot fit into memory is refused before anything is made."""
         for order in self.orders:
             self.check_memory(order)
         results = []
-        with self.report.watching(len(self.orders)) as meter, Staging(self.targets.force) as whole:
+        with self.report.watching(len(self.orders)) as meter, Staging(self.request.force) as whole:
             for order in self.orders:
                 if self.judging.together:
-                    results.append(self._make(order, threads, meter, whole))
+                    results.append(self._make(order, meter, whole))
                 else:
-                    results.append(self.make(order, threads, meter))
+                    results.append(self.make(order, meter))
                 meter.next_part()
             if self.judging.refused:
                 self.judging.check()
@@ -132,7 +134,7 @@ class Batch:
             for order, about in zip(self.orders, results, strict=True):
                 self._tell(order, about)
         if self.sheet is not None:
-            write_sheet(self.sheet, self.thumbnails, self.targets.force, self.report)
+            write_sheet(self.sheet, self.thumbnails, self.request.force, self.report)
         together: dict[str, Any] = results[0] if len(results) == 1 else {"results": results}
         beside = {"sheet": self.sheet, "report": self.judging.index}
         self.report.result(together | {what: path for what, path in beside.items() if path is not None})
@@ -142,26 +144,26 @@ class Batch:
         """Refuse what cannot fit into memory."""
         check_fits(order.memory, order.line)
 
-    def make(self, order: Order, threads: int | None, meter: Meter) -> dict[str, Any]:
+    def make(self, order: Order, meter: Meter) -> dict[str, Any]:
         """Grow, draw and write one order: all of its files, or none; return what JSON says of it."""
-        with Staging(self.targets.force, bool(self.targets.folder)) as staging:
-            about = self._make(order, threads, meter, staging)
+        with Staging(self.request.force, bool(self.request.folder)) as staging:
+            about = self._make(order, meter, staging)
             staging.commit()
         if not self.judging.refused:
             self._tell(order, about)
         return about
 
-    def _make(self, order: Order, threads: int | None, meter: Meter, staging: Staging) -> dict[str, Any]:
+    def _make(self, order: Order, meter: Meter, staging: Staging) -> dict[str, Any]:
         """Make one output and write its files, to appear when `staging` is committed; return what JSON says of it."""
-        began = time.perf_counter()
-        scene = scene_of(self.shelf, order.lot, self.wish, order.guide)
+        began, threads = time.perf_counter(), self.request.threads
+        scene = scene_of(self.shelf, order.lot, order.guide)
         clock = {"read": time.perf_counter() - began}
-        asked = self.targets.distance_map
+        asked = self.request.distance_map
         probe = None if asked is None else Probe(asked[0][1] // order.times, asked[0][0] // order.times)
-        grown_at = 0.6 if self.wish.repair else 0.9
+        grown_at = 0.6 if self.request.repair else 0.9
         run = Run(threads, meter.stage("grow", 0.0, grown_at, scene.exemplars), CANCEL, probe=probe)
         grown, seams = self._grow(order, scene, run), dict[str, Any]()
-        if self.wish.repair:
+        if self.request.repair:
             step = meter.stage("repair", grown_at, 0.9, scene.exemplars)
             grown, seams = self._repaired(grown, replace(run, step=step))
         for note in run.notes:
@@ -199,8 +201,8 @@ class Batch:
             for name in names:
                 planes[name] = first if name == base else grown.render(name, run=drawing(begin, begin + share))
                 begin += share
-            picture = planes if self.targets.layers else planes[names[0]]
-            write(staging.place(path), picture, depth=self.targets.depth, recipe=grown.recipe_text)
+            picture = planes if self.request.layers else planes[names[0]]
+            write(staging.place(path), picture, depth=self.request.depth, recipe=grown.recipe_text)
         if self.sheet is not None:
             self.thumbnails.append(drawings.looked(first, drawings.THUMBNAIL))
         if order.save_map is not None:
@@ -218,15 +220,38 @@ class Batch:
         explain(self.report, about, order.warnings)
 
     def _command(self, order: Order, grown: Synthesis) -> str:
-        """The command that makes what was grown again."""
-        if self.wish.start is not None:
-            return replay_command_of(order, self.shelf.inputs, self.wish)
-        return command_of(order, grown.method, grown.recipe["seed"], self.shelf.inputs, self.wish, self.targets)
+        """The command that makes what was grown again; a map that was continued is known to its recipe alone."""
+        return self._again(order, grown.method, grown.recipe["seed"])
+
+    def _again(self, order: Order, method: Method, seed: int) -> str:
+        request, picture = self.request, next(iter(order.pictures.values()))
+        if request.start is not None:
+            kept = {f.name: getattr(request, f.name) for f in FIELDS if f.recipe}
+            again = once_more(request, order.sets[:1], method, seed)
+            files = tuple(next(iter(found.values())) for found in order.sets)
+            return to_line(Request(
+                "replay", picture=picture, out="again.png", files=files, maps=again.maps, masks=again.masks,
+                pictures=again.pictures, start=request.start, **kept,
+            ))  # fmt: skip
+        labels, holes = request.labels, request.holes
+        more: dict[str, Any] = {
+            "several": not request.begun and len(order.sets) > 1,
+            "labels": labels if len(labels) == len(order.sets) else labels[order.lot : order.lot + 1],
+            "holes": holes[order.lot :][:1] if len(holes) > 1 else holes,
+            "size": order.size if request.verb == "grow" else request.size,
+            "out": picture,
+            "folder": "",
+        }
+        meant = () if request.begun or request.finishing is not None else order.blend.finish
+        if meant:  # evened out, as it was chosen
+            more["level"] = meant[0].radius
+        sets = order.sets[:1] if request.begun else order.sets
+        return to_line(once_more(request, sets, method, seed, **more))
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
         """What JSON says of a result, x before y, and of how its method was chosen."""
         files = [{"path": path, "holds": held} for path, held in order.files]
-        about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": self.wish.wrap}
+        about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": self.request.closing}
         about |= method_as_json(order.method if grown is None else grown.method, order.blend)
         if order.cut_from is not None:
             about["cut_from"] = list(order.cut_from)
@@ -238,13 +263,13 @@ class Batch:
         if order.choice is None:
             return about
         choice = order.choice if grown is None or grown.choice is None else grown.choice
-        auto = as_json(choice, self.wish.explain)
+        auto = as_json(choice, self.request.explain)
         if grown is not None and grown.trials:
             auto["scores"] = [score.as_dict() for score in grown.trials]
         if grown is not None and grown.energies:
             auto["energies"] = list(grown.energies)
         method, seed = (order.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
-        auto["command"] = command_of(order, method, seed, self.shelf.inputs, self.wish, self.targets)
+        auto["command"] = self._again(order, method, seed)
         return about | {"auto": auto}
 
     def _bytes(self, order: Order) -> int:
@@ -252,23 +277,23 @@ class Batch:
         exemplar = self.shelf.get(order.lot)[0]
         area, total = exemplar.height * exemplar.width * order.times**2, 0
         for plane in filter(None, map(exemplar.picture, order.pictures)):
-            deep = plane.pixels.dtype if self.targets.depth is None else np.dtype(dtype_of(self.targets.depth))
+            deep = plane.pixels.dtype if self.request.depth is None else np.dtype(dtype_of(self.request.depth))
             total += plane.height * plane.width * order.size[0] * order.size[1] // area * plane.channels * deep.itemsize
         return total
 
     def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
-        begin, plan = self.wish.begin, order.plan(scene)
-        if begin is not None and begin.border is not None:
+        plan = order.plan(scene)
+        if self.request.verb == "tile":
             grown = tileable.tiled(plan, order.seed, run)
-        elif begin is not None and begin.holes:
-            grown = completion.fill_holes(plan, order.seed, run, begin.edge)
+        elif self.request.verb == "heal":
+            grown = completion.fill_holes(plan, order.seed, run, self.request.edge)
         else:
             grown = carry_out(plan, order.seed, run)
-        more: dict[str, Any] = dict(self.wish.said)
-        if said := self.shelf.inputs.recipe():
+        more: dict[str, Any] = dict(self.request.said)
+        if said := inputs_of(self.request):
             more["inputs"] = said
-        if self.targets.depth is not None:
-            more["depth"] = self.targets.depth
+        if self.request.depth is not None:
+            more["depth"] = self.request.depth
         return replace(grown, recipe=grown.recipe | more)
 
     def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:
@@ -276,17 +301,17 @@ class Batch:
         if keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
             run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
             return grown, {}
-        grown, done = repair.mended(grown, self.wish.repair, run)
+        grown, done = repair.mended(grown, self.request.repair, run)
         share = done.after / done.before if done.before else 1.0
-        said = {"passes": self.wish.repair, "patches": done.patches, "seams": round(share, 4)}
+        said = {"passes": self.request.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
         return grown, {"repair": said}
 
     def _write_tiled(self, order: Order, scene: Scene, grown: Synthesis, staging: Staging) -> None:
         """Write the result side by side with itself, and the picture as it was, moved by half its size."""
-        depth, axes = self.targets.depth, scene.canvas.wrap
+        depth, axes = self.request.depth, scene.canvas.wrap
         if order.preview is not None:
-            many = tileable.repeated(grown.render(), axes, self.targets.tiles)
+            many = tileable.repeated(grown.render(), axes, self.request.tiles)
             write(staging.place(order.preview), many, depth=depth)
         if order.offset is not None:
             write(staging.place(order.offset), tileable.half_shifted(scene), depth=depth)

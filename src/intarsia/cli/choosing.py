@@ -1,49 +1,16 @@
-"""The options of the automatic choice, and what is told of it."""
+"""What is told of the automatic choice."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from ..choosing.auto import AUTO_METHOD, MOST_TRIALS, Auto, By
-from ..errors import ParameterError
-from ..methods.base import Method, make, method_class
+from ..methods.base import method_class
 from ..params import parameters
-from .again import written
-from .options import Union, opt
-from .pictures import value_of
+from ..request.argv import written
 
 if TYPE_CHECKING:
     from ..choosing.auto import Choice
     from .report import Report
-
-TRIALS = opt(
-    "trials", "--trials", type=click.IntRange(1, MOST_TRIALS), metavar="N",
-    help="Make N variants and keep the best. With --method auto only; the best by what --by says. Default: 1.",
-)  # fmt: skip
-BY = opt(
-    "by", "--by", type=click.Choice([by.value for by in By]),
-    help="What trials are compared by. How good people would find them, or what their seams cost: then only seeds are "
-    "tried, and it is found sooner. Default: score.",
-)  # fmt: skip
-EXPLAIN = opt(
-    "explain", "--explain", is_flag=True,
-    help="With --method auto: tell what was measured, which rule chose, and the command without auto.",
-)
-
-
-def chosen_of(slug: str, trials: int | None, by: str | None, given: dict[str, Any], union: Union) -> Method | Auto:
-    """Make the method that is named, or the choice among those that have the given options."""
-    if by is not None and trials is None:
-        raise ParameterError(f"--by {by} says how trials are compared; give --trials N as well, or drop it.")
-    if slug == AUTO_METHOD:
-        values = {n: value_of(union[n][0], t) for n, t in given.items() if t is not None}
-        return Auto(trials or 1, values, by=by or By.SCORE)
-    if trials is not None:
-        raise ParameterError("--trials belongs to --method auto; name that, or drop it.")
-    own = {p.name: p for p in parameters(method_class(slug))}
-    return make(slug, {n: value_of(own.get(n, union[n][0]), t) for n, t in given.items() if t is not None})
 
 
 def as_json(choice: Choice, explain: bool) -> dict[str, Any]:

@@ -19,10 +19,11 @@ from ..geometry import Wrap
 from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from ..rendering.normals import off_unit
+from ..request.recipe import inputs_of
+from ..request.request import Request
 from ..tasks.starts import grown_hole
 from .adapt import Warn, adapted
 from .report import Report
-from .request import Begin, Inputs, Labels, Wish
 
 NO_NORMALS = 0.15
 """Vectors of normal maps are less off length 1 on average, even if they were reduced or strongly compressed."""
@@ -31,11 +32,11 @@ Set = dict[str, str]
 """The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
 
 
-def sets_of(inputs: Inputs, report: Report) -> list[Set]:
+def sets_of(request: Request, report: Report) -> list[Set]:
     """Sort the files into exemplars, add what --map and --mask name, and tell how they were read."""
-    sets = _grouped(inputs.files, inputs.how)
+    sets = _grouped(request.files, request.how)
     by_name: dict[str, list[str]] = {}
-    for name, path in [*inputs.maps, *(("mask", path) for path in inputs.masks)]:
+    for name, path in [*request.maps, *(("mask", path) for path in request.masks)]:
         by_name.setdefault(name, []).append(path)
     for name, paths in by_name.items():
         option = "--mask" if name == "mask" else f"--map {name}="
@@ -44,7 +45,7 @@ def sets_of(inputs: Inputs, report: Report) -> list[Set]:
             if name in found:
                 raise ParameterError(f"{option}: {found[name]} already is the plane {name}; drop one of the two.")
             found[name] = path
-    if len(inputs.files) > 1 or os.path.isdir(inputs.files[0]):
+    if len(request.files) > 1 or os.path.isdir(request.files[0]):
         for line in files.describe([{**found} for found in sets]).splitlines():
             report.note(line)
     return sets
@@ -57,9 +58,9 @@ def check_each(option: str, given: int, several: int) -> None:
         raise ParameterError(f"{option}: {number}; give it once for each, in the same order.")
 
 
-def donors_of(inputs: Inputs) -> list[Set]:
+def donors_of(request: Request) -> list[Set]:
     """Sort the files of --from into exemplars."""
-    return _grouped(inputs.donors, "auto")
+    return _grouped(request.donors, "auto")
 
 
 def _grouped(paths: tuple[str, ...], how: str) -> list[Set]:
@@ -134,9 +135,8 @@ def _signs(found: Set) -> tuple[Any, ...] | None:
 class Shelf:
     """Reads exemplars when they are asked for and keeps the last, so that a long batch does not fill memory."""
 
-    def __init__(self, lots: list[list[Set]], inputs: Inputs, report: Report, wish: Wish | None = None) -> None:
-        self.lots, self.inputs, self._report = lots, inputs, report
-        self._begin, self._wrap = (wish and wish.begin) or Begin(), Wrap(wish.wrap if wish else "none")
+    def __init__(self, lots: list[list[Set]], request: Request, report: Report) -> None:
+        self.lots, self.request, self._report = lots, request, report
         self._held: tuple[int, tuple[Exemplar, ...]] | None = None
 
     def get(self, number: int) -> tuple[Exemplar, ...]:
@@ -148,26 +148,28 @@ class Shelf:
 
     def hole(self, number: int, base: Plane, name: str) -> NDArray[np.bool_]:
         """Read the hole of the picture of a lot, whose base plane is `base`."""
-        holes = self._begin.holes
+        holes = self.request.holes
         return hole_of(holes[number if len(holes) > 1 else 0], self.lots[number][0], base, name)
 
-    def guide(self, labels: Labels, lot: int) -> Guide:
+    def guide(self, lot: int) -> Guide:
         """Read the label pictures of a lot and the target; those are as large as the exemplars, and cut as they are."""
-        check_each("--labels", len(labels.sources), sum(map(len, self.lots)))
-        sources = labels.sources if len(self.lots) == 1 else labels.sources[lot : lot + 1]
-        paths = (*sources, labels.target)
+        labels, target_path = self.request.labels, self.request.target
+        assert target_path is not None
+        check_each("--labels", len(labels), sum(map(len, self.lots)))
+        sources = labels if len(self.lots) == 1 else labels[lot : lot + 1]
+        paths = (*sources, target_path)
         planes = [files.read_plane(path, Kind.LABEL) for path in paths]
         for path, plane, found, e in zip(sources, planes, self.lots[lot], self.get(lot), strict=False):
-            first, whole = next(iter(found.values())), self.inputs.crop is None and self.inputs.scale == 1
+            first, whole = next(iter(found.values())), self.request.crop is None and self.request.scale == 1
             size = e.base if whole else files.read_plane(first)
             if (plane.width, plane.height) != (size.width, size.height):
                 said = f"{plane.width}x{plane.height} px, {first} is {size.width}x{size.height}"
                 raise InputError(f"the labels {path} are {said}; make them equal.")
         *beside, target = numbered(list(zip(paths, planes, strict=True)), self.warn)
-        inputs = replace(self.inputs, avoid=None, toroidal=False)
+        asked = replace(self.request, avoid=None, toroidal=False)
         alone = [Exemplar.of({"labels": plane}, name=path) for path, plane in zip(sources, beside, strict=True)]
-        cut = [adapted(e, inputs, lambda line: None).base for e in alone]
-        return Guide(cut, target, labels.weight, labels.reach)
+        cut = [adapted(e, asked, lambda line: None).base for e in alone]
+        return Guide(cut, target, self.request.weight, self.request.reach)
 
     def warn(self, *lines: str) -> None:
         """Tell of what may be wrong, once."""
@@ -178,20 +180,20 @@ class Shelf:
     def _read(self, found: Set, number: int, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> NDArray[np.bool_]:
             """What of a picture is filled anew, so that it does not matter what is there."""
-            return grown_hole(self.hole(number, base, name), self._begin.grow or 0, self._wrap)
+            return grown_hole(self.hole(number, base, name), self.request.grow or 0, Wrap(self.request.closing))
 
-        healed = self._begin.holes and not n
+        healed = self.request.holes and not n
 
         def read(warn: Warn) -> Exemplar:
             exemplar = files.read_set(
-                found, alpha=self.inputs.alpha, unused=unused if healed else None, channels=self.inputs.packed,
-                weights=dict(self.inputs.weights),
+                found, alpha=self.request.alpha, unused=unused if healed else None, channels=self.request.packed,
+                weights=dict(self.request.weights),
             )  # fmt: skip
             for name, path in found.items():
                 plane = exemplar.planes.get(name)
                 if plane is not None and plane.kind is Kind.NORMAL and (off := off_unit(plane)) > NO_NORMALS:
                     warn(f"{path} is no normal map, as it seems: its vectors are {off:.2f} off length 1 on average.")
-            return adapted(exemplar, self.inputs, warn)
+            return adapted(exemplar, self.request, warn)
 
         signs, before = None if _held is None or healed else _signs(found), list(self._report.warnings)
 
@@ -201,7 +203,7 @@ class Shelf:
 
         if _held is None or signs is None:
             return read(tell)
-        return _held.get((repr(self.inputs), repr(found), signs), read, tell)
+        return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, tell)
 
 
 def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray[np.bool_]:

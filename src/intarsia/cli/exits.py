@@ -25,6 +25,8 @@ else:
 LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
 MOST = 2000  # characters of a line
 
+RARELY = 50_000  # new objects between two looks for garbage: compiling makes millions, and leaves little of it
+
 CANCEL = Event()
 """Set by Ctrl-C, SIGTERM and SIGHUP; every Run of the command line watches it."""
 
@@ -42,6 +44,7 @@ def begun() -> None:
     """Say that all is imported and the work begins: from here on garbage is looked for, not among what is there."""
     if not gc.isenabled():
         gc.freeze()
+        gc.set_threshold(RARELY)
         gc.enable()
 
 

@@ -3,43 +3,22 @@
 from __future__ import annotations
 
 import re
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 import click
 
 from ..choosing.auto import AUTO_METHOD
+from ..disk.limits import allowing
 from ..methods.base import method_class
 from ..params import parameters
-from .options import ParameterOption, method_option
-
-
-class Group(NamedTuple):
-    """Options under one heading, by the fields that they fill: those most asked for, and those besides."""
-
-    heading: str
-    usual: str
-    more: str = ""
-
-
-GROUPS = (
-    Group(
-        "What goes where", "left right top bottom axes band holes grow labels target weight window origin",
-        "edge reach",
-    ),
-    Group(
-        "Output", "out size overlays best_tile wrap depth force page preview",
-        "tiles offset layers save_map st_map distance_map chunk keep",
-    ),
-    Group("Look", "method patch feather trials seed", "document by repair explain mixing level magnify"),
-    Group(
-        "Exemplar", "files maps masks crop flatten several donors usable saved",
-        "packed weights as_set scale alpha avoid toroidal max_pixels start pictures",
-    ),
-    Group("Work", "many dry_run dask gates as_json quiet", "sheet threads executor progress"),
-)  # fmt: skip
-"""Every option of a command stands in one; parameters of methods have a group of their own, but for these:"""
+from ..request.field import HEADINGS
+from ..request.request import FIELDS, Request
+from .options import ParameterOption, method_option, parameters_of, request_of
+from .report import Report
 
 MOST_USED = ("patch",)
+"""Parameters of methods that stand beside the method; the others have a group of their own."""
 
 MEANT = dict.fromkeys(("--tileable", "--seamless", "--tiling", "--tile"), "--wrap both")
 """What people call an option that has another name here."""
@@ -51,8 +30,23 @@ SENTENCE = re.compile(r"(?<=[^.]\.) |; automatic:")
 Rows = list[tuple[str, str]]
 
 
+Does = Callable[[Request, Report], None]
+
+
 class HelpfulCommand(click.Command):
-    """A command whose help is short; -m METHOD --help tells of a method's parameters, --help-all of everything."""
+    """A command of the fields that a verb has, which `does` what a request asks for; `told` is what help says of it.
+
+    Its help is short; -m METHOD --help tells of a method's parameters, --help-all of everything.
+    """
+
+    def __init__(self, verb: str, does: Does, told: str | None = None, epilog: str | None = None) -> None:
+        def carry_out(**given: Any) -> None:
+            request = request_of(verb, given)
+            with allowing(request.max_pixels):
+                does(request, Report(request.as_json, request.progress, request.quiet))
+
+        told = told or does.__doc__
+        super().__init__(verb, callback=carry_out, params=parameters_of(verb), help=told, epilog=epilog)
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         whole = click.Option(
@@ -112,10 +106,12 @@ class HelpfulCommand(click.Command):
         options = {str(p.name): p for p in self.params if isinstance(p, click.Option) and not p.hidden}
         of_methods = [n for n, o in options.items() if isinstance(o, ParameterOption)]
         sections = []
-        for heading, usual, more in GROUPS:
-            fields = [f for f in f"{usual} {more if whole else ''}".split() if f in options]
-            named = [f for f in fields if f not in of_methods or (f in MOST_USED and not whole)]
-            sections.append((heading, [_row(ctx, options[f], whole) for f in named]))
+        for heading in HEADINGS:
+            names = [f.name for f in FIELDS if f.heading == heading and (whole or not f.rare)]
+            named = [n for n in names if n in options and n not in of_methods]
+            if "method" in named and not whole:
+                named[1:1] = [n for n in MOST_USED if n in of_methods]
+            sections.append((heading, [_row(ctx, options[n], whole) for n in named]))
         rows = [_row(ctx, options[f], whole) for f in of_methods] if whole else []
         helps = [record for p in self.get_params(ctx)[len(self.params) :] if (record := p.get_help_record(ctx))]
         return [*sections, ("Parameters of methods", rows), ("Help", helps if whole else [])]
@@ -123,7 +119,15 @@ class HelpfulCommand(click.Command):
     def _of_method(self, slug: str) -> tuple[str, Rows]:
         known = {p.name for p in self.params if isinstance(p, ParameterOption)}
         found = [method_option(p, [slug], every=True) for p in parameters(method_class(slug)) if p.name in known]
-        return f"Parameters of {slug}", [(f"{o.names[0]} {o.facts['metavar']}", o.facts["help"]) for o in found]
+        return f"Parameters of {slug}", [(f"{o.opts[0]} {o.metavar}", o.help or "") for o in found]
+
+
+def read_argv(words: list[str]) -> Request:
+    """Return the request that the words of a command say, without doing anything of it."""
+    verb, *rest = words
+    command = click.Command(verb, params=parameters_of(verb))
+    with command.make_context(verb, rest) as ctx:
+        return request_of(verb, ctx.params)
 
 
 def _row(ctx: click.Context, option: click.Option, whole: bool) -> tuple[str, str]:

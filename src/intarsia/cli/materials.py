@@ -13,13 +13,13 @@ import click
 from .. import files
 from ..errors import CancelledError, IntarsiaError, ParameterError, printable
 from ..files.sets import Material
+from ..request.request import Request
 from .batch import Batch, write_sheet
 from .exemplars import stem_of
 from .exits import judge, one_line
 from .outputs import FIELDS, Staging, check_all, check_place, filled_name
 from .report import Report
 from .reporting import Judging, index_name
-from .request import Inputs, Targets, Wish, Work
 
 
 @dataclass
@@ -27,10 +27,7 @@ class Materials:
     """What a folder holds, or several: every material is a batch of its own, and its files keep their names."""
 
     found: list[Material]
-    inputs: Inputs
-    targets: Targets
-    wish: Wish
-    work: Work
+    request: Request
     report: Report
     results: list[dict[str, Any]] = field(default_factory=list)
     failed: list[dict[str, Any]] = field(default_factory=list)
@@ -39,21 +36,22 @@ class Materials:
     @property
     def index(self) -> str | None:
         """The one report on all outputs, if there is one."""
-        return index_name(self.targets, True)
+        return index_name(self.request, True)
 
     @classmethod
-    def plan(cls, inputs: Inputs, targets: Targets, wish: Wish, work: Work, report: Report) -> Materials:
+    def plan(cls, request: Request, report: Report) -> Materials:
         """Find the materials; refuse what none of them could be made with."""
-        filled_name(targets.out, dict.fromkeys(FIELDS, ""))  # refuses unknown fields
-        _check(inputs, wish)
-        _check_folder(targets.out, inputs.files)
-        beside = [path for path in (work.sheet, index_name(targets, True)) if path is not None]
-        check_all(beside, targets.force, set())
-        found = materials_of(inputs.files, inputs.how)
+        out = request.out or ""
+        filled_name(out, dict.fromkeys(FIELDS, ""))  # refuses unknown fields
+        _check(request)
+        _check_folder(out, request.files)
+        beside = [path for path in (request.sheet, index_name(request, True)) if path is not None]
+        check_all(beside, request.force, set())
+        found = materials_of(request.files, request.how)
         report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
-        if left := left_out(inputs.files, found):
+        if left := left_out(request.files, found):
             report.note(f"left out, as other files there say which plane they are: {', '.join(left)}")
-        return cls(found, inputs, targets, wish, work, report)
+        return cls(found, request, report)
 
     def tell_plan(self) -> None:
         """Say what would be made of each."""
@@ -63,13 +61,13 @@ class Materials:
                 self.results += self._batch(material, self.report, named).plans()
         self._end({"dry_run": True})
 
-    def carry_out(self, threads: int | None) -> None:
+    def carry_out(self) -> None:
         """Try whether each can be made, then make one after another; what cannot be is told of at once.
 
         Each is read again, so that a long batch does not fill memory.
         """
         thumbnails, sound, named = list[Any](), list[Material](), set[str]()
-        each = len(self.work.seeds)
+        each = len(self.request.seeds)
         with self.report.watching(1 + len(self.found) * each) as meter:
             step = meter.stage("check", 0.0, 1.0)
             for number, material in enumerate(self.found, 1):
@@ -82,32 +80,33 @@ class Materials:
                 before = len(self.results)
                 with self._minding(material):
                     batch = self._batch(material, self.report, set())
-                    batch.sheet, batch.thumbnails = self.work.sheet, thumbnails
+                    batch.sheet, batch.thumbnails = self.request.sheet, thumbnails
                     for order in batch.orders:
                         batch.check_memory(order)
-                        about = batch.make(order, threads, meter)
+                        about = batch.make(order, meter)
                         self.results += [] if batch.judging.refused else [about]
                         meter.next_part()
                     batch.judging.check()
                 meter.next_part(before + each - len(self.results))
         sheet: dict[str, Any] = {}
-        if self.work.sheet is not None and thumbnails:
-            write_sheet(self.work.sheet, thumbnails, self.targets.force, self.report)
-            sheet = {"sheet": self.work.sheet}
+        if self.request.sheet is not None and thumbnails:
+            write_sheet(self.request.sheet, thumbnails, self.request.force, self.report)
+            sheet = {"sheet": self.request.sheet}
         if self.index is not None and self.judged:
-            with Staging(self.targets.force) as staging:
-                Judging(self.targets, self.index, self.judged).write_index(staging)
+            with Staging(self.request.force) as staging:
+                Judging(self.request, self.index, self.judged).write_index(staging)
                 staging.commit()
             sheet["report"] = self.index
         self._end(sheet)
 
     def _batch(self, material: Material, report: Report, named: set[str]) -> Batch:
         """The plan for one material; its planes go to the place in the folder that they have in their own."""
-        inputs = replace(self.inputs, files=tuple(os.fspath(path) for path in material.files), how="set")
-        targets = replace(self.targets, out="", folder=os.path.join(self.targets.out, material.place))
-        if self.index is not None:
-            targets = replace(targets, page=None)
-        batch = Batch.plan(inputs, targets, self.wish, self.work.seeds, report, named=named)
+        request = replace(
+            self.request, files=tuple(os.fspath(path) for path in material.files), as_set=True, several=False,
+            out=None, folder=os.path.join(self.request.out or "", material.place),
+            page=None if self.index is not None else self.request.page,
+        )  # fmt: skip
+        batch = Batch.plan(request, report, named=named)
         batch.judging.index, batch.judging.found = self.index, self.judged
         return batch
 
@@ -151,17 +150,17 @@ def left_out(paths: tuple[str, ...], found: list[Material]) -> list[str]:
     return [printable(path) for path in every if path not in used]
 
 
-def _check(inputs: Inputs, wish: Wish) -> None:
+def _check(request: Request) -> None:
     """Refuse what can be said of one exemplar only."""
-    masks = "--usable" if wish.begin is not None and wish.begin.holes else "--mask"
-    for option, given in (("--map", inputs.maps), (masks, inputs.masks)):
+    masks = "--usable" if request.holes else "--mask"
+    for option, given in (("--map", request.maps), (masks, request.masks)):
         if given:
             raise ParameterError(f"{option} names a file of one material; with -o FOLDER/ put it beside its planes.")
-    if inputs.how == "set":
+    if request.as_set:
         raise ParameterError("--set does not go with -o FOLDER/; the names of files and folders tell what is a set.")
-    if wish.begin is not None and len(wish.begin.holes) > 1:
+    if len(request.holes) > 1:
         raise ParameterError("--mask: one hole can be given for a folder, which then goes for all of its pictures.")
-    if "-" in (*inputs.files, *inputs.donors, *wish.files):
+    if "-" in request.read:
         raise ParameterError("the standard input (-) can be read once; name files where -o is a folder.")
 
 

@@ -1,252 +1,97 @@
-"""The options that commands share; each decorator gathers its options into one noun. Imports nothing heavy."""
+"""The options of a command, made of the table of what may be asked for; and the request that they say."""
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..arguments import ALPHAS, TIMES
-from ..disk.limits import DEFAULT_PIXELS, VARIABLE, allowing
+from ..choosing.auto import AUTO_METHOD
 from ..errors import ParameterError
-from ..methods.base import METHODS, method_class
+from ..methods.base import METHODS, method_class, preset
 from ..params import Parameter, parameters
-from .report import Report
-from .request import Inputs, Targets, Work
-from .values import GATE, PLANE_WEIGHT, Channels, Colour, FileName, NamedFile, Place, Rectangle, Scale, Seed, Seeds
+from ..request.field import Field
+from ..request.kinds import FLAG, File, Kind, Number, Pair, Whole
+from ..request.pictures import value_of
+from ..request.request import Request, fields_of_verb, parameters_of_verb
+from ..request.verbs import able
 
-Command = Callable[..., Any]
-
-FILE = FileName()
-ALPHA = click.Choice(ALPHAS)
-DEPTHS = ("8", "16", "half", "float")
+if TYPE_CHECKING:
+    ParamType = click.ParamType[Any]
+else:  # older versions of click do not take the bracket
+    ParamType = click.ParamType
 
 
 class ParameterOption(click.Option):
     """The option of a parameter that some methods have."""
 
 
-@dataclass(frozen=True)
-class Opt:
-    """One option (or, without names, an argument) of a gathered group, and the field that it fills."""
+class FileName(click.Path):
+    """The name of a file, or - ; whoever opens it says what is wrong with it."""
 
-    field: str
-    names: tuple[str, ...]
-    facts: dict[str, Any]
-
-    def attach(self, command: Command) -> Command:
-        """Give the option to a command."""
-        if not self.names:
-            return click.argument(self.field, **self.facts)(command)
-        return click.option(self.field, *self.names, **self.facts)(command)
-
-    def but(self, **facts: Any) -> Opt:
-        """Return the same option, of which some is told otherwise."""
-        return replace(self, facts=self.facts | facts)
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        return File().read(str(value))
 
 
-def opt(field: str, *names: str, **facts: Any) -> Opt:
-    """Declare an option under the name of the field that it fills."""
-    return Opt(field, names, facts)
+FILE = FileName()
 
 
-def gathered(*options: Opt, into: str, make: Callable[..., Any]) -> Callable[[Command], Command]:
-    """Return a decorator: add the options, and hand their values to the command as one argument `into`."""
+class InRange(click.FloatRange):
+    """A number in a range, which NaN is not."""
 
-    def decorate(command: Command) -> Command:
-        @functools.wraps(command)
-        def wrapper(**given: Any) -> Any:
-            values = {o.field: given.pop(o.field) for o in options}
-            return command(**{into: make(**values)}, **given)
-
-        for option in reversed(options):
-            option.attach(wrapper)
-        return wrapper
-
-    return decorate
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        found = super().convert(value, param, ctx)
+        if found != found:
+            self.fail(f"{value} is no number; give {self.min:g} to {self.max:g}.", param, ctx)
+        return found
 
 
-PLANE_WEIGHTS = opt(
-    "weights", "--weight", "--plane-weight", multiple=True, type=PLANE_WEIGHT, metavar="NAME=F",
-    help="How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
-)  # fmt: skip
-INPUT_OPTIONS = (
-    opt(
-        "maps", "--map", multiple=True, type=NamedFile(),
-        help="A further plane, such as normal=normals.png. Once for each: height=h.exr, roughness=rough.png.",
-    ),
-    opt(
-        "masks", "--mask", multiple=True, type=FILE, metavar="FILE",
-        help="White where exemplar pixels may be used. One for each exemplar.",
-    ),
-    opt(
-        "packed", "--packed", type=Channels(), metavar="C=NAME,...",
-        help="What the channels of the packed map hold (NAME_orm and the like, or --map packed=FILE), such as "
-        "R=ao,G=roughness,B=metallic.",
-    ),
-    PLANE_WEIGHTS,
-    opt("avoid", "--avoid", type=Colour(), help="Never use exemplar pixels of exactly this colour."),
-    opt(
-        "alpha", "--alpha", type=ALPHA, default="auto", show_default=True,
-        help="Opacity is a channel to grow, or a mask of the pixels that may be used.",
-    ),
-    opt("toroidal", "--toroidal", is_flag=True, help="The exemplar continues across its borders."),
-    opt("crop", "--crop", type=Rectangle(), help="Use this part of the exemplar only."),
-    opt(
-        "scale", "--scale", type=Scale(), default=1,
-        help="Reduce the exemplar to 1/2, 1/3, ... first. After --crop; blocks are averaged in linear light.",
-    ),
-    opt(
-        "flatten", "--flatten", is_flag=True,
-        help="Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia analyze` tells "
-        "where it helps.",
-    ),
-    opt("as_set", "--set", is_flag=True, help="All files are planes of one exemplar. Their names do not matter."),
-    opt(
-        "several", "--several", is_flag=True,
-        help="Every file is an exemplar of its own. By default names decide: x_albedo and x_normal are one set.",
-    ),
-)  # fmt: skip
+class Typed(ParamType):
+    """A kind of value, as click asks for it."""
 
-EXEMPLARS = opt("files", nargs=-1, required=True, type=FILE, metavar="EXEMPLAR...")
-IMAGES = opt("files", nargs=-1, required=True, type=FILE, metavar="IMAGE...")
-KNOWN = opt(
-    "files", "--exemplar", "-e", multiple=True, type=FILE, metavar="FILE", help="The exemplar. Once for each file."
-)
+    def __init__(self, kind: Kind) -> None:
+        self.kind, self.name = kind, kind.shown
 
-MAGNIFY = opt(
-    "magnify", "--magnify", type=click.IntRange(1, TIMES), default=1, metavar="N",
-    help="Grow small, at 1/N, and draw at full size. All pixels of the exemplar are drawn: for large outputs. Sizes "
-    "stay those of the pictures; all else, such as --patch and --feather (then 1 if not given), counts px of 1/N.",
-)  # fmt: skip
-
-DONORS = opt(
-    "donors", "--from", multiple=True, type=FILE, metavar="FILE",
-    help="Take new pixels from this picture, or these. By default from the picture itself.",
-)  # fmt: skip
-
-FORCE = opt("force", "--force", is_flag=True, help="Replace files that exist.")
-OUT = opt(
-    "out", "-o", "--output", required=True, type=FILE, metavar="OUT",
-    help="The picture to write. Further planes lie beside it as OUT_NAME; - is the standard output (PNG).",
-)  # fmt: skip
-USUAL = (
-    " A name that ends in / is a folder: every material goes there by itself, under its own name. Default: NAME_{done} "
-    "in the working folder, in the exemplar's format if that is lossless, else PNG or EXR."
-)
-TARGET_OPTIONS = (
-    OUT,
-    opt(
-        "depth", "--depth", type=click.Choice(DEPTHS),
-        help="Bits; by default exactly those of the exemplar.",
-    ),
-    opt("layers", "--layers", is_flag=True, help="Write all planes as layers of one OpenEXR file: OUT.exr."),
-    FORCE,
-)
-
-MAP_OPTIONS = (
-    opt("save_map", "--save-map", type=FILE, metavar="FILE.npz", help="Save which exemplar pixel went where."),
-    opt("st_map", "--st-map", type=FILE, metavar="FILE.exr", help="Save the same as an ST map for compositing."),
-    opt(
-        "distance_map", "--distance-map", type=(Place(), FILE), default=None, metavar="X,Y FILE",
-        help="Save how well every patch of the exemplar fitted when output pixel X,Y was filled: .exr or .tif "
-        "holds distances (-1: no patch there), .png stretches them, dark is near.",
-    ),
-)
-
-PAGE = opt(
-    "page", "--report", type=FILE, metavar="FILE.html|png",
-    help="A page or a picture on how good it is. What it is made of, and where it loses; of several outputs one for "
-    "each where {stem} or {seed} is in its name, else one of all, the worst first.",
-)  # fmt: skip
-GATES = opt(
-    "gates", "--gate", multiple=True, type=GATE,
-    help="Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to 1, see `intarsia "
-    "score`; once for each.",
-)  # fmt: skip
-JUDGE_OPTIONS = (
-    PAGE, GATES, opt("keep", "--keep", is_flag=True, help="Write all the same what misses a --gate."),
-)  # fmt: skip
-
-SEED = opt(
-    "seed", "--seed", type=Seed(), metavar="N|random", help="The same number gives the same picture. Default: 0."
-)
-WORK_OPTIONS = (
-    SEED,
-    opt(
-        "many", "--seeds", type=Seeds(), metavar="1..9|1,4,7",
-        help="One output for each seed. {seed} in -o tells them apart.",
-    ),
-    opt("sheet", "--sheet", type=FILE, metavar="FILE.png", help="A contact sheet of all that is made."),
-    opt("dry_run", "--dry-run", is_flag=True, help="Check everything, write nothing. Tells sizes and memory."),
-)  # fmt: skip
-
-REPORT_OPTIONS = (
-    opt("as_json", "--json", is_flag=True, help="Print the result as a JSON object."),
-    opt("progress", "--progress", type=click.Choice(["json"]), help="Tell progress as JSON lines on stderr."),
-    opt("quiet", "--quiet", "-q", is_flag=True, help="Say nothing but errors."),
-)
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            return self.kind.read(value)
+        except ValueError as e:
+            self.fail(str(e), param, ctx)
 
 
-def common(command: Command) -> Command:
-    """Add --threads, --debug and help under -h."""
-    command = click.option("--debug", is_flag=True, expose_value=False, hidden=True)(command)
-    return click.option(
-        "--threads",
-        type=click.IntRange(1, 1024),
-        metavar="N",
-        help="Threads to use; by default one a core. Never changes a pixel.",
-    )(command)
+def type_of(kind: Kind) -> Any:
+    """What click reads a kind of value with; its own types where it has one, as their messages are known."""
+    if isinstance(kind, File):
+        return FILE
+    if isinstance(kind, Pair):
+        return tuple(map(type_of, kind.kinds))
+    if isinstance(kind, Number):
+        return InRange(kind.low, kind.high)
+    if isinstance(kind, Whole) and not kind.choices:
+        return click.IntRange(kind.low, kind.high)
+    if kind.name == "choice":
+        return click.Choice(kind.choices)
+    return str if type(kind) is Kind else Typed(kind)
 
 
-def _inputs(as_set: bool = False, several: bool = False, **given: Any) -> Inputs:
-    if as_set and several:
-        raise ParameterError("--set and --several exclude each other; drop one.")
-    return Inputs(how="set" if as_set else "several" if several else "auto", **given)
+def option_of(field: Field) -> click.Parameter:
+    """Make the option of a field, or its argument."""
+    facts: dict[str, Any] = {"required": field.required}
+    if field.kind is FLAG:
+        facts |= {"is_flag": True}
+    else:
+        facts |= {"type": type_of(field.kind), "metavar": field.shown or field.kind.shown or None}
+    if not field.flags:
+        return click.Argument([field.name], nargs=-1 if field.many else 1, **facts)
+    if field.alone is not None:
+        facts |= {"is_flag": False, "flag_value": field.alone}
+    if field.default is not None and not field.many and field.kind is not FLAG:
+        facts |= {"default": field.default}
+    names = [field.name, *field.flags]
+    return click.Option(names, help=field.help, multiple=field.many, show_default=field.tells_default, **facts)
 
-
-def input_options(*files: Opt, without: tuple[str, ...] = ()) -> Callable[[Command], Command]:
-    """Add the options on exemplars; `files` declares how the pictures themselves are given."""
-    kept = [o for o in INPUT_OPTIONS if o.field not in without]
-    add = gathered(*files, *kept, into="inputs", make=_inputs)
-    limit = click.option(
-        "--max-pixels", type=click.IntRange(1), metavar="N", expose_value=False, callback=_allow,
-        help=f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
-    )  # fmt: skip
-    return lambda command: add(limit(command))
-
-
-def _allow(ctx: click.Context, param: click.Parameter, value: int | None) -> None:
-    """Let --max-pixels hold while the command runs."""
-    if not ctx.resilient_parsing:
-        ctx.with_resource(allowing(value))
-
-
-def named_target_options(done: str, more: tuple[Opt, ...] = ()) -> Callable[[Command], Command]:
-    """Add the options on files to write, of which -o can be left out: NAME_grown.png where `done` is grown.
-
-    `more`: those that one command has besides.
-    """
-    out = OUT.but(required=False, help=OUT.facts["help"] + USUAL.format(done=done))
-
-    def make(out: str | None, **given: Any) -> Targets:
-        return Targets(out="", done=done, **given) if out is None else Targets(out, **given)
-
-    others = (*(o for o in TARGET_OPTIONS if o is not OUT), *more, *MAP_OPTIONS, *JUDGE_OPTIONS)
-    return gathered(out, *others, into="targets", make=make)
-
-
-target_options = gathered(*TARGET_OPTIONS, into="targets", make=Targets)
-grown_target_options = gathered(*TARGET_OPTIONS, *MAP_OPTIONS, *JUDGE_OPTIONS, into="targets", make=Targets)
-work_options = gathered(*WORK_OPTIONS, into="work", make=Work)
-report_options = gathered(*REPORT_OPTIONS, into="report", make=Report)
-
-
-Union = dict[str, tuple[Parameter, list[str]]]
-"""The parameters of several methods by name, with the methods that have them."""
 
 METAVARS = {
     "extent": "PX|WxH",
@@ -263,14 +108,14 @@ METAVARS = {
 }
 
 
-def method_option(p: Parameter, owners: list[str], every: bool) -> Opt:
-    """Declare the option of a method's parameter, as text that the method's own rules read later."""
+def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOption:
+    """Make the option of a method's parameter, as text that the method's own rules read later."""
     default = "" if p.default is None else f" Default: {_default(p)}."
     only = "" if every else f" ({', '.join(owners)})"
     metavar = "|".join((*p.choices, *([METAVARS[p.kind]] if p.kind in METAVARS else [])))
-    metavar = metavar or p.kind.upper()
     text = f"{p.help[:1].upper()}{p.help[1:]}.{default}{only}"
-    return opt(p.name, "--" + p.name.replace("_", "-"), cls=ParameterOption, metavar=metavar, help=text)
+    names = [p.name, "--" + p.name.replace("_", "-")]
+    return ParameterOption(names, metavar=metavar or p.kind.upper(), help=text)
 
 
 def _default(p: Parameter) -> str:
@@ -280,12 +125,31 @@ def _default(p: Parameter) -> str:
     return f"{value} {p.unit}".strip() if p.kind in ("int", "extent") else str(value)
 
 
-def offered(slugs: Collection[str], *options: Opt) -> tuple[Union, tuple[Opt, ...]]:
-    """Return the parameters that some methods have, and an option for each; not those named as `options` are."""
-    taken, every = {o.field for o in options}, dict[str, tuple[Parameter, list[str]]]()
-    for slug in METHODS:
-        for p in parameters(method_class(slug)):
-            if p.name not in taken:
-                every.setdefault(p.name, (p, []))[1].append(slug)
-    union = {name: (p, own) for name, (p, owners) in every.items() if (own := [o for o in owners if o in slugs])}
-    return union, tuple(method_option(p, owners, len(owners) == len(slugs)) for p, owners in union.values())
+def parameters_of(verb: str) -> list[click.Parameter]:
+    """Make all that a command takes: arguments first, as what misses one says so."""
+    fields, number = fields_of_verb(verb), len(able(verb))
+    own = [method_option(p, owners, len(owners) == number) for p, owners in parameters_of_verb(verb).values()]
+    debug = click.Option(["--debug"], is_flag=True, expose_value=False, hidden=True)
+    return [*map(option_of, sorted(fields, key=lambda f: bool(f.flags))), *own, debug]
+
+
+def request_of(verb: str, given: dict[str, Any]) -> Request:
+    """Understand the values of all options of a verb."""
+    if given.get("document") is not None:
+        given = as_published(given["document"], given)
+    slug = given.get("method", AUTO_METHOD)
+    own = {p.name: p for p in parameters(method_class(slug))} if slug in METHODS else {}
+    values = {}
+    for name, (p, _) in parameters_of_verb(verb).items():
+        if (text := given.pop(name)) is not None:
+            values[name] = value_of(own.get(name, p), text)
+    return Request(verb, **given, parameters=values)
+
+
+def as_published(document: str, given: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of options with those that a document sets where nothing else is given."""
+    settings = preset(document)
+    if given["method"] not in (AUTO_METHOD, settings["method"]):
+        raise ParameterError(f"--as {document} sets --method {settings['method']}; drop one of them.")
+    usual = {"method": AUTO_METHOD}
+    return given | {name: text for name, text in settings.items() if given[name] == usual.get(name)}

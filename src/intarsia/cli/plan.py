@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..canvas import Canvas
-from ..choosing.auto import Auto, Choice
+from ..choosing.auto import Choice
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
@@ -17,6 +17,8 @@ from ..guide import Guide
 from ..lazy import lazy
 from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
+from ..request.request import Request
+from ..request.verbs import DONE
 from ..sourcemap import Blend, SourceMap
 from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
 from ..tasks.repair import check_repair
@@ -33,7 +35,6 @@ from .outputs import (
     usual_files,
     usual_name,
 )
-from .request import Targets, Wish
 
 if TYPE_CHECKING:
     from ..tasks import completion, scoring, tileable
@@ -108,133 +109,125 @@ def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
     return width // times, height // times
 
 
-def scene_of(shelf: Shelf, lot: int, wish: Wish, guide: Guide | None = None) -> Scene:
+def scene_of(shelf: Shelf, lot: int, guide: Guide | None = None) -> Scene:
     """Return the exemplars of a lot, and the canvas with what is on it; the guide is read if it was not yet."""
-    exemplars, begin, wrap = as_exemplars(list(shelf.get(lot))), wish.begin, Wrap(wish.wrap)
-    if begin is None:
-        if guide is None and wish.labels is not None:
-            guide = shelf.guide(wish.labels, lot)
-        size = None if wish.size is None or guide is not None else small_of(wish.size, exemplars[0].times)[::-1]
-        start, rim = (None, None) if wish.start is None else (SourceMap.load(wish.start[0]), wish.start[1])
-        return Scene(exemplars, canvas_of(exemplars, size, wrap, start, guide, rim))
+    request = shelf.request
+    exemplars, size, wrap = as_exemplars(list(shelf.get(lot))), request.size, Wrap(request.closing)
+    if not request.begun:
+        if guide is None and request.verb == "paint":
+            guide = shelf.guide(lot)
+        small = None if size is None or guide is not None else small_of(size, exemplars[0].times)[::-1]
+        start = None if request.start is None else SourceMap.load(request.start)
+        return Scene(exemplars, canvas_of(exemplars, small, wrap, start, guide, request.rim))
     picture, donors = exemplars[0], exemplars[1:]
-    if begin.margins is not None:
-        return extension(picture, Margins(*begin.margins), donors, wrap)
-    if begin.border is not None:
-        cut = begin.border.size
-        return tileable.scene_to_tile(picture, donors, wrap, begin.border.band, None if cut is None else cut[::-1])
-    scene = completion.healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, begin.grow)
-    if "alpha" not in begin.holes:
+    if request.verb == "extend":
+        return extension(picture, Margins(*request.margins), donors, wrap)
+    if request.verb == "tile":
+        return tileable.scene_to_tile(picture, donors, wrap, request.band, None if size is None else size[::-1])
+    scene = completion.healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, request.grow)
+    if "alpha" not in request.holes:
         return scene
     return replace(scene, recipe={"heal": scene.recipe["heal"] | {"mask": "alpha"}})
 
 
-def check_begin(wish: Wish, lots: list[list[Set]], sets: list[Set]) -> None:
+def check_begin(request: Request, lots: list[list[Set]], sets: list[Set]) -> None:
     """Refuse several pictures for one output, and holes that do not fit the number of pictures."""
-    if wish.begin is None:
+    if not request.begun:
         return
     if len(lots[0]) > 1:
         raise ParameterError(
             f"{len(sets)} pictures are given for one output; put {{stem}} into -o to work on each, "
             "or name further sources with --from."
         )
-    if wish.begin.holes and len(wish.begin.holes) not in (1, len(sets)):
+    if request.holes and len(request.holes) not in (1, len(sets)):
         raise ParameterError(
-            f"--mask: {len(wish.begin.holes)} given for {len(sets)} picture{'s' * (len(sets) > 1)}; "
+            f"--mask: {len(request.holes)} given for {len(sets)} picture{'s' * (len(sets) > 1)}; "
             "give one for all, or one for each, in the same order."
         )
 
 
-def with_joins(plan: Plan, wish: Wish) -> Plan:
+def with_joins(plan: Plan, request: Request) -> Plan:
     """Return the plan with its pieces joined as the method means it, but for what is asked otherwise."""
-    blend = plan.joined.but(feather=wish.feather, mixing=wish.mixing, finish=wish.finish)
+    blend = plan.joined.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
     check_between(plan.method, blend)
     return replace(plan, blend=blend)
 
 
-def orders_of(
-    shelf: Shelf, lot: int, wish: Wish, seeds: tuple[int, ...], targets: Targets,
-    check: Callable[[Scene], None] | None = None,
-) -> list[Order]:  # fmt: skip
+def orders_of(shelf: Shelf, lot: int, check: Callable[[Scene], None] | None = None) -> list[Order]:
     """Return the orders of one lot of exemplars, one for each seed, or refuse what cannot work.
 
     `check` may refuse what was read.
     """
-    if wish.size is not None:
-        width, height = small_of(wish.size, shelf.inputs.magnify)
+    request, sets = shelf.request, shelf.lots[lot]
+    if request.size is not None and not request.begun:
+        width, height = small_of(request.size, request.magnify)
         Canvas(height, width)
-    sets = shelf.lots[lot]
-    fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": wish.method.slug, "seed": 0, "w": 0, "h": 0}
-    if targets.out and not targets.layers:
-        plane_files(filled_name(targets.out, fields), sets[0])  # refused before anything is read
-    scene = scene_of(shelf, lot, wish)
+    fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": request.chosen.slug, "seed": 0, "w": 0, "h": 0}
+    if request.out and not request.layers:
+        plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
+    scene = scene_of(shelf, lot)
     if check is not None:
         check(scene)
-    plan = plan_of(wish, scene, targets.distance_map is not None)
+    plan = plan_of(request, scene)
     exemplars, canvas, method = scene.exemplars, scene.canvas, plan.method
     times = exemplars[0].times
     size = (canvas.width * times, canvas.height * times)
-    tiled, whole = wish.begin is not None and wish.begin.border is not None, (exemplars[0].width, exemplars[0].height)
-    cut_from = whole if tiled and whole != size else None
+    whole = (exemplars[0].width, exemplars[0].height)
+    cut_from = whole if request.verb == "tile" and whole != size else None
     fields |= {"w": size[0], "h": size[1], "method": method.slug}
-    memory = plan.memory(targets.depth)
+    memory = plan.memory(request.depth)
     kept = (method, plan.joined, plan.choice, canvas.guide, size, cut_from, times, plan.patches, memory, tuple(sets))
     orders = []
-    for seed in seeds:
+    for seed in request.seeds:
         fields["seed"] = seed
-        pictures = named(sets[:1] if wish.begin else sets, exemplars[0], targets, fields, len(seeds) > 1)
-        if not targets.layers:
+        pictures = named(sets[:1] if request.begun else sets, exemplars[0], request, fields)
+        if not request.layers:
             check_apart(pictures)
         asked = (
-            targets.save_map, targets.st_map, targets.distance_map and targets.distance_map[1],
-            targets.page, targets.preview, targets.offset,
+            request.save_map, request.st_map, request.distance_map and request.distance_map[1],
+            request.page, request.preview, request.offset,
         )  # fmt: skip
         maps = (None if t is None else filled_name(t, fields) for t in asked)
         orders.append(Order(lot, seed, *kept, pictures, *maps))
     if orders:
-        check_formats(orders[0], exemplars, targets)
+        check_formats(orders[0], exemplars, request)
         check_alike(exemplars)
         check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
-        check_distance_map(orders[0], targets)
-        if targets.gates:
-            scoring.check_gates(targets.gates)
-        check_tiled(orders[0], exemplars[0], targets)
+        check_distance_map(orders[0], request)
+        if request.gates:
+            scoring.check_gates(request.gates)
+        check_tiled(orders[0], exemplars[0], request)
     return orders
 
 
-def named(
-    sets: Sequence[Set], exemplar: Exemplar, targets: Targets, fields: dict[str, Any], many: bool
-) -> dict[str, str]:
+def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: dict[str, Any]) -> dict[str, str]:
     """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
-    if targets.layers:
-        if targets.folder:
-            out = os.path.join(filled_name(targets.folder, fields), stem_of(sets[0]) + ".exr")
-        elif targets.out:
-            out = filled_name(targets.out, fields)
+    usual = usual_name(sets, DONE[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
+    if request.layers:
+        if request.folder:
+            out = os.path.join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
         else:
-            out = usual_name(sets, targets.done, fields["seed"] if many else None) + ".exr"
-        return layer_files(out, exemplar, targets.depth)
-    if targets.out:
-        return plane_files(filled_name(targets.out, fields), sets[0])
+            out = filled_name(request.out, fields) if request.out else usual + ".exr"
+        return layer_files(out, exemplar, request.depth)
+    if request.out:
+        return plane_files(filled_name(request.out, fields), sets[0])
     longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
-    if targets.folder:
-        return kept_files(filled_name(targets.folder, fields), sets[0], exemplar, longer, targets.depth)
-    name = usual_name(sets, targets.done, fields["seed"] if many else None)
-    return usual_files(name, sets[0], exemplar, longer, targets.depth)
+    if request.folder:
+        return kept_files(filled_name(request.folder, fields), sets[0], exemplar, longer, request.depth)
+    return usual_files(usual, sets[0], exemplar, longer, request.depth)
 
 
-def plan_of(wish: Wish, scene: Scene, distances: bool) -> Plan:
-    """Decide by which method a scene is filled, of those that measure `distances` if they are asked for."""
-    method, begin = wish.method, wish.begin
-    if begin is not None and begin.border is not None:
-        plan = tileable.planned_to_tile(scene, method)
-    elif begin is not None and begin.holes:
-        plan = completion.planned_for_holes(scene, method, begin.edge)
+def plan_of(request: Request, scene: Scene) -> Plan:
+    """Decide by which method a scene is filled."""
+    if request.verb == "tile":
+        plan = tileable.planned_to_tile(scene, request.chosen)
+    elif request.verb == "heal":
+        plan = completion.planned_for_holes(scene, request.chosen, request.edge)
     else:
-        plan = planned(scene, replace(method, laying=distances) if isinstance(method, Auto) else method)
+        plan = planned(scene, request.chosen)
     if plan.choice is None:
-        check_repair(plan.method, wish.repair)
-    return with_joins(plan, wish)
+        check_repair(plan.method, request.repair)
+    return with_joins(plan, request)
 
 
 def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
@@ -243,15 +236,15 @@ def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
     return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
-def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Targets) -> None:
+def check_formats(order: Order, exemplars: tuple[Exemplar, ...], request: Request) -> None:
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     for name, path in order.pictures.items():
         plane = exemplars[0].picture(name)
         assert plane is not None
         width, height = (side * plane.width // (exemplars[0].width * order.times) for side in order.size)
-        check_depth(path, plane, targets.depth, (width, height))
+        check_depth(path, plane, request.depth, (width, height))
         if path != "-" and not format_of(path).text:
-            check_place(str(recipe_path(path)), targets.force, bool(targets.folder))
+            check_place(str(recipe_path(path)), request.force, bool(request.folder))
     if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
         raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")
     if order.st_map is not None:
@@ -261,19 +254,19 @@ def check_formats(order: Order, exemplars: tuple[Exemplar, ...], targets: Target
             raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
 
 
-def check_tiled(order: Order, exemplar: Exemplar, targets: Targets) -> None:
+def check_tiled(order: Order, exemplar: Exemplar, request: Request) -> None:
     """Refuse depths and sizes that the formats of a preview and of the half-shifted picture cannot hold."""
-    for path, times in ((order.preview, targets.tiles), (order.offset, 1)):
+    for path, times in ((order.preview, request.tiles), (order.offset, 1)):
         if path is not None:
             width, height = (side * times for side in order.size)
-            check_depth(path, exemplar.planes[exemplar.drawn[0]], targets.depth, (width, height))
+            check_depth(path, exemplar.planes[exemplar.drawn[0]], request.depth, (width, height))
 
 
-def check_distance_map(order: Order, targets: Targets) -> None:
+def check_distance_map(order: Order, request: Request) -> None:
     """Refuse places outside the output, formats without distances, and methods that measure none."""
-    if targets.distance_map is None or order.distance_map is None:
+    if request.distance_map is None or order.distance_map is None:
         return
-    (x, y), path = targets.distance_map[0], order.distance_map
+    (x, y), path = request.distance_map[0], order.distance_map
     if not (x < order.size[0] and y < order.size[1]):
         width, height = order.size
         raise ParameterError(f"--distance-map {x},{y} lies outside the output of {width}x{height} px.")

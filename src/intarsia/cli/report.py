@@ -8,12 +8,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .exits import one_line, say_json, tell
-
-if TYPE_CHECKING:
-    from ..tasks.ahead import Beside
 
 Step = Callable[[int, int, Any], None]
 Listener = Callable[[float, str, Any, tuple[Any, ...]], None]
@@ -60,23 +57,9 @@ class Report:
             say_json({**result, "warnings": self.warnings}, done)
 
     @contextmanager
-    def compiling(self, slug: str, threads: int | None) -> Iterator[Callable[[str], None]]:
-        """Have another process compile beside this one, should kernels be missing, what growing by a method needs.
-
-        Yields what to call with the method that was chosen.
-        """
-        helper = Helper(slug, threads, self)
-        _announce_compilation(self, helper)
-        try:
-            yield helper.turn_to
-        finally:
-            _listening.remove(self)
-            helper.close()
-
-    @contextmanager
     def watching(self, parts: int) -> Iterator[Meter]:
         """Show how far a work of so many equal parts is; also say so once when kernels must be compiled."""
-        _announce_compilation(self, None)
+        _announce_compilation(self)
         _listen_for_trouble()
         meter = Meter(self, parts)
         try:
@@ -151,48 +134,12 @@ class Meter:
         self._bar.update(self._task, completed=self._fraction, description=self._stage)
 
 
-class Helper:
-    """Compiles beside a command, from the first kernel on that no cache holds."""
-
-    def __init__(self, slug: str, threads: int | None, report: Report) -> None:
-        self._slug, self._alone, self._report = slug, threads == 1, report
-        self._process: Beside | None = None
-
-    def begin(self) -> None:
-        """A kernel is about to be compiled: start the process, unless there is but one core for all."""
-        from ..kernels.compiling import process_is_brief
-        from ..run import cores
-        from ..tasks.ahead import beside, lists_for, worth_it
-
-        process_is_brief()
-        if not self._alone and cores() > 1 and worth_it(self._slug) and (process := beside()) is not None:
-            self._process = process
-            process.compile(*lists_for(self._slug))
-            process.share_work()
-
-    def turn_to(self, slug: str) -> None:
-        """Say which method it is, after all."""
-        if slug != self._slug and self._process is not None:
-            self._process.compile(f"auto-{slug}", slug)
-
-    def close(self) -> None:
-        """End the process, and start none from now on."""
-        from ..kernels.announcing import no_longer
-
-        no_longer(self.begin)
-        process, self._process = self._process, None
-        if process is not None and (code := process.close()) is not None:
-            self._report.warn(f"a process that compiled beside this one ended early ({code}); this one did it instead.")
-
-
-def _announce_compilation(report: Report, helper: Helper | None) -> None:
-    """Have the report of the moment, and its helper, told when a kernel of this process must be compiled."""
+def _announce_compilation(report: Report) -> None:
+    """Have the report of the moment told when a kernel of this process must be compiled."""
     global _registered
     from ..kernels.announcing import on_first_compilation
 
     _listening.append(report)
-    if helper is not None:
-        on_first_compilation(helper.begin)
     if not _registered:
         _registered = True
         on_first_compilation(_compiling)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from ..errors import ParameterError, QualityError
 from ..files import write, write_bytes
 from ..lazy import lazy
+from ..request.request import Request
 from .outputs import FIELDS, Staging
-from .request import Targets
 
 if TYPE_CHECKING:
     from ..image import Plane
@@ -22,9 +22,9 @@ LIBRARIES, EACH = 64 << 20, 80
 """Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
 
 
-def index_name(targets: Targets, many: bool) -> str | None:
+def index_name(request: Request, many: bool) -> str | None:
     """Return the name of the one report on several outputs; None where each has its own, or none is asked for."""
-    page = targets.page
+    page = request.page
     if page is None or not many or "{stem}" in page or "{seed}" in page:
         return None
     if any("{" + name + "}" in page for name in FIELDS):
@@ -43,7 +43,7 @@ def memory_of(size: tuple[int, int]) -> int:
 class Judging:
     """The outputs of a batch, judged one after another; `index` is the one report on all of them."""
 
-    targets: Targets
+    request: Request
     index: str | None = None
     found: list[Any] = field(default_factory=list)
     missed: list[str] = field(default_factory=list)
@@ -51,22 +51,22 @@ class Judging:
     @property
     def wanted(self) -> bool:
         """Whether anything is to be judged."""
-        return self.targets.page is not None or self.index is not None or bool(self.targets.gates)
+        return self.request.page is not None or self.index is not None or bool(self.request.gates)
 
     @property
     def together(self) -> bool:
         """Whether all outputs appear together or not at all: what one misses keeps the others from being written."""
-        return bool(self.targets.gates) or self.index is not None
+        return bool(self.request.gates) or self.index is not None
 
     @property
     def refused(self) -> bool:
         """Whether nothing is to be written."""
-        return bool(self.missed) and not self.targets.keep
+        return bool(self.missed) and not self.request.keep
 
     def of(self, made: Synthesis, name: str, drawn: Plane, command: str) -> scoring.Outcome:
         """Judge an output whose base plane is `drawn`, and remember what it misses."""
         found = scoring.Outcome.of(made, name, drawn)
-        missed = scoring.misses(found.score, self.targets.gates)
+        missed = scoring.misses(found.score, self.request.gates)
         if missed:
             self.missed.append(f"{name} falls short: {', '.join(missed)}")
         found = found.but(command=command, missed=missed)
@@ -86,7 +86,7 @@ class Judging:
     def check(self) -> None:
         """Raise QualityError where a gate was missed."""
         if self.missed:
-            said = "all was kept" if self.targets.keep else "nothing was written; --keep writes it all the same"
+            said = "all was kept" if self.request.keep else "nothing was written; --keep writes it all the same"
             raise QualityError(f"{'; '.join(self.missed)}; {said}.")
 
 

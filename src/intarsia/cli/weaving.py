@@ -15,16 +15,16 @@ from ..giant.executors import check_executor
 from ..giant.picture import Store
 from ..giant.stream import estimated, fill, finish, memory_of, store_of
 from ..giant.texture import Weave, planned_windows, woven
+from ..request.argv import once_more, to_line
+from ..request.request import Request
 from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
-from .again import weave_command_of
 from .choosing import as_json, explain
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted, unbroken
 from .outputs import filled_name, usual_name
 from .plan import method_as_json, with_joins
 from .report import Report
-from .request import Inputs, Loom, Wish
 
 ENDINGS = dict.fromkeys(SUFFIXES, "picture") | {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
 USUAL = ".tif"
@@ -38,7 +38,7 @@ class Weaving:
     names: dict[str, str]
     texture: Weave
     size: tuple[int, int]  # width, height
-    loom: Loom
+    request: Request
     report: Report
     stores: dict[str, Store]
     auto: dict[str, Any] = field(default_factory=dict)  # how the method was chosen, where it was not named
@@ -46,34 +46,34 @@ class Weaving:
     read: float = 0.0  # seconds
 
     @classmethod
-    def plan(cls, inputs: Inputs, wish: Wish, loom: Loom, report: Report) -> Weaving:
+    def plan(cls, request: Request, report: Report) -> Weaving:
         """Read and check everything; nothing is written yet."""
-        assert wish.size is not None
+        assert request.size is not None
         began = time.perf_counter()
-        check_executor(loom.who)
-        ending = os.path.splitext(loom.out)[1].lower() if loom.out else USUAL
+        check_executor(request.dask or request.executor)
+        ending = os.path.splitext(request.out)[1].lower() if request.out else USUAL
         if ending not in ENDINGS:
             raise ParameterError(
-                f"-o {loom.out}: name a .zarr, a .tif, a picture such as .png, or a folder (no ending) for tiles."
+                f"-o {request.out}: name a .zarr, a .tif, a picture such as .png, or a folder (no ending) for tiles."
             )
-        width, height = wish.size
-        if any(side % inputs.magnify for side in (*wish.size, *loom.origin)):
+        (width, height), origin, times = request.size, request.origin, request.magnify
+        if any(side % times for side in (*request.size, *origin)):
             raise ParameterError(
-                f"--size {width}x{height} and --origin {loom.origin[0]},{loom.origin[1]} do not suit --magnify "
-                f"{inputs.magnify}; give multiples of {inputs.magnify}."
+                f"--size {width}x{height} and --origin {origin[0]},{origin[1]} do not suit --magnify "
+                f"{times}; give multiples of {times}."
             )
-        fields = {"seed": loom.seed, "method": wish.method.slug, "w": width, "h": height, "stem": ""}
-        filled_name(loom.out, fields)  # refuses unknown fields before anything is read
-        inputs.check_standard_input(*wish.files)
-        sets = sets_of(inputs, report)
-        exemplars = as_exemplars(list(Shelf([sets], inputs, report).get(0)))
-        plan = with_joins(planned_windows(exemplars, wish.method), wish)
-        texture, choice = woven(plan, loom.seed), plan.choice
+        seed, method = request.seed or 0, request.chosen
+        fields = {"seed": seed, "method": method.slug, "w": width, "h": height, "stem": ""}
+        filled_name(request.out or "", fields)  # refuses unknown fields before anything is read
+        sets = sets_of(request, report)
+        exemplars = as_exemplars(list(Shelf([sets], request, report).get(0)))
+        plan = with_joins(planned_windows(exemplars, method), request)
+        texture, choice = woven(plan, seed), plan.choice
         fields |= {"stem": stem_of(sets[0]), "method": texture.method.slug}
-        out = filled_name(loom.out, fields) if loom.out else usual_name(sets, "woven") + USUAL
+        out = filled_name(request.out, fields) if request.out else usual_name(sets, "woven") + USUAL
         stem, own = os.path.splitext(out)
         names = {name: f"{stem}_{name}{own}" if n else out for n, name in enumerate(texture.planes)}
-        place, stores = [n // inputs.magnify for n in (height, width, *loom.origin[::-1])], dict[str, Store]()
+        place, stores = [n // times for n in (height, width, *origin[::-1])], dict[str, Store]()
         for name, path in names.items():
             drawn = texture.plane(name)
             grow, shrink = drawn.scale
@@ -82,17 +82,17 @@ class Weaving:
                     f"{width}x{height} px do not suit the plane {name}, {shrink}x smaller; give multiples of {shrink}."
                 )
             h, w, y, x = (n * grow // shrink for n in place)
-            stores[name] = store_of(ENDINGS[ending], drawn, path, (h, w), (y, x), loom.chunk, loom.force)
+            stores[name] = store_of(ENDINGS[ending], drawn, path, (h, w), (y, x), request.chunk, request.force)
             stores[name].look()
-        auto = {} if choice is None else as_json(choice, wish.explain)
+        auto = {} if choice is None else as_json(choice, request.explain)
         if choice is not None:
-            auto["command"] = weave_command_of(texture.method, out, sets, inputs, wish, loom)
+            auto["command"] = to_line(once_more(request, sets, texture.method, seed, out=out, force=False))
         warnings, spent = () if choice is None else choice.warnings, time.perf_counter() - began
-        return cls(names, texture, (width, height), loom, report, stores, auto, warnings, spent)
+        return cls(names, texture, (width, height), request, report, stores, auto, warnings, spent)
 
-    def tell_plan(self, threads: int | None) -> None:
+    def tell_plan(self) -> None:
         """Say what would be made, how much memory it takes, and how long; one cell is drawn to know it."""
-        workers, seconds, memory, raw = Run(threads).workers, 0.0, 0, 0
+        workers, seconds, memory, raw = Run(self.request.threads).workers, 0.0, 0, 0
         for store in self.stores.values():
             needed = estimated(store, workers)
             seconds, memory = seconds + needed.seconds, max(memory, needed.memory)
@@ -109,14 +109,14 @@ class Weaving:
         explain(self.report, about, self.warnings)
         self.report.result({"dry_run": True, **about})
 
-    def carry_out(self, threads: int | None) -> None:
+    def carry_out(self) -> None:
         """Stream every plane, and report it; what cannot fit into memory is refused before anything is made."""
-        workers = Run(threads).workers
+        workers = Run(self.request.threads).workers
         for name, store in self.stores.items():
             instead = "name a .zarr or a .tif, which need not fit" if store.held else "use fewer --threads"
             check_fits(memory_of(store, workers), f"{self.names[name]}: {self._line()}", instead)
         began = time.perf_counter()
-        self._make(threads)
+        self._make()
         spent = time.perf_counter() - began
         self._warn()
         self.report.note(f"{', '.join(self.names.values())}: {self._line()}, {spent:.1f} s")
@@ -124,13 +124,13 @@ class Weaving:
         timings = {"read": self.read, "weave": spent, "total": self.read + spent}
         self.report.result(self._about() | {"timings": {k: round(v, 3) for k, v in timings.items()}})
 
-    def _make(self, threads: int | None) -> None:
+    def _make(self) -> None:
         """Fill the stores of all planes; when all of them are whole, they take their names together."""
-        stores = self.stores.values()
+        stores, who = self.stores.values(), self.request.dask or self.request.executor
         try:
             with self.report.watching(len(stores)) as meter:
                 for store in stores:
-                    fill(store, self.loom.who, Run(threads, meter.stage("weave", 0.0, 1.0), CANCEL))
+                    fill(store, who, Run(self.request.threads, meter.stage("weave", 0.0, 1.0), CANCEL))
                     meter.next_part()
             with unbroken():
                 for store in stores:
@@ -157,7 +157,7 @@ class Weaving:
             "files": [{"path": path, "holds": name} for name, path in self.names.items()],
             "size": list(self.size),
             **({"magnify": times} if (times := self.texture.exemplars[0].times) > 1 else {}),
-            "origin": list(self.loom.origin),
+            "origin": list(self.request.origin),
             "seed": self.texture.seed,
             "wrap": "none",
             **method_as_json(self.texture.method, self.texture.blend),

@@ -102,11 +102,6 @@ class KernelCache(caching._Cache):
             for path in Path(folder).glob(f"{self._name}-*.kernel"):
                 _drop(str(path))
 
-    def holds(self, sig: Any, target_context: Any) -> bool:
-        """Tell whether an entry for a signature is there, whole or not."""
-        folder = self._folder()
-        return folder is not None and os.path.exists(self._entry(folder, sig, target_context.codegen())[0])
-
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the function compiled for a signature, or None where no whole entry is kept."""
         folder = self._folder() if self._enabled else None
@@ -205,11 +200,6 @@ def _write(path: str, identity: bytes, payload: bytes) -> None:
         with suppress(OSError):
             os.unlink(hidden)
         raise
-
-
-def unfinished(folder: str, process: int) -> list[Path]:
-    """Return the files that a process had not finished, which has ended."""
-    return list(Path(folder).glob(f"*.kernel.{process:x}-*"))
 
 
 def _header(identity: bytes, payload: bytes) -> bytes:

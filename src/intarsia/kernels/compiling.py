@@ -7,7 +7,6 @@ linked into the kernel that Python calls, and it gets an entry for Python only i
 
 from __future__ import annotations
 
-import atexit
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -101,25 +100,6 @@ class Library(JITCodeLibrary):
 
 
 _depth = 0  # how many kernels are being compiled, each for the one before; behind numba's lock
-_brief = False
-_before: Callable[[Any, tuple[Any, ...]], None] | None = None
-
-
-def before_each(wait: Callable[[Any, tuple[Any, ...]], None] | None) -> None:
-    """Have `wait` called with a kernel and types before it is looked for on disk: somebody may make it just now."""
-    global _before
-    _before = wait
-
-
-def process_is_brief() -> None:
-    """Say that this process does one thing and ends: what compiling leaves behind need not be searched for garbage.
-
-    The collections that follow upon each kernel are a tenth of the time.
-    """
-    global _brief
-    if not _brief:
-        _brief = True
-        atexit.register(gc.unfreeze)  # libraries look at the end whether all of theirs was let go
 
 
 @contextmanager
@@ -139,8 +119,6 @@ def _compiling() -> Iterator[None]:
             _depth -= 1
             if not _depth:
                 del codegen._library_class
-                if _brief:
-                    gc.freeze()
                 if collects:
                     gc.enable()
 
@@ -159,16 +137,10 @@ class Kernel(CPUDispatcher):
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, unless that was done or is kept on disk."""
         types = tuple(getattr(sig, "args", sig))
-        if _before is not None and not _depth and types not in self.overloads:
-            _before(self, types)
         with _compiling():
             entry = super().compile(sig)
             called = self._called.pop(types, None) if _depth == 1 else None
             return entry if called is None else self._opened(sig, called)
-
-    def is_missing(self, types: tuple[Any, ...]) -> bool:
-        """Tell whether this must be compiled for such types: it is neither loaded nor on disk."""
-        return types not in self.overloads and not self._cache.holds(types, self.targetctx)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Say what a call from another kernel returns; a written number is one of its type, not a type of its own."""

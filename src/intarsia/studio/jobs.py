@@ -222,7 +222,7 @@ class Jobs:
         self._to_prepare, self._preparing = None, name
         try:
             with suppress(IntarsiaError):  # then growing it fails, and tells why
-                words = exemplar_words(name, Words([]), self.store)
+                words = exemplar_words(name, Words(), self.store)
                 await self.worker.ask("prepare", words=words, folder=str(folder))
                 self._prepared.append(name)
         finally:
@@ -237,7 +237,7 @@ class Jobs:
         self._tell(job)
         folder = self.store.under_way("results")
         failed: dict[str, Any]
-        words = Words([])
+        words = Words()
         try:
             words = words_of(job, self.store)
             answer, _ = await process.ask("command", self._hearing(job), words=words.said, folder=str(folder))

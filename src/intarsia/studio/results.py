@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .snippets import snippet
+from ..request.argv import to_line
+from ..request.python import to_python
 from .store import Row
 from .words import MAP, Words, score_words
 
@@ -25,11 +26,11 @@ def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: 
     ]
     pictures = [Path(entry["path"]).name for entry in answer.get("files", []) if Path(entry["path"]).name != MAP]
     clean, judged = words.cleaned(answer), bool(pictures) and job["verb"] != "render"
-    command = words.command(pictures[0] if pictures else "out.png")
+    asked = words.asked(pictures[0] if pictures else "out.png")
     return {
         "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
         "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
-        "command": command, "python": snippet(job, words, clean, command), "made": time.time(), "score": None,
+        "command": to_line(asked, joined=True), "python": to_python(asked, clean), "made": time.time(), "score": None,
         "label": job["label"], "began": job["began"],
         "inputs": {own: path for path, own in words.called.items()},
         "score_words": score_words(words, pictures[0]) if judged else None,

@@ -12,6 +12,7 @@ from typing import Any
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError, said
 from ..methods.base import METHODS, Ability, method_class
+from ..request.argv import to_line
 from .pictures import Pictures
 from .processes import Process
 from .refusals import Refused
@@ -115,8 +116,8 @@ class Weaves:
             options["jitter_output"] = (await self.uploads.image(picture))["id"] if picture else same
         job = {"verb": "weave", "exemplars": [row["exemplar"]], "options": options}
         words, known = words_of(job, self.store), self.store.get("exemplars", row["exemplar"])
-        command = words.command(f"{known['name'] if known else 'picture'}_woven.tif")
-        return {"job": job, "command": command, "needs": list(words.called.values())}
+        told = words.asked(f"{known['name'] if known else 'picture'}_woven.tif")
+        return {"job": job, "command": to_line(told, joined=True), "needs": list(words.called.values())}
 
 
 def jitter_of(given: Any) -> Row | None:

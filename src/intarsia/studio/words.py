@@ -1,20 +1,19 @@
-"""From a job to the words of a command, and from what the command said back to what can be told and copied."""
+"""From a job to its request, and from what the command said back to what can be told and copied."""
 
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
-import click
-
-from ..cli.app import cli
-from ..cli.exits import judge
 from ..errors import InputError, ParameterError, said
 from ..methods.base import METHODS, method_class
 from ..params import OVER, parameters, parse
+from ..request.argv import to_argv
+from ..request.as_json import from_json, text_of
+from ..request.request import Request, fields_of_verb
+from ..request.verbs import known_parameters
 from . import schema
 from .store import Row, Store
 
@@ -23,15 +22,18 @@ ID = re.compile(r"[0-9a-f]{16}")
 MAP = "map.npz"
 """The file of a result that holds its map."""
 
-SIDES = {"size": "x", "extent": "x"}
-
 
 @dataclass
 class Words:
-    """The words of a job as the worker gets them, and how people call the files among them."""
+    """The request of a job as the worker gets it, and how people call the files that it names."""
 
-    said: list[str]
+    request: Request = field(default_factory=lambda: Request("grow"))
     called: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def said(self) -> list[str]:
+        """The request as words of a command, each option with its value in one."""
+        return to_argv(self.request, joined=True)
 
     def name(self, path: str, name: str) -> str:
         """Call a file by a name of its own."""
@@ -47,41 +49,37 @@ class Words:
         """Return JSON or a text with files called as people call them."""
         if isinstance(told, dict):
             return {key: self.cleaned(value) for key, value in told.items()}
-        if isinstance(told, list):
-            return [self.cleaned(value) for value in told]
+        if isinstance(told, (list, tuple)):
+            return type(told)(map(self.cleaned, told))
         if isinstance(told, str):
             for path in sorted(self.called, key=len, reverse=True):
                 told = told.replace(path, self.called[path])
         return told
 
-    def command(self, out: str) -> str:
-        """The line for a shell that makes the file `out`."""
-        own = ("--json", f"--save-map={MAP}", "--output=")
-        kept = [self.cleaned(w) for w in self.said if not w.startswith(own)]
-        return shlex.join(["intarsia", *kept, "-o", out])
+    def asked(self, out: str) -> Request:
+        """The request with files called as people call them, for a result that is called `out`."""
+        named = {f.name: self.cleaned(getattr(self.request, f.name)) for f in fields(self.request)}
+        return Request(**named | {"out": out, "save_map": None, "as_json": False})
 
 
 def words_of(job: Mapping[str, Any], store: Store) -> Words:
-    """Return the words of a job, checked as the command checks them; ParameterError in one line."""
-    verb, exemplars, given = job["verb"], job["exemplars"], job["options"]
+    """Return the request of a job, checked as the command checks it; ParameterError in one line."""
+    verb, given = job["verb"], dict(job["options"])
     if verb not in schema.VERBS:
         raise ParameterError(f"{said(verb)} is no verb; give one of {', '.join(schema.VERBS)}.")
-    words, known = Words([verb]), schema.options(verb)
+    words, known, more = Words(), schema.options(verb), dict[str, Any]()
     if verb == "render":
-        words.said.append(words.name(_map_of(given.get("map"), store), MAP))
-    _add_exemplars(words, verb, exemplars, store)
+        more["saved"] = words.name(_map_of(given.pop("map", None), store), MAP)
+    more["files"] = _exemplars(words, verb, job["exemplars"], store)
     for name in given:
-        if name not in known and not (verb == "render" and name == "map"):
+        if name not in known:
             raise ParameterError(f"{verb} has no option {said(name)} here; GET /api/schema tells which there are.")
-    for name, option in known.items():
-        if given.get(name) is not None:
-            words.said += _option(option, given[name], words, store)
-    _check(words.said)
-    words.said.append("--json")
+    told = {name: _value(known[name], value, words, store) for name, value in given.items() if value is not None}
     if verb == "render":
-        words.said.append(f"--output={_usual(job, store)}_rendered.png")
+        more["out"] = f"{_usual(job, store)}_rendered.png"
     elif verb != "weave":
-        words.said.append(f"--save-map={MAP}")
+        more["save_map"] = MAP
+    words.request = from_json(verb, told, as_json=True, **more)
     return words
 
 
@@ -90,13 +88,11 @@ def _usual(job: Mapping[str, Any], store: Store) -> str:
     return "map" if row is None else str(row["name"])
 
 
-def _add_exemplars(words: Words, verb: str, exemplars: Sequence[str], store: Store) -> None:
+def _exemplars(words: Words, verb: str, exemplars: Sequence[str], store: Store) -> tuple[str, ...]:
     most = {"render": 64, "grow": 64, "paint": 64}.get(verb, 1)
     if not 1 <= len(exemplars) <= most and not (verb == "render" and not exemplars):
         raise ParameterError(f"{verb} takes {'one picture' if most == 1 else 'at least one exemplar'}.")
-    for name in exemplars:
-        for path in exemplar_words(name, words, store):
-            words.said += [f"--exemplar={path}"] if verb == "render" else [path]
+    return tuple(path for name in exemplars for path in exemplar_words(name, words, store))
 
 
 def exemplar_words(name: str, words: Words, store: Store) -> list[str]:
@@ -121,17 +117,14 @@ def _map_of(name: Any, store: Store) -> str:
     return f"../{row['id']}/{MAP}"
 
 
-def _option(option: schema.Option, value: Any, words: Words, store: Store) -> list[str]:
-    """An option with its value, or its values, as one word each."""
-    flag, name = option["flag"], option["name"]
+def _value(option: schema.Option, value: Any, words: Words, store: Store) -> Any:
+    """The value of an option, or its values, as texts; files in place of ids."""
     if option["kind"] == "flag":
-        if not isinstance(value, bool):
-            raise ParameterError(f"{name} is yes or no; give true or false.")
-        return [flag] if value else []
+        return value
     values = value if option["multiple"] and isinstance(value, list) else [value]
     if len(values) > MOST:
-        raise ParameterError(f"{name} has {len(values)} values; at most {MOST}.")
-    found = []
+        raise ParameterError(f"{option['name']} has {len(values)} values; at most {MOST}.")
+    found = list[str]()
     for one in values:
         if option["kind"] == "exemplar":
             found += exemplar_words(one, words, store)
@@ -139,19 +132,16 @@ def _option(option: schema.Option, value: Any, words: Words, store: Store) -> li
             found.append(_image(option, one, words, store))
         else:
             found.append(_text(option, one))
-    return [f"{flag}={text}" for text in found]
-
-
-SCORED = ("--alpha", "--avoid", "--toroidal", "--crop", "--scale", "--flatten")
-"""Options on exemplars that the command score has, too."""
+    return found if option["multiple"] else found[0]
 
 
 def score_words(words: Words, picture: str) -> list[str]:
     """The words that score the picture of a result in its folder."""
-    sources = [w for w in words.said[1:] if not w.startswith("-")]
-    shared = [w for w in words.said if w.partition("=")[0] in SCORED]
-    mapped = [f"--map={MAP}"] if f"--save-map={MAP}" in words.said else []
-    return ["score", *sources, *shared, picture, *mapped, "--json"]
+    asked = words.request
+    shared = {f.name: getattr(asked, f.name) for f in fields_of_verb("score") if f.recipe}
+    saved = None if asked.save_map is None else MAP
+    scored = Request("score", files=asked.files, output=picture, saved=saved, as_json=True, **shared)
+    return to_argv(scored, joined=True)
 
 
 def _image(option: schema.Option, value: Any, words: Words, store: Store) -> str:
@@ -165,8 +155,7 @@ def _text(option: schema.Option, value: Any) -> str:
     """A value as a command reads it; what would be the name of a file is refused."""
     name = option["name"]
     if isinstance(value, list) and value and all(isinstance(v, int | float | str) for v in value):
-        between = SIDES.get(option["kind"], ",")
-        value = between.join(map(str, value))
+        value = text_of(option["kind"], value)
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ParameterError(f"{name}={said(value)} is not allowed; give a number or a text.")
     text = str(value)
@@ -178,7 +167,7 @@ def _text(option: schema.Option, value: Any) -> str:
                 float(text)
             except ValueError:
                 raise ParameterError(f"{name}={said(text)} is not allowed; give a number or an image's id.") from None
-        parse(schema.parameter(option["field"]), text)
+        parse(known_parameters()[name][0], text)
     return text
 
 
@@ -197,19 +186,6 @@ def method_values(method: str, given: Any) -> dict[str, str]:
         if value is not None:
             texts[name] = _text(option | {"parameter": True}, value)
     return texts
-
-
-def _check(words: Sequence[str]) -> None:
-    """Have the command read its words, as far as that needs no file."""
-    verb, *rest = words
-    command = cli.get_command(click.Context(cli), verb)
-    assert command is not None
-    rest = [*rest, "--output=out.png"] if verb == "render" else rest
-    try:
-        with command.make_context(verb, rest):
-            pass
-    except click.ClickException as e:
-        raise ParameterError(plain(judge(e)[1].partition(" (see ")[0])) from None
 
 
 def plain(line: str) -> str:

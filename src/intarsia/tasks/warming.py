@@ -1,127 +1,132 @@
-"""Compiling beforehand: every kernel that a list names, then tiny textures, which run what no list names."""
+"""Made ready beforehand: what has grown once, however small, is compiled, kept on disk, and loaded in this process."""
 
 from __future__ import annotations
 
-import time
-from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from ..arguments import expect
 from ..choosing.auto import AUTO_METHOD
-from ..methods.base import method_class
-from ..run import Run, cores, run_of
-from .ahead import GROW, Beside, beside, every_kernel, lists, lists_for
-from .helper import do
-from .tiny_textures import kinds
+from ..exemplar import Exemplar
+from ..levelling import Levelling
+from ..methods.base import METHODS, make, method_class
+from ..run import Run, run_of
+from ..synthesis import synthesize
+from .completion import heal
+from .tileable import tile
 
-MOST = 8  # processes: each needs a second to start and 200 MB, and the longest kernel takes three seconds
+Work = Callable[[Run], object]
+
+CHOSEN = ("stones", "brick", "tiles", "pebbles", "gravel")
+"""Built-in exemplars that between them lead to every rule which leads often."""
+
+PERIODIC = ("near-regular", "gap-filling", "best-tile", "repeat")
+"""Methods that need an exemplar with periods."""
+
+PIXEL_BY_PIXEL = ("efros-leung", "wei-levoy", "ashikhmin")
+"""Methods that take long for each pixel."""
+
+LARGE, SMALL = 400, 48  # px: windows enough for every pass over a map, and what methods are given that take long
 
 
 def warm(*methods: str, run: Run | None = None) -> int:
-    """Make this process ready to grow by methods, named as ``intarsia methods`` does; return how many kernels it took.
+    """Make this process ready to grow by methods, named as ``intarsia methods`` does; return how many it grew by.
 
-    Kernels that were compiled once are loaded, in hundredths of a second, others compiled, in up to half a minute: a
-    program that answers calls does so before the first of them. ``"auto"``, and no name at all, stands for choosing and
-    for the methods that are chosen most often. ParameterError for a name that is none, CancelledError when the run is
-    cancelled: what was made until then stays.
+    Each grows a small texture that nobody sees: what it runs is loaded, or compiled if that was never done, which takes
+    up to half a minute. A program that answers calls does so before the first of them. ``"auto"``, and no name at all,
+    stands for choosing and for the methods that are chosen most often. ParameterError for a name that is none,
+    CancelledError when the run is cancelled: what was made until then stays.
     """
-    run, wanted = run_of(run), list[str]()
+    works: list[Work] = []
     for slug in methods or (AUTO_METHOD,):
         expect(slug, str, "methods", "names of methods")
         if slug != AUTO_METHOD:
             method_class(slug)
-        wanted += [name for name in lists() if name == slug or (slug == AUTO_METHOD and name.startswith(f"{slug}-"))]
-    kernels = dict.fromkeys(line for name in wanted for line in lists()[name])
-    for number, line in enumerate(kernels):
-        run.tick(number, len(kernels))
-        do(line, run)
-    run.tick(len(kernels), len(kernels))
-    return len(kernels)
-
-
-@contextmanager
-def made_beside(run: Run) -> Iterator[None]:
-    """Have a process beside make each kernel that is on no disk: a run that is cancelled stops at once then."""
-    from ..kernels.cache import cache_folder
-    from ..kernels.compiling import before_each
-    from ..kernels.listed import line_of
-
-    helpers: list[Beside | None] = []
-
-    def make(kernel: Any, types: tuple[Any, ...]) -> None:
-        if cache_folder() is None or not kernel.is_missing(types):
-            return
-        if not helpers:
-            helpers.append(beside())
-        if (helper := helpers[0]) is not None:
-            helper.take_from(deque([line_of(kernel, types)]))
-            while helper.taken and helper.running():
-                run.check()
-                time.sleep(0.01)
-
-    before_each(make)
-    try:
-        yield
-    finally:
-        before_each(None)
-        for helper in filter(None, helpers):
-            helper.close()
-
-
-def missing_kernels(slug: str) -> int:
-    """Count the kernels that growing by a method needs, most likely, and that are neither loaded nor on disk."""
-    from ..kernels.listed import kernel_of
-
-    missing = 0
-    for line in dict.fromkeys(line for name in lists_for(slug) for line in lists().get(name, ())):
-        with suppress(ValueError):  # of a list that is older than the kernel
-            kernel, types = kernel_of(line)
-            missing += kernel.is_missing(types)
-    return missing
+        works += [_chosen(name) for name in CHOSEN] if slug == AUTO_METHOD else [_by(slug)]
+    return _do_all(works, run_of(run))
 
 
 def warm_up(run: Run) -> int:
-    """Compile every kernel for this computer, where it is not yet; return how many textures were grown for it.
-
-    Each thread of the run is a process here, as many as there are cores at most: numba compiles one function at a time.
-    """
-    pictures = len(kinds())
-    started = (beside() for _ in range(min(run.workers, cores(), MOST) - 1))
-    helpers = [helper for helper in started if helper is not None]
-    try:
-        for lines in (every_kernel(), [f"{GROW} {number}" for number in range(pictures)]):
-            _do_all(deque(lines), helpers, run)
-    finally:
-        for helper in helpers:
-            helper.close()
-    return pictures
+    """Compile for this computer what any method and any kind of pixels run; return how many textures that took."""
+    works = [*map(_chosen, CHOSEN), *map(_by, METHODS), *_kinds_of_pixels(), _healed, _tiled]
+    return _do_all(works, run)
 
 
-def _do_all(work: deque[str], helpers: list[Beside], run: Run) -> None:
-    """Do what all lines say, from the first on, while the processes beside do so from the last on."""
+def _do_all(works: list[Work], run: Run) -> int:
     silent = replace(run, notes=[])  # nobody sees the textures
-    for helper in helpers:
-        helper.take_from(work)
-    while line := _first(work):
-        run.check()
-        do(line, silent)
-    for helper in helpers[:]:
-        while helper.taken and helper.running():
-            run.check()
-            time.sleep(0.02)
-        if not helper.running():
-            helpers.remove(helper)
-            helper.close()
-            run.notes.append("a process that compiled beside this one ended early; its part was done here.")
-            if helper.taken:
-                do(helper.taken, silent)
+    for number, work in enumerate(works):
+        work(silent.part(number, len(works)))
+    run.tick(len(works), len(works))
+    return len(works)
 
 
-def _first(work: deque[str]) -> str:
-    try:
-        return work.popleft()
-    except IndexError:  # the last was taken by another process
-        return ""
+def _chosen(name: str) -> Work:
+    """Grow a built-in exemplar as it is grown where no method is named."""
+
+    def work(run: Run) -> None:
+        synthesize(f"sample:{name}", LARGE, seed=0, run=run).render(run=run)
+
+    return work
+
+
+def _by(slug: str) -> Work:
+    """Grow by a method, with what it decides by itself."""
+
+    def work(run: Run) -> None:
+        exemplar: Any = f"sample:{'tiles' if slug in PERIODIC else 'stones'}"
+        size = LARGE
+        if slug in PIXEL_BY_PIXEL:
+            exemplar, size = _planes()["albedo"], SMALL
+        synthesize(exemplar, size, make(slug, {}), seed=0, run=run).render(run=run)
+
+    return work
+
+
+def _planes() -> dict[str, Any]:
+    """A set with pixels of every kind, of one picture."""
+    rows, columns = np.mgrid[:SMALL, :SMALL]
+    noise = (rows * 73 + columns * 151 + rows * columns * 7) % 251
+    colour = np.stack([noise, noise // 2, 250 - noise], axis=2).astype(np.uint8)
+    normal = np.dstack([colour[:, :, :2], np.full((SMALL, SMALL), 250, np.uint8)])
+    clear = np.dstack([colour, colour[:, :, :1]])
+    return {
+        "albedo": colour,
+        "deep": colour.astype(np.uint16) * 257,
+        "light": colour.astype(np.float32) / 255,
+        "clear": clear,
+        "glow": clear.astype(np.float32) / 255,
+        "height": noise.astype(np.uint16),
+        "normal": normal,
+        "normals": normal.astype(np.float32) / 255,
+        "id": (noise // 90).astype(np.uint8),
+    }
+
+
+def _kinds_of_pixels() -> Iterator[Work]:
+    """Draw pixels of every kind: copied, mixed, levelled, and between pixels where the map is turned."""
+    for values in ({"patch": 8}, {"angle": 30}):
+        slug = "image-quilting" if "patch" in values else "parallel-controllable"
+
+        def work(run: Run, slug: str = slug, values: dict[str, Any] = values) -> None:
+            planes = _planes()
+            grown = synthesize(Exemplar.of(planes), SMALL, make(slug, values), wrap="both", run=run)
+            for plane in planes:
+                for feather in (0, 3):
+                    grown.render(plane, feather=feather, run=run)
+                if grown.map.exact:
+                    grown.render(plane, finish=(Levelling(8),), run=run)
+
+        yield work
+
+
+def _healed(run: Run) -> None:
+    hole = np.zeros((SMALL, SMALL), bool)
+    hole[16:28, 16:28] = True
+    heal(_planes()["albedo"], hole, run=run)
+
+
+def _tiled(run: Run) -> None:
+    tile("sample:stones", run=run)

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from ...arguments import OVERLAYS
 from ...errors import ParameterError
+from ...request.request import Request
 from ..exits import say, tell
 from ..help import HelpfulCommand
-from ..options import EXEMPLARS, FILE, FORCE, gathered, input_options, opt
 from ..report import Report
-from ..request import Inputs, Targets
-from ..values import FileName, ParamType
 from .grow import check_stdout
 
 if TYPE_CHECKING:
@@ -24,71 +18,7 @@ SHOWN = 3  # candidates that are printed where the confidence is small
 SMALL = 0.1
 
 
-class Overlay(ParamType):
-    """FILE, or KIND=FILE; gives the pair."""
-
-    name = "[KIND=]FILE"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        if isinstance(value, tuple):
-            return value
-        value = FileName().convert(value, param, ctx)
-        kind, equals, path = str(value).partition("=")
-        if not equals or not kind.isalpha():
-            return "lattice", str(value)
-        if kind not in OVERLAYS:
-            self.fail(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in OVERLAYS)}.", param, ctx)
-        return kind, path
-
-
-@dataclass(frozen=True)
-class OverlayFiles:
-    """The pictures to write of what was found."""
-
-    overlays: tuple[tuple[str, str], ...]
-    best_tile: str | None
-    force: bool
-
-    def __post_init__(self) -> None:
-        named = [path for _, path in self.overlays] + ([self.best_tile] if self.best_tile is not None else [])
-        if "" in named:
-            raise ParameterError("an empty file name was given; name the file to write.")
-        if named.count("-") > 1:
-            raise ParameterError("the standard output (-) holds one picture; name files for the others.")
-
-    @property
-    def to_stdout(self) -> bool:
-        """True where one of them goes to the standard output."""
-        return self.best_tile == "-" or any(path == "-" for _, path in self.overlays)
-
-
-PICTURES = (
-    opt(
-        "overlays", "--overlay", multiple=True, type=Overlay(),
-        help=f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
-    ),
-    opt(
-        "best_tile", "--best-tile", type=FILE, metavar="FILE",
-        help="Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
-    ),
-    FORCE,
-)  # fmt: skip
-
-
-@click.command(
-    name="analyze",
-    cls=HelpfulCommand,
-    epilog="FILE may hold {stem}: with several exemplars every one has pictures of its own.",
-)
-@gathered(*PICTURES, into="pictures", make=OverlayFiles)
-@input_options(EXEMPLARS)
-@gathered(
-    opt("as_json", "--json", is_flag=True, help="Print what was found as a JSON object on stdout."),
-    opt("quiet", "--quiet", "-q", is_flag=True, help="Print nothing; only write the pictures."),
-    into="report", make=Report,
-)  # fmt: skip
-@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
-def command(inputs: Inputs, pictures: OverlayFiles, report: Report) -> None:
+def look(request: Request, report: Report) -> None:
     """Tell by which steps EXEMPLAR repeats, how large its elements are, how it is lit, and how to grow it.
 
     \b
@@ -96,17 +26,16 @@ def command(inputs: Inputs, pictures: OverlayFiles, report: Report) -> None:
     intarsia analyze weave.png --overlay seen.png --best-tile tile.png
     intarsia analyze *.png --several --json
     """
-    if pictures.to_stdout:
-        check_stdout(Targets("-"), report)
+    check_stdout(request, report)
 
     from ...tasks.inspection import analyze
     from ..exemplars import Shelf, sets_of
 
-    sets = sets_of(inputs, report)
-    if len(sets) > 1 and pictures.to_stdout:
+    sets = sets_of(request, report)
+    if len(sets) > 1 and request.to_stdout:
         raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
-    shelf, seen, results = Shelf([[found] for found in sets], inputs, report), set[str](), []
-    plans = [_plan(pictures, found, seen) for found in sets]
+    shelf, seen, results = Shelf([[found] for found in sets], request, report), set[str](), []
+    plans = [_plan(request, found, seen) for found in sets]
     for number in range(len(sets) if len(sets) > 1 else 0):
         shelf.get(number)  # a file that cannot be read is refused before the first is worked on
     for number, plan in enumerate(plans):
@@ -114,12 +43,12 @@ def command(inputs: Inputs, pictures: OverlayFiles, report: Report) -> None:
             found = analyze(shelf.get(number)[0])
         first = next(iter(sets[number].values()))
         answer = found.as_dict()
-        answer["suggested"]["flatten"] |= inputs.flatten
-        _write(found, plan, answer, pictures.force)
+        answer["suggested"]["flatten"] |= request.flatten
+        _write(found, plan, answer, request.force)
         results.append({"file": first, **answer})
         if not report.as_json and not report.quiet:
             lines = ([""] if number else []) + _page(first, answer)
-            if pictures.to_stdout:
+            if request.to_stdout:
                 for line in lines:
                     tell(line)
             else:
@@ -131,20 +60,20 @@ Plan = tuple[list[tuple[str, str]], dict[str, str]]
 """The files of one exemplar: kinds of overlays with theirs, and those of planes of the best tile."""
 
 
-def _plan(pictures: OverlayFiles, found: dict[str, str], seen: set[str]) -> Plan:
+def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
     """Name the files, and refuse what cannot be written before anything is looked at."""
     from ...files import format_of
     from ..exemplars import stem_of
     from ..outputs import check_all, filled_name, plane_files
 
     fields = {"stem": stem_of(found), "seed": 0, "method": "", "w": "", "h": ""}
-    overlays = [(kind, filled_name(path, fields)) for kind, path in pictures.overlays]
-    tile = {} if pictures.best_tile is None else plane_files(filled_name(pictures.best_tile, fields), found)
+    overlays = [(kind, filled_name(path, fields)) for kind, path in request.overlays]
+    tile = {} if request.best_tile is None else plane_files(filled_name(request.best_tile, fields), found)
     paths = [path for _, path in overlays] + list(tile.values())
     for path in paths:
         if path != "-":
             format_of(path)
-    check_all(paths, pictures.force, seen)
+    check_all(paths, request.force, seen)
     return overlays, tile
 
 
@@ -250,3 +179,8 @@ def _options(suggested: dict[str, Any]) -> list[str]:
             shown = '"' + " ".join(f"{x:.6g},{y:.6g}" for x, y in value) + '"'
         words += [f"--{name.replace('_', '-')}", str(shown)]
     return words + ["--flatten"] * suggested["flatten"]
+
+
+command = HelpfulCommand(
+    "analyze", look, epilog="FILE may hold {stem}: with several exemplars every one has pictures of its own."
+)

@@ -3,86 +3,49 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-import click
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from ...arguments import MAX_PIXELS
 from ...errors import InputError, ParameterError
+from ...request.request import Request
 from ..exits import CANCEL
 from ..help import HelpfulCommand
-from ..options import FILE, KNOWN, MAGNIFY, common, gathered, input_options, opt, report_options, target_options
 from ..report import Report
-from ..request import Inputs, Targets
-from ..values import Rectangle
-from .grow import JOINS, check_stdout, finish_of
+from .grow import check_stdout
 
 if TYPE_CHECKING:
     from ...exemplar import Exemplar
     from ...sourcemap import SourceMap
 
 
-class View(NamedTuple):
-    """Which part of a map to draw, and how soft."""
-
-    feather: int | None
-    mixing: str | None
-    level: int | None
-    window: tuple[int, int, int, int] | None
-
-
-FEATHER, MIXING, LEVEL = JOINS
-VIEW_OPTIONS = (
-    FEATHER.but(help="Soften the seams over so many px. By default as it was grown."),
-    MIXING.but(help="How pieces mix within the feather; by default as it was grown."),
-    LEVEL.but(
-        help="Even out steps of light and colour so far to either side of seams, 0: leave them; by default as it was "
-        "grown.",
-    ),
-    opt(
-        "window", "--window", type=Rectangle(),
-        help="Draw this part only. Where the map wraps it may reach over the border.",
-    ),
-)  # fmt: skip
-
-
-@click.command(name="render", cls=HelpfulCommand)
-@click.argument("saved", type=FILE, metavar="MAP.npz")
-@target_options
-@gathered(*VIEW_OPTIONS, into="view", make=View)
-@input_options(KNOWN, MAGNIFY)
-@common
-@report_options
-def command(saved: str, inputs: Inputs, targets: Targets, view: View, report: Report, threads: int | None) -> None:
+def draw(request: Request, report: Report) -> None:
     """Draw a map that was saved with --save-map again: with other planes of the same size, softer, or in part."""
-    check_stdout(targets, report)
-    if saved == "-":
+    check_stdout(request, report)
+    if request.saved is None or request.saved == "-":
         raise ParameterError("a map is read from a file; give the name of a .npz.")
     from ...sourcemap import SourceMap
 
-    smap = SourceMap.load(saved)
+    smap, times = SourceMap.load(request.saved), request.magnify
     smap.check_sources()
-    if view.window is not None:
-        x, y, width, height = view.window
-        if any(v % inputs.magnify for v in view.window):
+    if request.window is not None:
+        x, y, width, height = request.window
+        if any(v % times for v in request.window):
             raise ParameterError(
-                f"--window {x},{y},{width},{height} does not suit --magnify {inputs.magnify}; give multiples of "
-                f"{inputs.magnify}."
+                f"--window {x},{y},{width},{height} does not suit --magnify {times}; give multiples of {times}."
             )
-        _check_window(smap, inputs.magnify, view.window)
-    redraw(smap, _named(inputs, smap), targets, view, report, threads)
+        _check_window(smap, times, request.window)
+    redraw(smap, _named(request, smap), report)
 
 
-def _named(inputs: Inputs, smap: SourceMap) -> Inputs:
-    """Return the inputs; maps of built-in exemplars name their own."""
-    from dataclasses import replace
-
-    if inputs.files:
-        return inputs
+def _named(request: Request, smap: SourceMap) -> Request:
+    """Return the request; maps of built-in exemplars name their own."""
+    if request.files:
+        return request
     names = tuple(source.name for source in smap.sources)
     if not names or not all(name.startswith("sample:") for name in names):
         raise ParameterError("the map needs its exemplars to be drawn; name them with --exemplar FILE.")
-    return replace(inputs, files=names)
+    return replace(request, files=names)
 
 
 def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]) -> None:
@@ -100,7 +63,7 @@ def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]
         raise ParameterError(f"--window {x},{y},{width},{height} is too large; give at most 2**31 px in all.")
 
 
-def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report: Report, threads: int | None) -> None:
+def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     """Read the exemplars, check them against the map, and draw all of their planes."""
     from ... import files
     from ...geometry import Box
@@ -110,33 +73,33 @@ def redraw(smap: SourceMap, inputs: Inputs, targets: Targets, view: View, report
     from ..outputs import Staging, by_file, check_all, filled_name, layer_files, plane_files
 
     began = time.perf_counter()
-    sets = sets_of(inputs, report)
+    sets = sets_of(request, report)
     if len(sets) != max(len(smap.sources), 1):
         raise InputError(f"the map was made of {len(smap.sources)} exemplars, {len(sets)} are given; give as many.")
-    n = inputs.magnify
-    x, y, width, height = view.window or (0, 0, smap.width * n, smap.height * n)
+    n = request.magnify
+    x, y, width, height = request.window or (0, 0, smap.width * n, smap.height * n)
     part = Box(y // n, x // n, (y + height) // n, (x + width) // n)
-    out = filled_name(targets.out, {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
-    pictures = {} if targets.layers else plane_files(out, sets[0])
-    check_all(pictures.values() if pictures else [out], targets.force, set())
-    exemplars = Shelf([sets], inputs, report).get(0)
-    pictures = pictures or layer_files(out, exemplars[0], targets.depth)
+    out = filled_name(request.out or "", {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
+    pictures = {} if request.layers else plane_files(out, sets[0])
+    check_all(pictures.values() if pictures else [out], request.force, set())
+    exemplars = Shelf([sets], request, report).get(0)
+    pictures = pictures or layer_files(out, exemplars[0], request.depth)
     _check_sizes(smap, exemplars)
     for name, path in pictures.items():
         plane = exemplars[0].picture(name)
         assert plane is not None
         drawn = [side * plane.width // (exemplars[0].width * n) for side in (width, height)]
-        files.check_depth(path, plane, targets.depth, (drawn[0], drawn[1]))
-    blend = smap.blend.but(feather=view.feather, mixing=view.mixing, finish=finish_of(view.level))
+        files.check_depth(path, plane, request.depth, (drawn[0], drawn[1]))
+    blend = smap.blend.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
     check_drawable(exemplars, part.height, part.width, blend.feather)
-    with report.watching(len(pictures)) as meter, Staging(targets.force) as staging:
+    with report.watching(len(pictures)) as meter, Staging(request.force) as staging:
         for path, names in by_file(pictures).items():
             planes = {}
             for name in names:
-                run = Run(threads, meter.stage("render", 0.0, 1.0), CANCEL)
+                run = Run(request.threads, meter.stage("render", 0.0, 1.0), CANCEL)
                 planes[name] = render(exemplars, smap, name, blend, part, run)
                 meter.next_part()
-            files.write(staging.place(path), planes if targets.layers else planes[names[0]], depth=targets.depth)
+            files.write(staging.place(path), planes if request.layers else planes[names[0]], depth=request.depth)
         staging.commit()
     seconds = time.perf_counter() - began
     report.note(f"{', '.join(by_file(pictures))}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
@@ -159,3 +122,6 @@ def _check_sizes(smap: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
                 f"{exemplar.name} is {exemplar.width}x{exemplar.height} px, the map was made of {source.name} of "
                 f"{source.width}x{source.height} px; give a plane of that size (mind --crop, --scale and --magnify)."
             )
+
+
+command = HelpfulCommand("render", draw)

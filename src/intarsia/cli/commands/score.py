@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-import click
-
-from ...errors import InputError, ParameterError
+from ...errors import InputError
+from ...request.request import Request
 from ..exits import CANCEL, say
 from ..help import HelpfulCommand
-from ..options import EXEMPLARS, FILE, FORCE, PAGE, gathered, input_options, opt
 from ..report import Report
-from ..request import Inputs, check_page
-from ..values import GATE
 
 if TYPE_CHECKING:
     from ...exemplar import Exemplar
@@ -28,46 +24,7 @@ RECIPE = "recipe"
 """In place of a map: the one that the recipe in the output's file makes again."""
 
 
-class Judging(NamedTuple):
-    """What is known of the output beside its pixels, what it must reach, and where that is told."""
-
-    saved: str | None
-    wrap: str | None
-    gates: tuple[tuple[str, float], ...]
-    page: str | None
-    force: bool
-
-
-JUDGING = (
-    opt(
-        "saved", "--map", type=FILE, metavar="FILE.npz|recipe",
-        help="The map that was saved with --save-map. It tells what seams cost, and a report of its pieces; \"recipe\" "
-        "makes it again, from the recipe that OUTPUT carries.",
-    ),
-    opt(
-        "wrap", "--wrap", type=click.Choice(("none", "x", "y", "both")),
-        help="Axes along which the output should tile. By default as its map does.",
-    ),
-    opt(
-        "gates", "--gate", multiple=True, type=GATE,
-        help="Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
-    ),
-    PAGE.but(help="A page or a picture on how good it is. Also where it misses a gate."),
-    FORCE,
-)  # fmt: skip
-
-
-@click.command(name="score", cls=HelpfulCommand)
-@input_options(EXEMPLARS, without=("maps", "packed", "weights"))
-@click.argument("output", type=FILE, metavar="OUTPUT")
-@gathered(*JUDGING, into="judging", make=Judging)
-@gathered(
-    opt("as_json", "--json", is_flag=True, help="Print the score as a JSON object on stdout."),
-    opt("quiet", "--quiet", "-q", is_flag=True, help="Print nothing; the exit code tells of the gates."),
-    into="report", make=Report,
-)  # fmt: skip
-@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
-def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> None:
+def judge(request: Request, report: Report) -> None:
     """Tell how good OUTPUT is, grown from EXEMPLAR: 0 to 100, and what speaks against it.
 
     \b
@@ -78,38 +35,34 @@ def command(inputs: Inputs, output: str, judging: Judging, report: Report) -> No
 
     What is measured, and how far it agrees with people, stands in docs/score.md.
     """
-    inputs.check_standard_input(output)
-    if judging.saved == "-":
-        raise ParameterError("a map is read from a file; give --map the name of a .npz.")
+    assert request.output is not None
     from ... import files
     from ...sourcemap import SourceMap
     from ...tasks.scoring import check_gates, gated, misses, outcome_of
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import FIELDS, check_all, filled_name
 
-    check_page(judging.page)
-    check_gates(judging.gates)
-    sets = sets_of(inputs, report)
-    page = judging.page
+    check_gates(request.gates)
+    sets, page, output, saved = sets_of(request, report), request.page, request.output, request.saved
     if page is not None:
         page = filled_name(page, dict.fromkeys(FIELDS, "") | {"stem": stem_of(sets[0])})
-        check_all([page], judging.force, set())
-    smap = None if judging.saved in (None, RECIPE) else SourceMap.load(judging.saved)
-    exemplars, made = Shelf([sets], inputs, report).get(0), files.read(output, alpha=inputs.alpha)
-    if judging.saved == RECIPE:
+        check_all([page], request.force, set())
+    smap = None if saved is None or saved == RECIPE else SourceMap.load(saved)
+    exemplars, made = Shelf([sets], request, report).get(0), files.read(output, alpha=request.alpha)
+    if saved == RECIPE:
         smap = _made_again(output, made.base, exemplars, report)
-    outcome = outcome_of(exemplars, made, map=smap, wrap=judging.wrap)
+    outcome = outcome_of(exemplars, made, map=smap, wrap=request.wrap)
     found = outcome.score
     if page is not None:
-        outcome = outcome.but(name=output, missed=misses(found, judging.gates))
-        _tell(outcome, sets, page, judging.force)
+        outcome = outcome.but(name=output, missed=misses(found, request.gates))
+        _tell(outcome, sets, page, request.force)
     if report.as_json:
         more = {"energy": outcome.energy, "report": page}
         told = {name: value for name, value in more.items() if value is not None}
         report.result({"file": output, **found.as_dict(), **told})
     elif not report.quiet:
         say(_in_words(output, found))
-    gated(found, judging.gates, output)
+    gated(found, request.gates, output)
 
 
 def _made_again(output: str, made: Plane, exemplars: Sequence[Exemplar], report: Report) -> SourceMap | None:
@@ -157,3 +110,6 @@ def _in_words(output: str, found: Score) -> list[str]:
         lost, seen = f"-{100 * found.loss(name):.0f}", f"{one.measured:7.1f} {one.part.unit:6}"
         lines.append(f"  {name:9} {seen} worth {one.worth:.2f} {lost:>4}  {one.part.says}")
     return lines
+
+
+command = HelpfulCommand("score", judge)

@@ -6,22 +6,23 @@ import time
 
 import click
 
-from ..exits import CANCEL
-from ..options import common, gathered, opt
+from ..exits import CANCEL, begun
 from ..report import Report
 
 
 @click.command(name="warm-up")
-@common
-@gathered(opt("quiet", "--quiet", "-q", is_flag=True, help="Say nothing but errors."), into="report", make=Report)
-def command(report: Report, threads: int | None) -> None:
+@click.option(
+    "--threads", type=click.IntRange(1, 1024), metavar="N",
+    help="Threads to use; by default one a core. Never changes a pixel.",
+)  # fmt: skip
+@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+@click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
+def command(threads: int | None, quiet: bool) -> None:
     """Compile everything for this computer now, so that the first picture comes at once."""
-    began = time.perf_counter()
+    began, report = time.perf_counter(), Report(quiet=quiet)
     from ...run import Run
     from ...tasks.warming import warm_up
 
-    run = Run(threads, None, CANCEL)
-    pictures = warm_up(run)
-    for note in run.notes:
-        report.warn(note)
-    report.note(f"ready: grew {pictures} tiny textures in {time.perf_counter() - began:.1f} s")
+    begun()
+    pictures = warm_up(Run(threads, None, CANCEL))
+    report.note(f"ready: grew {pictures} small textures in {time.perf_counter() - began:.1f} s")

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import gc
 import io
 import json
 import os
 import shutil
 import tempfile
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import cache
@@ -18,49 +15,36 @@ from typing import Any
 from .drafting import Drafting
 from .worker import Answer, Tell
 
-AGAIN = 2.0  # s between two estimates of how long compiling takes
-USUAL, FEW = 0.15, 5  # s that a kernel takes on two idle cores: believed until more than so many were made here
+FIRST, MORE = 20.0, 5.0  # s that compiling takes: of all that a first command runs, and of what a later one adds
+STEPS = 50  # of what is told while this process gets ready
+
+_grown: list[bool] = []  # whether a command was carried out here
 
 
 def command(said: dict[str, Any], tell: Tell) -> Answer:
     """Carry out the words of a command in a folder; return what it printed as JSON."""
     os.chdir(said["folder"])
     try:
-        with _saying_how_long(said["words"], tell):
+        with _saying_how_long(tell):
             return invoked(said["words"], Drafting(tell)), b""
     finally:
-        gc.unfreeze()  # this process is not as brief as a command is
         os.chdir(os.path.dirname(os.path.abspath(__file__)))
 
 
 @contextmanager
-def _saying_how_long(words: list[str], tell: Tell) -> Iterator[None]:
-    """Once a command must compile: tell about how many seconds that takes, and anew as kernels appear on the disk."""
-    from ...choosing.auto import AUTO_METHOD
+def _saying_how_long(tell: Tell) -> Iterator[None]:
+    """Once a command must compile: tell about how many seconds that takes, fewer where one grew before."""
     from ...kernels.announcing import no_longer, on_first_compilation
-    from ...tasks.warming import missing_kernels
-
-    (method,) = [w.partition("=")[2] for w in words if w.startswith("--method=")] or [AUTO_METHOD]
-    ended = threading.Event()
-
-    def watch(whole: int) -> None:
-        began, left = time.monotonic(), whole
-        while left:
-            pace = (time.monotonic() - began + FEW * USUAL) / (whole - left + FEW)
-            tell(ready=left * pace)
-            if ended.wait(AGAIN):
-                return
-            left = missing_kernels(method)
 
     def announce() -> None:
-        threading.Thread(target=watch, args=(missing_kernels(method),), daemon=True).start()
+        tell(ready=MORE if _grown else FIRST)
 
     on_first_compilation(announce)
     try:
         yield
+        _grown.append(True)
     finally:
         no_longer(announce)
-        ended.set()
 
 
 def prepare(said: dict[str, Any], tell: Tell) -> Answer:
@@ -95,26 +79,27 @@ def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any
 
 
 def warm(said: dict[str, Any], tell: Tell) -> Answer:
-    """Load the kernels that growing needs, or have them compiled, and grow one tiny picture; tell how far that is.
+    """Grow what makes this process ready, and one tiny picture by a command; tell how far that is.
 
-    Where it is cancelled it ends at once, and what was made until then stays.
+    Where it is cancelled it ends after the kernel that is being compiled, and what was made until then stays.
     """
     from ...cli.exits import CANCEL
     from ...run import Run
-    from ...tasks.warming import made_beside
     from ...tasks.warming import warm as load
 
-    def step(done: int, total: int, draft: Any) -> None:
-        tell(warm=[done, total + 1])
+    told = [-1]
 
-    run = Run(step=step, cancel=CANCEL)
-    with made_beside(run):
-        count = load(run=run)
+    def step(done: int, total: int, draft: Any) -> None:
+        if (now := STEPS * done // total) > told[0]:
+            told[0] = now
+            tell(warm=[now, STEPS + 1])
+
+    count = load(run=Run(step=step, cancel=CANCEL))
     folder = tempfile.mkdtemp(prefix="intarsia-warm-")
     try:
         out = os.path.join(folder, "a.png")
         invoked(["grow", "sample:stones", "--size=64", f"--output={out}", "--json", f"--save-map={out}.npz"])
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    tell(warm=[count + 1, count + 1])
-    return {"kernels": count}, b""
+    tell(warm=[STEPS + 1, STEPS + 1])
+    return {"grown": count}, b""

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
 from functools import lru_cache
 from typing import Any
 
-import click
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ... import files
-from ...cli.app import cli
 from ...cli.exemplars import Shelf, sets_of
+from ...cli.help import read_argv
 from ...cli.report import Report
-from ...cli.request import Inputs
 from ...errors import InputError
 from ...sourcemap import SourceMap
 from ...tasks.drawings import HEAT, borders, heat, pieces, ramp, used
@@ -116,15 +113,7 @@ def _outcome(said: dict[str, Any], smap: SourceMap) -> Outcome:
     key = json.dumps([said["map"], said["words"]])
     if key not in _held:
         _held.clear()
-        inputs, quiet = _inputs(said["words"]), Report(quiet=True)
-        exemplars = Shelf([sets_of(inputs, quiet)], inputs, quiet).get(0)
-        _held[key] = outcome_of(exemplars, files.read(said["picture"], alpha=inputs.alpha), map=smap)
+        asked, quiet = read_argv(said["words"]), Report(quiet=True)
+        exemplars = Shelf([sets_of(asked, quiet)], asked, quiet).get(0)
+        _held[key] = outcome_of(exemplars, files.read(said["picture"], alpha=asked.alpha), map=smap)
     return _held[key]
-
-
-def _inputs(words: list[str]) -> Inputs:
-    """What the words of `score` say of the exemplars."""
-    command = cli.get_command(click.Context(cli), words[0])
-    assert command is not None
-    with command.make_context(words[0], words[1:]) as ctx:
-        return Inputs(**{f.name: ctx.params[f.name] for f in fields(Inputs) if f.name in ctx.params})

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from ...choosing.auto import AUTO_METHOD
-from ...cli.pictures import value_of
 from ...errors import InputError, MethodError, ParameterError
 from ...errors import said as named
 from ...exemplar import Exemplar
@@ -24,6 +23,7 @@ from ...image import Plane
 from ...methods.base import make, method_class
 from ...methods.parallel_controllable import ParallelControllable
 from ...params import parameters
+from ...request.pictures import value_of
 from ...run import Run
 from .looking import exemplar_of
 from .pictures import Pixels, png, reduced, seen

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, ParameterError
@@ -14,27 +14,19 @@ if TYPE_CHECKING:
 
 
 def value_of(p: Parameter, text: str) -> Any:
-    """Read a value behind an option; a picture where that is the name of one."""
-    return picture_of(p, text) if names_a_picture(p, text) else parse(p, text)
+    """Read a value behind an option; the name of a picture stays one."""
+    return text if names_a_picture(p, text) else parse(p, text)
 
 
-def names_a_picture(p: Parameter, text: str) -> bool:
+def names_a_picture(p: Parameter, text: Any) -> bool:
     """Whether a value is the name of a file: whatever is neither a number nor a word of the parameter."""
-    if p.kind not in OVER or text in p.choices:
+    if p.kind not in OVER or not isinstance(text, str) or text in p.choices:
         return False
     try:
         float(text)
     except ValueError:
         return True
     return False
-
-
-def named_pictures(given: Mapping[str, str | None], known: Iterable[Parameter]) -> dict[str, str]:
-    """Return the files among the given options, by parameter; ParameterError where two are the standard input."""
-    named = {p.name: t for p in known if (t := given.get(p.name)) is not None and names_a_picture(p, t)}
-    if list(named.values()).count("-") > 1:
-        raise ParameterError("the standard input (-) can be read once; name files for the others.")
-    return named
 
 
 def picture_of(p: Parameter, path: str) -> Field:
@@ -59,7 +51,6 @@ def picture_of(p: Parameter, path: str) -> Field:
         return Field(pixels[:, :, 0], p.low, p.high)
     except InputError as e:
         raise InputError(f"{p.name}: of {name}, {e}") from None
-
 
 
 def asked_pictures(recipe: dict[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,112 @@
+"""A request as the words of a command: what is not as the verb has it anyway, in the order of the table."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..choosing.auto import AUTO_METHOD
+from ..methods.base import Method, keeps_lattice, method_class
+from ..params import Parameter, parameters, words
+from .field import Field
+from .kinds import FLAG, Pair
+from .request import FIELDS, Request, fields_of_verb
+from .verbs import known_parameters, usual_parameters
+
+
+def to_argv(request: Request, joined: bool = False) -> list[str]:
+    """Return the words after ``intarsia`` that say a request; `joined`: an option and its value are one word."""
+    arguments: list[str] = []
+    options: list[str] = []
+    for field in fields_of_verb(request.verb):
+        value = getattr(request, field.name)
+        if value != field.default:
+            said = options if field.flags else arguments
+            said += _said(field, value, joined)
+    return [request.verb, *arguments, *options, *parameter_words(request, joined)]
+
+
+def to_line(request: Request, joined: bool = False) -> str:
+    """Return the line for a shell that says a request."""
+    return shlex.join(["intarsia", *to_argv(request, joined)])
+
+
+def once_more(request: Request, sets: Sequence[Mapping[str, str]], method: Method, seed: int, **more: Any) -> Request:
+    """Return the request for the same picture with method and seed named, from the planes and masks of `sets`.
+
+    What bears on nothing in the picture is left out; `more` are fields that are another.
+    """
+    further = [plane for found in sets for plane in list(found.items())[1:]]
+    finish = request.finishing
+    named: dict[str, Any] = {
+        "files": tuple(next(iter(found.values())) for found in sets),
+        "maps": tuple(plane for plane in further if plane[0] != "mask"),
+        "masks": tuple(path for name, path in further if name == "mask"),
+        "method": method.slug,
+        "parameters": settings_of(method),
+        "pictures": tuple(request.drawn.items()),
+        "seed": seed,
+        "level": None if finish is None else finish[0].radius if finish else 0,
+        "finish": None,
+        "repair": 0 if keeps_lattice(method) else request.repair,  # it was not repaired
+    }
+    passing = {field.name: field.default for field in FIELDS if field.passing}
+    return replace(request, **passing | named | more)
+
+
+def _said(field: Field, value: Any, joined: bool) -> list[str]:
+    texts = [field.kind.text(one) for one in value] if field.many else [field.kind.text(value)]
+    if not field.flags or field.kind is FLAG:
+        return [field.flag] if field.flags else texts
+    if isinstance(field.kind, Pair):
+        texts = [kind.text(one) for kind, one in zip(field.kind.kinds, value, strict=True)]
+        return [field.flag, *texts]
+    short = field.flags[0]
+    return [word for text in texts for word in _option(short if len(short) == 2 else field.flag, text, joined)]
+
+
+def _option(flag: str, text: str, joined: bool) -> list[str]:
+    return [f"{flag}={text}"] if joined and flag.startswith("--") else [flag, text]
+
+
+def parameter_words(request: Request, joined: bool = False) -> list[str]:
+    """Return the options that give the method its parameters, but for those that are as the verb has them."""
+    slug, said = request.method, list[str]()
+    known: dict[str, Parameter] = {name: p for name, (p, _) in known_parameters().items()}
+    usual: dict[str, Any] = {}
+    if slug != AUTO_METHOD:
+        known |= {p.name: p for p in parameters(method_class(slug))}
+        usual = {p.name: p.default for p in parameters(method_class(slug))} | usual_parameters(request.verb, slug)
+    drawn = request.drawn
+    for name, value in request.parameters.items():
+        if name not in usual or value != usual[name]:
+            text = drawn.get(name) or parameter_text(known[name].kind, value)
+            said += _option("--" + name.replace("_", "-"), text, joined)
+    return said
+
+
+def settings_of(method: Method) -> dict[str, Any]:
+    """Return the parameters of a method by name."""
+    return {p.name: getattr(method, p.name) for p in parameters(method)}
+
+
+def parameter_text(kind: str, value: Any) -> str:
+    """Write a parameter as the command line reads it."""
+    if kind == "extent":
+        return words(value)
+    if kind == "pins":
+        return "; ".join("{},{} -> {},{} {}".format(*pin) for pin in value)
+    if kind == "vectors":
+        return " ".join(",".join(repr(float(n)) for n in v) for v in value)
+    return written(value)
+
+
+def written(value: Any) -> str:
+    """Write a value for people: lists with commas, vectors with spaces between them."""
+    if isinstance(value, (list, tuple)):
+        if value and isinstance(value[0], (list, tuple)):
+            return " ".join(",".join(f"{n:.6g}" for n in v) for v in value)
+        return ",".join(str(v) for v in value)
+    return str(value)

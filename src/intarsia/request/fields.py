@@ -1,0 +1,443 @@
+"""The table of all that may be asked for: every field once, in the order in which help lists it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..arguments import ALPHAS, FEATHER, MOST_PASSES, OVERLAYS, PLANE_WEIGHTS, REACHES, TIMES, WEIGHT, WEIGHTS
+from ..choosing.auto import AUTO_METHOD, MOST_TRIALS, By
+from ..disk.limits import DEFAULT_PIXELS, VARIABLE
+from ..geometry import Wrap
+from ..methods.base import PRESETS
+from .field import EXEMPLAR, LOOK, OUTPUT, WHERE, WORK, asked
+from .kinds import (
+    ENDLESS,
+    FLAG,
+    Channels,
+    Colour,
+    File,
+    Kind,
+    NamedFile,
+    NamedNumber,
+    Number,
+    Overlay,
+    Pair,
+    Rectangle,
+    Scale,
+    Seed,
+    Seeds,
+    Size,
+    Whole,
+    one_of,
+)
+from .verbs import BEGUN, DONE, DRAWN, EVERY, MADE, PLANNED, able
+
+DEPTHS = ("8", "16", "half", "float")
+MOST_GROWN, MOST_EDGE, MOST_BAND, MOST_TILES = 1024, 64, 1 << 16, 16
+MARGINS = Whole(high=1 << 20)
+PICTURE, IMAGE, WRITTEN = File(name="exemplar"), File(name="image"), File()
+GATE = NamedNumber(shown="PART=VALUE", most=100, remedy="a part and its least worth, such as joins=0.5")
+PLANE_WEIGHT = NamedNumber(most=PLANE_WEIGHTS, remedy=f"a plane and 0 to {PLANE_WEIGHTS}, such as height=0.5")
+USABLE = "White where pixels may be taken from. One for each picture."
+OUT = "The picture to write. Further planes lie beside it as OUT_NAME; - is the standard output (PNG)."
+USUAL_OUT = (
+    " A name that ends in / is a folder: every material goes there by itself, under its own name. Default: NAME_{} "
+    "in the working folder, in the exemplar's format if that is lossless, else PNG or EXR."
+)
+
+
+def methods(verb: str) -> Kind:
+    """A method that a verb offers, or the choice among them."""
+    return one_of(AUTO_METHOD, *able(verb))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked for of a verb. A field that the verb does not have stays as it begins."""
+
+    verb: str
+
+    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", WHERE, {"extend"}, shown="N")
+    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", WHERE, {"extend"}, shown="N")
+    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", WHERE, {"extend"}, shown="N")
+    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", WHERE, {"extend"}, shown="N")
+    axes: str = asked(
+        one_of("x", "y", "both"), "--axes", "Axes along which it is to tile.", WHERE, {"tile"}, "both",
+        tells_default=True,
+    )  # fmt: skip
+    band: int | None = asked(
+        Whole(low=1, high=MOST_BAND), "--band",
+        "Width of the band that is grown anew. Half lies at either border. Default: one and a half elements.",
+        WHERE, {"tile"}, shown="PX",
+    )  # fmt: skip
+    holes: tuple[str, ...] = asked(
+        File(name="image", choices=("alpha",)), "--mask", "White is healed; with alpha what is transparent. As large "
+        "as the picture; one for all pictures, or one for each.",
+        WHERE, {"heal"}, shown="HOLE|alpha", many=True, required=True,
+    )  # fmt: skip
+    grow: int | None = asked(
+        Whole(high=MOST_GROWN, choices=("auto",)), "--grow",
+        "Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside. Default: auto.",
+        WHERE, {"heal"}, shown="N|auto",
+    )  # fmt: skip
+    labels: tuple[str, ...] = asked(
+        IMAGE, "--labels -l",
+        "Which pixel of the exemplar is what. One colour for each label; once for each exemplar.",
+        WHERE, {"paint", "replay"}, shown="FILE", many=True, required=True,
+        otherwise={"replay": {"help": "What paint was given as --labels.", "required": False}},
+    )  # fmt: skip
+    target: str | None = asked(
+        IMAGE, "--target -t", "Where each label shall be. In the same colours; the output has its size.",
+        WHERE, {"paint", "replay"}, shown="FILE", required=True,
+        otherwise={"replay": {"help": "What paint was given as --target.", "required": False}},
+    )  # fmt: skip
+    weight: float = asked(
+        Number(high=WEIGHTS), "--weight",
+        "How closely boundaries follow the target. 1.5 to 2.5 mostly; 0 takes what joins best.",
+        WHERE, {"paint"}, WEIGHT, shown="F", tells_default=True,
+    )  # fmt: skip
+    window: tuple[int, int, int, int] | None = asked(
+        Rectangle(), "--window", "Draw this part only. Where the map wraps it may reach over the border.",
+        WHERE, {"render"},
+    )  # fmt: skip
+    origin: tuple[int, int] = asked(
+        ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
+        WHERE, {"weave"}, (0, 0), shown="X,Y",
+    )  # fmt: skip
+    edge: int = asked(
+        Whole(high=MOST_EDGE), "--edge", "Fill N px along the edge of holes again, pixel by pixel; slow.",
+        WHERE, {"heal"}, 0, shown="N", rare=True,
+    )  # fmt: skip
+    reach: int = asked(
+        Whole(high=REACHES), "--reach", "Pixels this near to a boundary count as partly of both labels.",
+        WHERE, {"paint"}, 0, shown="PX", rare=True, tells_default=True,
+    )  # fmt: skip
+
+    out: str | None = asked(
+        WRITTEN, "-o --output", OUT, OUTPUT, DRAWN | {"weave"}, shown="OUT", local=True,
+        otherwise={
+            **{verb: {"help": OUT + USUAL_OUT.format(DONE[verb])} for verb in PLANNED},
+            **{verb: {"required": True} for verb in ("render", "replay")},
+            "weave": {
+                "help": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
+                "else begins anew; a .tif is a tiled BigTIFF; a name without an ending is a folder of DeepZoom tiles; "
+                "a .png, or another picture, must fit into memory. Further planes lie beside it as OUT_NAME. Default: "
+                "NAME_woven.tif in the working folder.",
+            },
+        },
+    )  # fmt: skip
+    size: tuple[int, int] | None = asked(
+        Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
+        OUTPUT, {"grow", "tile", "weave"},
+        otherwise={
+            "tile": {
+                "help": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
+                "courses close.",
+            },
+            "weave": {
+                "kind": Size(most=1 << 80), "required": True,
+                "help": "Size in px, as large as the disk allows. One number is a square.",
+            },
+        },
+    )  # fmt: skip
+    overlays: tuple[tuple[str, str], ...] = asked(
+        Overlay(), "--overlay", f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
+        OUTPUT, {"analyze"}, many=True,
+    )  # fmt: skip
+    best_tile: str | None = asked(
+        WRITTEN, "--best-tile",
+        "Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
+        OUTPUT, {"analyze"},
+    )  # fmt: skip
+    wrap: str | None = asked(
+        one_of(*(w.value for w in Wrap)), "--wrap",
+        "Axes along which the output tiles. It continues in itself there; without a value along both.",
+        OUTPUT, (PLANNED - {"tile"}) | {"score"}, Wrap.NONE.value, alone=Wrap.BOTH.value, tells_default=True,
+        otherwise={
+            "heal": {"help": "Axes along which the picture continues in itself."},
+            "score": {
+                "help": "Axes along which the output should tile. By default as its map does.",
+                "default": None, "alone": None, "tells_default": False,
+            },
+        },
+    )  # fmt: skip
+    depth: str | None = asked(
+        one_of(*DEPTHS), "--depth", "Bits; by default exactly those of the exemplar.", OUTPUT, DRAWN,
+    )  # fmt: skip
+    force: bool = asked(
+        FLAG, "--force", "Replace files that exist.", OUTPUT, EVERY, False, local=True,
+        otherwise={"weave": {"help": "Begin anew where another texture or picture lies."}},
+    )  # fmt: skip
+    page: str | None = asked(
+        WRITTEN, "--report", "A page or a picture on how good it is. What it is made of, and where it loses; of "
+        "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
+        OUTPUT, PLANNED | {"replay", "score"}, shown="FILE.html|png", passing=True,
+        otherwise={"score": {"help": "A page or a picture on how good it is. Also where it misses a gate."}},
+    )  # fmt: skip
+    preview: str | None = asked(
+        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", OUTPUT, {"tile"}, passing=True,
+    )  # fmt: skip
+    tiles: int = asked(
+        Whole(low=1, high=MOST_TILES), "--preview-tiles",
+        "How often the preview repeats it along each axis that continues. Default: 3.",
+        OUTPUT, {"tile"}, 3, shown="N", rare=True, passing=True,
+    )  # fmt: skip
+    offset: str | None = asked(
+        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", OUTPUT, {"tile"}, rare=True, passing=True,
+    )  # fmt: skip
+    layers: bool = asked(
+        FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", OUTPUT, DRAWN, False, rare=True,
+    )  # fmt: skip
+    save_map: str | None = asked(
+        WRITTEN, "--save-map", "Save which exemplar pixel went where.",
+        OUTPUT, PLANNED | {"replay"}, shown="FILE.npz", rare=True, passing=True,
+    )  # fmt: skip
+    st_map: str | None = asked(
+        WRITTEN, "--st-map", "Save the same as an ST map for compositing.",
+        OUTPUT, PLANNED | {"replay"}, shown="FILE.exr", rare=True, passing=True,
+    )  # fmt: skip
+    distance_map: tuple[tuple[int, int], str] | None = asked(
+        Pair(), "--distance-map", "Save how well every patch of the exemplar fitted when output pixel X,Y was "
+        "filled: .exr or .tif holds distances (-1: no patch there), .png stretches them, dark is near.",
+        OUTPUT, PLANNED | {"replay"}, shown="X,Y FILE", rare=True, passing=True,
+    )  # fmt: skip
+    chunk: int | None = asked(
+        Whole(low=16, high=8192), "--chunk",
+        "Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
+        OUTPUT, {"weave"}, shown="PX", rare=True,
+    )  # fmt: skip
+    keep: bool = asked(
+        FLAG, "--keep", "Write all the same what misses a --gate.", OUTPUT, PLANNED | {"replay"}, False, rare=True,
+        passing=True,
+    )  # fmt: skip
+
+    method: str = asked(
+        methods("grow"), "--method -m",
+        "One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
+        LOOK, MADE, AUTO_METHOD, tells_default=True,
+        otherwise={
+            "paint": {"kind": methods("paint"), "help": "How to grow; `intarsia methods` tells of each."},
+            "heal": {"kind": methods("heal"), "help": "How to fill the holes."},
+            "tile": {"kind": methods("tile"), "help": "How to grow the band."},
+            "weave": {
+                "kind": methods("weave"), "help": "How to grow; auto chooses. It goes by what the exemplar is like, "
+                "among methods that make windows alone.",
+            },
+        },
+    )  # fmt: skip
+    feather: int | None = asked(
+        Whole(high=FEATHER), "--feather",
+        "Soften seams over so many px; 0 copies exactly. By default as the method means it.",
+        LOOK, {"grow", "extend", "paint", "weave", "render"}, shown="PX",
+        otherwise={"render": {"help": "Soften the seams over so many px. By default as it was grown."}},
+    )  # fmt: skip
+    trials: int | None = asked(
+        Whole(low=1, high=MOST_TRIALS), "--trials",
+        "Make N variants and keep the best. With --method auto only; the best by what --by says. Default: 1.",
+        LOOK, {"grow", "extend"}, shown="N", passing=True,
+    )  # fmt: skip
+    seed: int | None = asked(
+        Seed(), "--seed", "The same number gives the same picture. Default: 0.", LOOK, MADE, shown="N|random",
+    )  # fmt: skip
+    document: str | None = asked(
+        one_of(*PRESETS), "--as",
+        "Set what a paper sets: method, its parameters and mixing. What is given besides wins.",
+        LOOK, {"grow", "extend"}, rare=True, local=True, passing=True,
+    )  # fmt: skip
+    by: str | None = asked(
+        one_of(*(by.value for by in By)), "--by", "What trials are compared by. How good people would find them, or "
+        "what their seams cost: then only seeds are tried, and it is found sooner. Default: score.",
+        LOOK, {"grow", "extend"}, rare=True, passing=True,
+    )  # fmt: skip
+    repair: int = asked(
+        Whole(high=MOST_PASSES), "--repair",
+        "Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
+        "Default: 0.", LOOK, PLANNED, 0, shown="N", rare=True,
+    )  # fmt: skip
+    explain: bool = asked(
+        FLAG, "--explain",
+        "With --method auto: tell what was measured, which rule chose, and the command without auto.",
+        LOOK, MADE, False, rare=True, local=True, passing=True,
+    )  # fmt: skip
+    mixing: str | None = asked(
+        one_of("mean", "variance", "source"), "--mixing",
+        "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
+        LOOK, {"grow", "extend", "paint", "weave", "render"}, rare=True,
+        otherwise={"render": {"help": "How pieces mix within the feather; by default as it was grown."}},
+    )  # fmt: skip
+    level: int | None = asked(
+        Whole(high=FEATHER), "--level", "Even out steps of light and colour at seams. So far to either side; 0 leaves "
+        "them. By default 96 where the method is chosen, 0 where it is named.",
+        LOOK, {"grow", "paint", "weave", "render"}, shown="PX", rare=True,
+        otherwise={
+            "render": {
+                "help": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "
+                "as it was grown.",
+            },
+        },
+    )  # fmt: skip
+    magnify: int = asked(
+        Whole(low=1, high=TIMES), "--magnify", "Grow small, at 1/N, and draw at full size. All pixels of the exemplar "
+        "are drawn: for large outputs. Sizes stay those of the pictures; all else, such as --patch and --feather (then "
+        "1 if not given), counts px of 1/N.",
+        LOOK, {"grow", "weave", "render"}, 1, shown="N", rare=True, recipe=True,
+    )  # fmt: skip
+
+    files: tuple[str, ...] = asked(
+        PICTURE, "", "", EXEMPLAR, EVERY, shown="EXEMPLAR...", many=True, required=True, local=True,
+        otherwise={
+            **{verb: {"shown": "IMAGE..."} for verb in BEGUN},
+            **{
+                verb: {
+                    "flags": ("--exemplar", "-e"), "help": "The exemplar. Once for each file.", "shown": "FILE",
+                    "required": False,
+                }
+                for verb in ("render", "replay")
+            },
+        },
+    )  # fmt: skip
+    maps: tuple[tuple[str, str], ...] = asked(
+        NamedFile(), "--map",
+        "A further plane, such as normal=normals.png. Once for each: height=h.exr, roughness=rough.png.",
+        EXEMPLAR, EVERY - {"score"}, many=True, local=True,
+    )  # fmt: skip
+    masks: tuple[str, ...] = asked(
+        IMAGE, "--mask", "White where exemplar pixels may be used. One for each exemplar.", EXEMPLAR, EVERY, many=True,
+        otherwise={
+            "heal": {"flags": ("--usable",), "help": USABLE},
+            "replay": {
+                "help": "The mask that was given. That is the hole that was healed, elsewhere the exemplar pixels that "
+                "could be used.",
+            },
+        },
+    )  # fmt: skip
+    crop: tuple[int, int, int, int] | None = asked(
+        Rectangle(), "--crop", "Use this part of the exemplar only.", EXEMPLAR, EVERY - {"heal"}, recipe=True,
+    )  # fmt: skip
+    flatten: bool = asked(
+        FLAG, "--flatten", "Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia "
+        "analyze` tells where it helps.", EXEMPLAR, EVERY - {"extend", "heal"}, False, recipe=True,
+    )  # fmt: skip
+    several: bool = asked(
+        FLAG, "--several",
+        "Every file is an exemplar of its own. By default names decide: x_albedo and x_normal are one set.",
+        EXEMPLAR, EVERY - BEGUN - {"weave"}, False, local=True,
+    )  # fmt: skip
+    donors: tuple[str, ...] = asked(
+        PICTURE, "--from", "Take new pixels from this picture, or these. By default from the picture itself.",
+        EXEMPLAR, BEGUN | {"replay"}, many=True,
+        otherwise={"replay": {"help": "What new pixels were taken from. By default the picture itself."}},
+    )  # fmt: skip
+    usable: tuple[str, ...] = asked(IMAGE, "--usable", USABLE, EXEMPLAR, {"replay"}, many=True)
+    saved: str | None = asked(
+        WRITTEN, "", "", EXEMPLAR, {"render", "score"}, local=True,
+        otherwise={
+            "render": {"shown": "MAP.npz", "required": True},
+            "score": {
+                "flags": ("--map",), "shown": "FILE.npz|recipe",
+                "help": "The map that was saved with --save-map. It tells what seams cost, and a report of its "
+                "pieces; \"recipe\" makes it again, from the recipe that OUTPUT carries.",
+            },
+        },
+    )  # fmt: skip
+    picture: str | None = asked(WRITTEN, "", "", EXEMPLAR, {"replay"}, required=True)
+    output: str | None = asked(WRITTEN, "", "", EXEMPLAR, {"score"}, shown="OUTPUT", required=True)
+    packed: str | None = asked(
+        Channels(), "--packed", "What the channels of the packed map hold (NAME_orm and the like, or --map "
+        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EXEMPLAR, EVERY - {"score"}, rare=True, recipe=True,
+    )  # fmt: skip
+    weights: tuple[tuple[str, float], ...] = asked(
+        PLANE_WEIGHT, "--weight --plane-weight",
+        "How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
+        EXEMPLAR, EVERY - {"score"}, many=True, rare=True, recipe=True,
+        otherwise={"paint": {"flags": ("--plane-weight",)}},  # --weight is that of the target
+    )  # fmt: skip
+    as_set: bool = asked(
+        FLAG, "--set", "All files are planes of one exemplar. Their names do not matter.", EXEMPLAR, EVERY, False,
+        rare=True, local=True, passing=True,
+    )  # fmt: skip
+    scale: int = asked(
+        Scale(), "--scale",
+        "Reduce the exemplar to 1/2, 1/3, ... first. After --crop; blocks are averaged in linear light.",
+        EXEMPLAR, EVERY - {"heal"}, 1, rare=True, recipe=True,
+    )  # fmt: skip
+    alpha: str = asked(
+        one_of(*ALPHAS), "--alpha", "Opacity is a channel to grow, or a mask of the pixels that may be used.",
+        EXEMPLAR, EVERY, "auto", rare=True, recipe=True, tells_default=True,
+    )  # fmt: skip
+    avoid: tuple[int, int, int] | None = asked(
+        Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EXEMPLAR, EVERY, rare=True,
+        recipe=True,
+    )  # fmt: skip
+    toroidal: bool = asked(
+        FLAG, "--toroidal", "The exemplar continues across its borders.", EXEMPLAR, EVERY - {"tile"}, False, rare=True,
+        recipe=True,
+    )  # fmt: skip
+    max_pixels: int | None = asked(
+        Whole(low=1), "--max-pixels",
+        f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
+        EXEMPLAR, EVERY, shown="N", rare=True, local=True, passing=True,
+    )  # fmt: skip
+    start: str | None = asked(
+        WRITTEN, "--start", "The map that was continued.", EXEMPLAR, {"replay"}, shown="MAP.npz", rare=True,
+    )  # fmt: skip
+    pictures: tuple[tuple[str, str], ...] = asked(
+        NamedFile(), "--picture",
+        "A picture that was given as a parameter, such as jitter_output=calm.png; once for each.",
+        EXEMPLAR, {"replay"}, shown="PARAMETER=FILE", many=True, rare=True,
+    )  # fmt: skip
+
+    many: tuple[int, ...] | None = asked(
+        Seeds(), "--seeds", "One output for each seed. {seed} in -o tells them apart.", WORK, PLANNED, local=True,
+        passing=True,
+    )  # fmt: skip
+    dry_run: bool = asked(
+        FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", WORK, MADE, False, local=True,
+        passing=True, otherwise={"weave": {"help": "Check everything, write nothing. Tells size, memory and time."}},
+    )  # fmt: skip
+    dask: str | None = asked(
+        Kind(), "--dask",
+        "A dask cluster draws. One that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
+        WORK, {"weave"}, shown="local|ADDRESS", local=True,
+    )  # fmt: skip
+    gates: tuple[tuple[str, float], ...] = asked(
+        GATE, "--gate", "Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to "
+        "1, see `intarsia score`; once for each.",
+        WORK, PLANNED | {"replay", "score"}, many=True, passing=True,
+        otherwise={
+            "score": {
+                "help": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
+            },
+        },
+    )  # fmt: skip
+    as_json: bool = asked(
+        FLAG, "--json", "Print the result as a JSON object.", WORK, EVERY, False, local=True, passing=True,
+        otherwise={
+            "analyze": {"help": "Print what was found as a JSON object on stdout."},
+            "score": {"help": "Print the score as a JSON object on stdout."},
+        },
+    )  # fmt: skip
+    quiet: bool = asked(
+        FLAG, "--quiet -q", "Say nothing but errors.", WORK, EVERY, False, local=True, passing=True,
+        otherwise={
+            "analyze": {"help": "Print nothing; only write the pictures."},
+            "score": {"help": "Print nothing; the exit code tells of the gates."},
+        },
+    )  # fmt: skip
+    sheet: str | None = asked(
+        WRITTEN, "--sheet", "A contact sheet of all that is made.", WORK, PLANNED, shown="FILE.png", rare=True,
+        passing=True,
+    )  # fmt: skip
+    threads: int | None = asked(
+        Whole(low=1, high=1024), "--threads", "Threads to use; by default one a core. Never changes a pixel.",
+        WORK, EVERY - {"analyze", "score"}, shown="N", rare=True, local=True, passing=True,
+    )  # fmt: skip
+    executor: str | None = asked(
+        one_of("threads", "processes"), "--executor",
+        "Who draws, as many as --threads says. Default: threads. Never changes a pixel.",
+        WORK, {"weave"}, rare=True, local=True,
+    )  # fmt: skip
+    progress: str | None = asked(
+        one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", WORK, EVERY - {"analyze", "score"},
+        rare=True, local=True, passing=True,
+    )  # fmt: skip

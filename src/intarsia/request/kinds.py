@@ -1,0 +1,351 @@
+"""Kinds of values that may be asked for: how each is read from a text, and written as one; x before y."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from ..arguments import OVERLAYS, channels_of
+from ..draws import SEED_LIMIT
+from ..errors import InputError
+
+MAX_SEEDS = 10_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """Any text. `name` is what pages know the kind by, `shown` what help shows in place of a value."""
+
+    name: str = "text"
+    shown: str = ""
+    choices: tuple[str, ...] = ()
+
+    def read(self, text: str) -> Any:
+        """Read a value; ValueError says what is wrong, and what to give."""
+        if self.choices and text not in self.choices:
+            raise ValueError(f"{text!r} is not one of {', '.join(map(repr, self.choices))}.")
+        return text
+
+    def text(self, value: Any) -> str:
+        """Write a value as it is read."""
+        return str(value)
+
+    def json(self, value: Any) -> Any:
+        """What a recipe says of a value: a number, a truth value, or a text."""
+        return value if isinstance(value, (bool, int, float)) else self.text(value)
+
+    def of_json(self, value: Any) -> Any:
+        """Read what a recipe says; ValueError or TypeError where it is damaged."""
+        return self.read(str(value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class File(Kind):
+    """The name of a file, or - ; whoever opens it says what is wrong with it.
+
+    ``name`` says what a file is: an "exemplar" or an "image" of numbers that is read, or another that is "written".
+    """
+
+    name: str = "written"
+    shown: str = "FILE"
+
+    def read(self, text: str) -> Any:
+        if "\0" in text:
+            raise InputError(f"{text!r} is no name of a file; choose another.")
+        return text
+
+
+class Flag(Kind):
+    """Yes or no."""
+
+    def of_json(self, value: Any) -> Any:
+        return bool(value)
+
+
+FLAG = Flag(name="flag")
+
+
+def one_of(*choices: str) -> Kind:
+    """One of some words."""
+    return Kind(name="choice", choices=choices)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whole(Kind):
+    """A whole number of a range; with `choices`, one of them stands for None, which is decided later."""
+
+    low: int = 0
+    high: int | None = None
+    name: str = "int"
+
+    def read(self, text: str) -> Any:
+        if text in self.choices:
+            return None
+        try:
+            number = int(text)
+        except ValueError:
+            number = None
+        if self.choices and (number is None or not self.low <= number <= (self.high or number)):
+            raise ValueError(f"{text} is not allowed; give {self.low} to {self.high} px, or {self.choices[0]}.")
+        if number is None:
+            raise ValueError(f"{text!r} is not a valid integer range.")
+        return _within(self, number)
+
+    def text(self, value: Any) -> str:
+        return self.choices[0] if value is None and self.choices else str(value)
+
+    def of_json(self, value: Any) -> Any:
+        if type(value) is not int:
+            raise TypeError
+        return self.read(str(value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number(Kind):
+    """A number in a range, which NaN is not."""
+
+    low: float = 0
+    high: float = 0
+    name: str = "float"
+
+    def read(self, text: str) -> Any:
+        try:
+            number = float(text)
+        except ValueError:
+            raise ValueError(f"{text!r} is not a valid float range.") from None
+        if number != number:
+            raise ValueError(f"{text} is no number; give {self.low:g} to {self.high:g}.")
+        return _within(self, number)
+
+
+def _within(kind: Whole | Number, number: float) -> float:
+    """Return a number of the range of a kind; what is said of another is what the command line says."""
+    if number < kind.low or (kind.high is not None and number > kind.high):
+        span = f"x>={kind.low}" if kind.high is None else f"{kind.low}<=x<={kind.high}"
+        raise ValueError(f"{number} is not in the range {span}.")
+    return number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Size(Kind):
+    """WIDTHxHEIGHT, or one number for a square; gives (width, height)."""
+
+    most: int = 1 << 31
+    name: str = "size"
+    shown: str = "WIDTHxHEIGHT"
+
+    def read(self, text: str) -> Any:
+        parts = text.lower().split("x")
+        if not 1 <= len(parts) <= 2 or not all(re.fullmatch(r"[0-9]{1,12}", p) for p in parts):
+            raise ValueError(f"{text} is no size; give WIDTHxHEIGHT in px such as 1024x768, or one number.")
+        width, height = int(parts[0]), int(parts[-1])
+        if min(width, height) < 1 or width * height > self.most:
+            power = self.most.bit_length() - 1
+            raise ValueError(f"{text} is not allowed; give sides of at least 1 px, at most 2**{power} px in all.")
+        return width, height
+
+    def text(self, value: Any) -> str:
+        return "x".join(map(str, value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rectangle(Kind):
+    """X,Y,WIDTH,HEIGHT in px; gives the four numbers."""
+
+    name: str = "rectangle"
+    shown: str = "X,Y,WIDTH,HEIGHT"
+
+    def read(self, text: str) -> Any:
+        parts = text.split(",")
+        if len(parts) != 4 or not all(re.fullmatch(r"-?[0-9]{1,12}", p) for p in parts):
+            raise ValueError(f"{text} is no rectangle; give X,Y,WIDTH,HEIGHT in px such as 0,0,256,256.")
+        x, y, width, height = (int(p) for p in parts)
+        if min(width, height) < 1:
+            raise ValueError(f"{text} is empty; give a width and a height of at least 1 px.")
+        return x, y, width, height
+
+    def text(self, value: Any) -> str:
+        return ",".join(map(str, value))
+
+    def json(self, value: Any) -> Any:
+        return list(value)
+
+    def of_json(self, value: Any) -> Any:
+        return self.read(",".join(map(str, value)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scale(Kind):
+    """1/2, 1/3, 0.25, ...; gives the whole number n of 1/n."""
+
+    name: str = "scale"
+    shown: str = "1/N"
+
+    def read(self, text: str) -> Any:
+        try:
+            times = 1 / Fraction(text)
+        except (ValueError, ZeroDivisionError):
+            times = Fraction(0)
+        if times.denominator != 1 or not 1 <= times <= 1024:
+            raise ValueError(f"{text} is not allowed; give 1/2, 1/3, ... (blocks of pixels are averaged).")
+        return int(times)
+
+    def text(self, value: Any) -> str:
+        return f"1/{value}"
+
+    def json(self, value: Any) -> Any:
+        return self.text(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place(Kind):
+    """A pixel as X,Y; gives (x, y)."""
+
+    shown: str = "X,Y"
+    one: str = "[0-9]{1,10}"
+    such_as: str = "the pixel's column and row such as 120,80"
+
+    def read(self, text: str) -> Any:
+        if not re.fullmatch(f"{self.one},{self.one}", text):
+            raise ValueError(f"{text} is no place; give {self.such_as}.")
+        x, y = text.split(",")
+        return int(x), int(y)
+
+    def text(self, value: Any) -> str:
+        return ",".join(map(str, value))
+
+
+ENDLESS = Place(one="-?[0-9]{1,13}", such_as="column and row such as -4096,1000000")
+"""A pixel of an endless plane, a negative or huge one, too."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Colour(Kind):
+    """#rrggbb; gives (red, green, blue)."""
+
+    name: str = "colour"
+    shown: str = "#RRGGBB"
+
+    def read(self, text: str) -> Any:
+        if not re.fullmatch(r"#[0-9a-fA-F]{6}", text):
+            raise ValueError(f"{text} is no colour; give #rrggbb such as #ff00ff (quote it for the shell).")
+        return tuple(bytes.fromhex(text[1:]))
+
+    def text(self, value: Any) -> str:
+        return "#" + bytes(value).hex()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seed(Kind):
+    """A whole number, or `random`, which draws one."""
+
+    name: str = "seed"
+    shown: str = "N|random"
+
+    def read(self, text: str) -> Any:
+        if text == "random":
+            import secrets
+
+            return secrets.randbits(32)
+        if not re.fullmatch(r"[0-9]{1,20}", text) or int(text) >= SEED_LIMIT:
+            raise ValueError(f"{text} is no seed; give a whole number from 0 to 2**64 - 1, or random.")
+        return int(text)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seeds(Kind):
+    """Ranges and numbers, as 1..9 or 1,4,7; gives a tuple of seeds."""
+
+    shown: str = "1..9|1,4,7"
+
+    def read(self, text: str) -> Any:
+        seeds: list[int] = []
+        for part in text.split(","):
+            ends = part.split("..")
+            if not 1 <= len(ends) <= 2 or not all(re.fullmatch(r"[0-9]{1,20}", e) for e in ends):
+                raise ValueError(f"{text} is no list of seeds; give 1..9, or 1,4,7.")
+            first, last = int(ends[0]), int(ends[-1])
+            if last < first or last >= SEED_LIMIT or last - first + len(seeds) >= MAX_SEEDS:
+                raise ValueError(f"{text}: give rising ranges, at most {MAX_SEEDS} seeds below 2**64.")
+            seeds.extend(range(first, last + 1))
+        return tuple(dict.fromkeys(seeds))
+
+    def text(self, value: Any) -> str:
+        return ",".join(map(str, value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedFile(Kind):
+    """NAME=FILE; gives the pair."""
+
+    name: str = "written"
+    shown: str = "NAME=FILE"
+
+    def read(self, text: str) -> Any:
+        name, equals, path = text.partition("=")
+        if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
+            raise ValueError(f"{text} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.")
+        return name, path
+
+    def text(self, value: Any) -> str:
+        return "=".join(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overlay(NamedFile):
+    """FILE, or KIND=FILE; gives the pair."""
+
+    shown: str = "[KIND=]FILE"
+
+    def read(self, text: str) -> Any:
+        kind, equals, path = File().read(text).partition("=")
+        if not equals or not kind.isalpha():
+            return "lattice", text
+        if kind not in OVERLAYS:
+            raise ValueError(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in OVERLAYS)}.")
+        return kind, path
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channels(Kind):
+    """R=NAME,G=NAME,...; gives the text."""
+
+    shown: str = "C=NAME,..."
+
+    def read(self, text: str) -> Any:
+        channels_of(text)
+        return text.replace(" ", "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedNumber(Kind):
+    """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy` says what is to be given instead of anything else."""
+
+    name: str = "named"
+    shown: str = "NAME=F"
+    most: float = 1
+    remedy: str = ""
+
+    def read(self, text: str) -> Any:
+        name, _, number = text.partition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = math.nan
+        if not name or not 0 <= value <= self.most:
+            raise ValueError(f"{text} is not {self.shown}; give {self.remedy}.")
+        return name, value
+
+    def text(self, value: Any) -> str:
+        return f"{value[0]}={value[1]}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair(Kind):
+    """Two values behind one option."""
+
+    name: str = "written"
+    kinds: tuple[Kind, Kind] = (Place(), File())
