@@ -4,34 +4,43 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from .. import files
+from ..errors import IntarsiaError, legible
 from .figures import write
 
-DOCUMENTS = {"000": "multrus2003", "001": "lopez_recas2011", "002": "robinson2004"}
-"""Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES."""
+DOCUMENTS = {"000": "multrus2003", "001": "lopez_recas2011", "002": "robinson2004", "003": "segments"}
+"""Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES; 004 has no figures."""
 
 
 def main(words: Sequence[str] | None = None) -> Path:
-    """Make all figures of a document, or those that are named; return the page."""
+    """Make all figures of a document (or of all), or those that are named; return the page that was last written."""
     told = argparse.ArgumentParser(prog="python -m intarsia.published", description=__doc__)
-    told.add_argument("document", choices=DOCUMENTS)
-    told.add_argument("-o", "--output", type=Path, required=True, help="the folder to write")
+    told.add_argument("document", choices=[*DOCUMENTS, "all"])
+    told.add_argument("-o", "--output", type=Path, required=True, help="the folder to write; of all, one in it each")
     told.add_argument("--exemplar", help="a picture; by default built-in ones that suit the figures")
     told.add_argument("--only", action="append", metavar="NUMBER", help="a figure, such as 3.6; may be repeated")
     asked = told.parse_args(words)
-    made = importlib.import_module(f".{DOCUMENTS[asked.document]}.figures", __package__)
-    known = {figure.number: figure for figure in made.FIGURES}
-    for number in asked.only or ():
-        if number not in known:
-            told.error(f"figure {number} is not there; give one of {', '.join(known)}")
-    exemplar = None if asked.exemplar is None else files.read(asked.exemplar)
-    page = write(made.TITLE, [known[n] for n in asked.only or known], exemplar, asked.output)
-    print(page)
+    every = asked.document == "all"
+    for document in DOCUMENTS if every else [asked.document]:
+        made = importlib.import_module(f".{DOCUMENTS[document]}.figures", __package__)
+        known = {figure.number: figure for figure in made.FIGURES}
+        for number in asked.only or ():
+            if number not in known:
+                told.error(f"figure {number} is not there; give one of {', '.join(known)}")
+        exemplar = None if asked.exemplar is None else files.read(asked.exemplar)
+        out = asked.output / document if every else asked.output
+        page = write(made.TITLE, [known[n] for n in asked.only or known], exemplar, out)
+        print(page)
     return page
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (IntarsiaError, OSError) as e:
+        print(f"intarsia: {legible(str(e))}", file=sys.stderr)
+        sys.exit(getattr(e, "exit_code", 1))

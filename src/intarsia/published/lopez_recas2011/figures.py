@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from ...analysis.correlation import autocorrelation
+from ...analysis.features import features
+from ...arrays import Array
 from ...exemplar import Exemplar
-from ..figures import Figure, Panel, given, grown
+from ...image import Plane
+from ...tiles.tiling import best_tile
+from ..figures import Figure, Panel, given, grown, shaded
 from .goodness import lattice_by_goodness
+from .goodness_kernels import ALPHA, MILLION, significant_sum
 
 TITLE = "Lopez Recas 2011, Constrained Random Sampling and Gap Filling for Near-regular Texture Synthesis"
 USUAL = "sample:tiles"
@@ -60,11 +69,60 @@ def irregular(exemplar: Exemplar) -> list[Panel]:
     return [given(exemplar), blocks("b", exemplar, lattice=ANYWHERE), quilted("c", exemplar)]
 
 
+def vectors(exemplar: Exemplar) -> Array:
+    """The lattice of best goodness, rows (dy, dx) in px."""
+    return np.array(lattice_by_goodness(exemplar, (1.0,)), int)[:, ::-1]
+
+
+def goodness(exemplar: Exemplar) -> list[Panel]:
+    """Figure 3.5: the correlation with itself, crosses where pairs of vectors are judged, and how good they are."""
+    picture, found = features([exemplar], (1.0,)).pictures[0], vectors(exemplar)
+    correlation, _ = autocorrelation(picture)
+    panels, values = [given(exemplar)], np.rint(MILLION * correlation).astype(np.int32)
+    for letter, pair in {"b": found, "c": 2 * found, "d": found // 2}.items():
+        total, count = significant_sum(values, *pair, *picture.shape[:2])
+        drawn, marks = shaded(correlation), np.zeros(values.shape)
+        crosses = (np.mgrid[-20:21, -20:21].T @ pair).reshape(-1, 2) + np.array(values.shape) // 2
+        inside = crosses[((crosses >= 0) & (crosses < values.shape)).all(axis=1)]
+        marks[*inside.T] = 1
+        drawn[binary_dilation(marks, iterations=3)] = 0
+        good = {"goodness": (max(total, 0) / MILLION) ** ALPHA / max(count, 1)}
+        panels.append(Panel(letter, f"{pair.tolist()}", Plane(drawn), good))
+    return panels
+
+
+def tile_costs(exemplar: Exemplar) -> list[Panel]:
+    """Figure 4.6: what the borders of every tile cost; the best tile repeated, and the worst."""
+    pair = vectors(exemplar)
+    costs = best_tile(features([exemplar], (1.0,)).pictures[0], (256 * pair).tolist()).costs
+    known = np.where(costs < 0, np.nan, costs)
+    panels, at = [Panel("a", "costs", Plane(shaded(known)))], np.mgrid[:SIZE, :SIZE].T
+    inner = at - np.floor(at @ np.linalg.inv(pair)).astype(int) @ pair
+    for letter, n in {"c": np.nanargmin(known), "d": np.nanargmax(known)}.items():
+        y, x = (inner + np.unravel_index(n, known.shape)).T
+        panels.append(Panel(letter, "repeated", Plane(exemplar.base.pixels[y, x]), {"cost": known.flat[n]}))
+    return panels
+
+
 FIGURES = (
-    Figure("4.10", "By correlation a little more blocky, by differences sharp edges fit a little worse.", fits, USUAL),
-    Figure("4.11", "Random sampling introduces irregularities without visible repetitions.", gaps, USUAL),
-    Figure("4.13", "The result after transitions have been smoothed.", smoothed, USUAL),
-    Figure("5.2", "Near-regular textures are better synthesized so than by other approaches.", compared, USUAL),
-    Figure("5.12", "A wider blending area reduces the blocky appearance.", wider, USUAL),
+    Figure(
+        "3.5", "Of pairs of vectors the tile itself is best, not a larger or a smaller one.",
+        goodness, USUAL, "goodness c b; goodness d b",
+    ),
+    Figure("4.6", "The best tile repeats smoothly, the worst with seams.", tile_costs, USUAL, "cost c d"),
+    Figure(
+        "4.10", "By correlation a little more blocky, by differences sharp edges fit a little worse.",
+        fits, USUAL, "seams b a",
+    ),
+    Figure(
+        "4.11", "Random sampling introduces irregularities without visible repetitions.",
+        gaps, USUAL, "shown b c; most c b",
+    ),
+    Figure("4.13", "The result after transitions have been smoothed.", smoothed, USUAL, "sharp b a"),
+    Figure(
+        "5.2", "Near-regular textures are better synthesized so than by other approaches.",
+        compared, USUAL, "shown b c; seams c d",
+    ),
+    Figure("5.12", "A wider blending area reduces the blocky appearance.", wider, USUAL, "sharp b a"),
     Figure("5.13", "Irregular textures grow with the vectors 1,0 and 0,1.", irregular, "sample:pebbles"),
 )

@@ -5,21 +5,36 @@ Panels that begin with the same block there begin with the same seed here.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
+import numpy as np
+from scipy.ndimage import minimum_filter
+from scipy.signal import fftconvolve
+
+from ...analysis.features import pose_array
+from ...arrays import Array
 from ...exemplar import Exemplar
-from ..figures import Figure, Panel, cropped, given, grown
+from ...guide import Guide
+from ...image import Kind, Plane
+from ...tasks.starts import Margins, extended
+from ..figures import Figure, Panel, cropped, given, grown, shaded
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
 PEBBLES = "sample:pebbles"
 AS_THERE = {"search": "exact", "repetition": "none", "channel_weights": (1.0,)}
+ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_slack": 10_000, "boundary_join": "same"}
 ISOMETRIES = {"b": "none", "c": "180", "d": "90", "e": "both"}
 
 
-def patches(letter: str, exemplar: Exemplar, size: Any, printed: str = "", feather: Any = None, **more: Any) -> Panel:
+def patches(letter: str, exemplar: Exemplar, size: Any, printed: str = "", feather: Any = None,
+            start: Any = None, guide: Any = None, **more: Any) -> Panel:  # fmt: skip
     """A panel by patch-based sampling, with the source's settings but for those that are given."""
     settings = {"patch": 25, "overlap": 5, **more}
-    panel = grown(letter, exemplar, size, "patch-sampling", AS_THERE | settings, printed, feather)
+    panel = grown(
+        letter, exemplar, size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide
+    )
     return panel._replace(told=", ".join(f"{name} {value}" for name, value in settings.items()))
 
 
@@ -49,7 +64,7 @@ def seam_sizes(exemplar: Exemplar) -> list[Panel]:
 
 def isometries(exemplar: Exemplar) -> list[Panel]:
     """Figure 4.3: categories of isometries."""
-    e, printed = cropped(exemplar, 150), dict(zip("bcde", ("17 s", "46 s", "57 s", "83 s"), strict=True))
+    e, printed = cropped(exemplar, 150), {"b": "17 s", "c": "46 s", "d": "57 s", "e": "83 s"}
     return [given(e), *(patches(k, e, 200, printed[k], isometries=kind) for k, kind in ISOMETRIES.items())]
 
 
@@ -67,12 +82,130 @@ def multiresolution(exemplar: Exemplar) -> list[Panel]:
     return [given(e), patches("b", e, 200, "33.4 s"), coarse]
 
 
+def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
+    """Root mean square distance of the seam above and left of a block to that of every block, in its best pose."""
+    known = np.ones((*block.shape[:2], 1))
+    known[5:, 5:] = 0
+    squares, maps = (pixels**2).sum(axis=2), []
+    for pose in poses:
+        mask, part = pose_array(known, pose), pose_array(block * known, pose)
+        across = fftconvolve(pixels, part[::-1, ::-1], "valid", axes=(0, 1)).sum(axis=2)
+        maps.append(fftconvolve(squares, mask[::-1, ::-1, 0], "valid") - 2 * across + (part**2).sum())
+    return np.sqrt(np.maximum(np.min(maps, axis=0), 0) / known.sum())
+
+
+def maps(exemplar: Exemplar, ways: Mapping[str, Sequence[int]]) -> list[Panel]:
+    """Figures 3.12 and 4.2: distances of all blocks to the next one of a picture in progress, each in its best pose."""
+    e = cropped(exemplar, 150)
+    begun = patches("b", e, 200)
+    pixels, made = (p.samples.astype(np.float64) for p in (e.base, begun.picture))
+    panels = [begun]
+    for letter, poses in ways.items():
+        far = farness(pixels, made[90:125, 90:125], poses)
+        low = (far == minimum_filter(far, 9)) & (far < (far.min() + np.median(far)) / 2)
+        values = {"mean": float(far.mean()), "minima": float(low.sum())}
+        panels.append(Panel(letter, f"distances, isometries {poses}", Plane(shaded(far)), values))
+    return panels
+
+
+def continued(exemplar: Exemplar) -> list[Panel]:
+    """Figures 4.1 and 5.1: the input is continued to the right, with more and more isometries."""
+    e = cropped(exemplar, 150)
+    start = extended((e.source,), 0, Margins(right=e.width))
+    printed = {"b": "9 s", "c": "23 s", "d": "30 s", "e": "45 s"}
+    more = {"start": start, "candidates": 2}
+    return [given(e), *(patches(k, e, None, printed[k], isometries=way, **more) for k, way in ISOMETRIES.items())]
+
+
+def avoided(exemplar: Exemplar) -> list[Panel]:
+    """Figure 5.2: a corner of the input is marked, and does not come into the output."""
+    pixels = exemplar.base.samples[:300, :300].copy()
+    usable = np.ones(pixels.shape[:2], bool)
+    usable[:50, :50] = False
+    pixels[~usable] = 0
+    made = patches("c", Exemplar.of(pixels, usable=usable), 300, "243 s")
+    return [made._replace(values=made.values | {"marked": (made.picture.samples == 0).all(axis=2).sum()})]
+
+
+def labelled(exemplar: Exemplar, side: int, dark: float, printed: dict[float, str], **more: Any) -> list[Panel]:
+    """Figures 5.5 to 5.8: a disc is painted with two regions of the input, one darker; alpha weighs the boundary."""
+    side = min(side, exemplar.height, exemplar.width)
+    y, x = np.mgrid[:side, :side]
+    there, here = x > side / 2 + side / 20 * np.sin(y / 12), np.hypot(y - side / 2, x - side / 2) < side / 3
+    pixels = exemplar.base.samples[:side, :side]
+    two = Exemplar.of(np.where(there[..., None], pixels * dark, pixels).astype(pixels.dtype))
+    source, target = (Plane(marks.astype(np.uint8), Kind.LABEL) for marks in (there, here))
+    more = {"isometries": "both"} | ALIKE | more
+    panels = [given(two), Panel("c", "labels", Plane(shaded(here * 1)))]
+    for letter, (alpha, seconds) in zip("defgh", printed.items(), strict=False):
+        made = patches(letter, two, side, seconds, guide=Guide(source, target, alpha), **more)
+        panels.append(made._replace(told=f"alpha {alpha}"))
+    return panels
+
+
+UPRIGHT = {"c": (0,)}
+POSED = UPRIGHT | {"d": (0, 1, 2, 6), "e": (0, 3, 4, 5, 7), "f": tuple(range(8))}
+ALPHAS = {0.5: "50 s", 1: "51 s", 2: "50 s", 3: "49 s", 5: "51 s"}
 FIGURES = (
-    Figure("2.5", "Pixel based synthesis. Results.", pixel_results, PEBBLES),
-    Figure("3.4", "Without blending block boundaries can easily be recognized.", blending, PEBBLES),
-    Figure("3.6", "Small patches lose the structure, large ones leave little interaction.", patch_sizes, PEBBLES),
-    Figure("3.7", "Narrow seams match badly, 5 px are best, wide ones bring errors by blending.", seam_sizes, PEBBLES),
-    Figure("4.3", "Isometries lead to an improved variability, in several times the time.", isometries, PEBBLES),
-    Figure("4.5", "With the prevention of repetitions there are less noticeable ones.", repetitions, PEBBLES),
-    Figure("4.9", "By the pyramid 30 times as fast, of equal quality if stochastic.", multiresolution, PEBBLES),
+    Figure("2.5", "Pixel by pixel; a larger neighbourhood takes longer.", pixel_results, PEBBLES, "s b c"),
+    Figure("3.4", "Without blending block boundaries can easily be recognized.", blending, PEBBLES, "sharp c b"),
+    Figure(
+        "3.6", "Small patches lose the structure, large ones leave little interaction.",
+        patch_sizes, "sample:tiles", "seams e d c b",
+    ),
+    Figure(
+        "3.7", "Narrow seams match badly, 5 px are best, wide ones bring errors by blending.",
+        seam_sizes, PEBBLES, "seams d b; sharp f d",
+    ),
+    Figure(
+        "3.12", "A stochastic texture has few places that fit ...",
+        partial(maps, ways=UPRIGHT), "sample:gravel", "minima c 4",
+    ),
+    Figure("3.12d", "... a regular one many, which repeat.", partial(maps, ways=UPRIGHT), "sample:tiles", "minima 4 c"),
+    Figure(
+        "4.1", "Isometries continue an arc otherwise than by the same piece (b is figure 5.1).",
+        continued, "sample:gravel", "most e b",
+    ),
+    Figure(
+        "4.2", "With isometries many blocks come nearer.",
+        partial(maps, ways=POSED), "sample:gravel", "mean f d c; mean f e c",
+    ),
+    Figure(
+        "4.3", "Isometries lead to an improved variability, in several times the time.",
+        isometries, PEBBLES, "s b c d e; whole e b",
+    ),
+    Figure(
+        "4.5", "With the prevention of repetitions there are less noticeable ones.",
+        repetitions, PEBBLES, "most c b; shown b c",
+    ),
+    Figure("4.6", "On a regular texture it makes the result slightly worse.", repetitions, "sample:tiles", "seams b c"),
+    Figure(
+        "4.9", "By the pyramid 30 times as fast, of equal quality if stochastic.",
+        multiresolution, PEBBLES, "s c b",
+    ),
+    Figure(
+        "4.10", "On a regular texture the pyramid joins blocks worse.",
+        multiresolution, "sample:tiles", "s c b; seams b c",
+    ),
+    Figure("5.2", "What is marked is avoided.", avoided, PEBBLES, "marked c 1"),
+    Figure(
+        "5.5", "The more alpha, the better the boundary, and the worse the seams.",
+        partial(labelled, side=150, dark=0.4, printed=ALPHAS, patch=7, overlap=4),
+        "sample:gravel", "agree d e f; seams f g h",
+    ),
+    Figure(
+        "5.6", "A smooth boundary is followed, quickly by the pyramid.",
+        partial(labelled, side=300, dark=0.9, printed={1: "35 s"}, pyramid="mean", pyramid_draws="every"),
+        "sample:gravel", "agree 97 d",
+    ),
+    Figure(
+        "5.7", "A boundary of strong contrast is met only where the input has one like it.",
+        partial(labelled, side=300, dark=0.4, printed={2: "598 s"}, patch=10, boundary_candidates=2),
+        "sample:gravel", "agree d 99",
+    ),
+    Figure(
+        "5.8", "Without alpha the boundary is free, and the seams are better.",
+        partial(labelled, side=256, dark=0.4, printed={1.5: "559 s", 0: "560 s"}, patch=7, overlap=4),
+        "sample:gravel", "agree e d; seams e d",
+    ),
 )

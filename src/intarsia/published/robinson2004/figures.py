@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...exemplar import Exemplar
-from ..figures import Figure, Panel, given, grown
+from ..figures import Figure, Panel, cropped, grown
 
 TITLE = "Robinson 2004, An Implementation of the Efros and Freeman Image Quilting Algorithm"
 USUAL = "sample:pebbles"
@@ -13,19 +13,38 @@ SETTINGS = ((26, 4, "concrete"), (42, 7, "brick, pebbles, wood, apples"), (84, 1
             (24, 4, "scales, text, weave"), (48, 8, "water"))  # fmt: skip
 
 
+def quilted(letter: str, exemplar: Exemplar, patch: object, overlap: object) -> Panel:
+    """A panel by quilting, of twice the exemplar's size, of which 160 px are taken."""
+    return grown(letter, cropped(exemplar, 160), None, "raster-quilting", {"patch": patch, "overlap": overlap})
+
+
 def pair(patch: int, overlap: int) -> Callable[[Exemplar], list[Panel]]:
-    """Random tiling beside quilting, of twice the exemplar's size."""
+    """Random tiling beside quilting."""
 
     def panels(exemplar: Exemplar) -> list[Panel]:
-        size = 2 * exemplar.height, 2 * exemplar.width
-        tiled = grown("b", exemplar, size, "random-tiling", {"patch": patch})
-        settings = {"patch": patch, "overlap": overlap}
-        return [given(exemplar), tiled, grown("c", exemplar, size, "raster-quilting", settings)]
+        tiled = grown("b", cropped(exemplar, 160), None, "random-tiling", {"patch": patch})
+        return [tiled, quilted("c", exemplar, patch, overlap)]
 
     return panels
 
 
-FIGURES = tuple(
-    Figure(str(n), f"Patches of {patch} px, {overlap} px of them shared ({names}).", pair(patch, overlap), USUAL)
-    for n, (patch, overlap, names) in enumerate(SETTINGS, 1)
+def beside(*settings: tuple[object, object]) -> Callable[[Exemplar], list[Panel]]:
+    """Quilting with several patches and overlaps."""
+    return lambda e: [quilted(k, e, *s) for k, s in zip("bcd", settings, strict=False)]
+
+
+FIGURES = (
+    *(
+        Figure(
+            str(n), f"Patches of {patch} px, {overlap} px of them shared ({names}).",
+            pair(patch, overlap), USUAL, "seams c b",
+        )
+        for n, (patch, overlap, names) in enumerate(SETTINGS, 1)
+    ),
+    Figure("6", "Too small a patch misses the structure.", beside((12, 2), (42, 7)), "sample:tiles", "seams c b"),
+    Figure(
+        "7", "A wider overlap is better for bricks.",
+        beside((24, 4), (24, 8), (24, 12)), "sample:tiles", "seams d c b",
+    ),
+    Figure("8", "Rectangles do not help.", beside((42, 7), ((30, 60), (5, 10))), "sample:tiles", "seams b c"),
 )

@@ -1,0 +1,54 @@
+"""The figures of the fragments on segments that are grown from a texture, one function each."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from ...exemplar import Exemplar
+from ...image import Plane
+from ...tasks.drawings import segment_overlay
+from ..figures import Figure, Panel, given, grown
+from .readings import published_segments
+
+TITLE = "Fragments on patch-based synthesis by segments"
+AS_THERE = {"energy": "sum", "layout": "raster", "points": 1, "usage": 0.0}
+
+
+def found(exemplar: Exemplar) -> list[Panel]:
+    """Figure 1: the segments, and patch size and boundary zone that follow from them."""
+    begun = time.perf_counter()
+    segments = published_segments(exemplar, "sum")
+    values = {"s": time.perf_counter() - begun, "a": float(segments.patch), "b": float(segments.zone)}
+    return [given(exemplar), Panel("b", segments.why, Plane(segment_overlay(exemplar, segments)), values, "< 2 s")]
+
+
+def patches(letter: str, exemplar: Exemplar, **more: Any) -> Panel:
+    """A panel of 512 px by segments, with the source's settings but for those that are given."""
+    return grown(letter, exemplar, 512, "segment-based", AS_THERE | more)
+
+
+def sizes(exemplar: Exemplar) -> list[Panel]:
+    """Figure 2: a patch that is too small, and one that is too large."""
+    a = published_segments(exemplar, "sum").patch
+    return [given(exemplar), patches("b", exemplar, patch=max(a // 4, 4)), patches("c", exemplar, patch=2 * a)]
+
+
+def results(exemplar: Exemplar) -> list[Panel]:
+    """Figures 3 and 4: the texture, grown with the sizes that were found."""
+    return [patches("c", exemplar)]
+
+
+QUICK = "Sizes are found and textures grown in seconds."
+FIGURES = (
+    Figure(
+        "1", "The segments of the main feature tell patch size and boundary zone.",
+        found, "sample:pebbles", "s b 2",
+    ),
+    Figure(
+        "2", "Too small a patch misses the structure, too large a one repeats.",
+        sizes, "sample:pebbles", "seams c b; most b c",
+    ),
+    Figure("3", QUICK, results, "sample:pebbles", "s c 5"),
+    Figure("4", QUICK, results, "sample:stones", "s c 5"),
+)
