@@ -144,7 +144,7 @@ def test_softness_only_draws_again(pieced: Desk) -> None:
     assert np.array_equal(seen, drawn)
     pieced.button("Command").click()
     line = pieced.page.evaluate("navigator.clipboard.readText()")
-    assert line == "intarsia render map.npz --exemplar=sample:stones --feather=12 -o stones_rendered.png"
+    assert line == "intarsia render map.npz -o stones_rendered.png --feather=12 --exemplar=sample:stones"
     with pieced.page.expect_download() as got:
         pieced.page.get_by_role("link", name="Download", exact=True).click()
     assert got.value.path().read_bytes() == pieced.served.bytes(made["files"][0]["url"])
