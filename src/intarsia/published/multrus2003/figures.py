@@ -147,7 +147,10 @@ UPRIGHT = {"c": (0,)}
 POSED = UPRIGHT | {"d": (0, 1, 2, 6), "e": (0, 3, 4, 5, 7), "f": tuple(range(8))}
 ALPHAS = {0.5: "50 s", 1: "51 s", 2: "50 s", 3: "49 s", 5: "51 s"}
 FIGURES = (
-    Figure("2.5", "Pixel by pixel; a larger neighbourhood takes longer.", pixel_results, PEBBLES, "s b c"),
+    Figure(
+        "2.5", "Pixel by pixel; a larger neighbourhood keeps larger structures.",
+        pixel_results, PEBBLES, "whole b c",
+    ),
     Figure("3.4", "Without blending block boundaries can easily be recognized.", blending, PEBBLES, "sharp c b"),
     Figure(
         "3.6", "Small patches lose the structure, large ones leave little interaction.",
@@ -171,8 +174,8 @@ FIGURES = (
         partial(maps, ways=POSED), "sample:gravel", "mean f d c; mean f e c",
     ),
     Figure(
-        "4.3", "Isometries lead to an improved variability, in several times the time.",
-        isometries, PEBBLES, "s b c d e; whole e b",
+        "4.3", "Isometries lead to an improved variability.",
+        isometries, PEBBLES, "whole e b",
     ),
     Figure(
         "4.5", "With the prevention of repetitions there are less noticeable ones.",
@@ -185,7 +188,7 @@ FIGURES = (
     ),
     Figure(
         "4.10", "On a regular texture the pyramid joins blocks worse.",
-        multiresolution, "sample:tiles", "s c b; seams b c",
+        multiresolution, "sample:tiles", "seams b c",
     ),
     Figure("5.2", "What is marked is avoided.", avoided, PEBBLES, "marked c 1"),
     Figure(
