@@ -39,8 +39,9 @@ def chromium() -> Iterator[Browser]:
     """A browser for a while. Where there is none its tests are left out, or fail if INTARSIA_BROWSER=required."""
     if not CHROMIUM.is_file():
         pytest.fail(f"there is no {CHROMIUM}")
-    from playwright.sync_api import sync_playwright
+    from playwright.sync_api import expect, sync_playwright
 
+    expect.set_options(timeout=60_000)  # a busy machine is no fault of the page
     with sync_playwright() as driver:
         found = driver.chromium.launch(executable_path=CHROMIUM, args=QUIET)
         yield found
