@@ -22,7 +22,7 @@ FLOORS = (
     {"arguments", "arrays", "disk", "filtering", "frames", "kernels"},
     {"draws", "field", "image", "run"},
     {"guide", "params"},
-    {"levelling"},
+    {"blend"},
     {"sourcemap"},
     {"canvas", "exemplar"},
     {"files", "rendering"},

@@ -20,7 +20,7 @@ _HOMES = {
     "Ashikhmin": "published.pixels.ashikhmin",
     "Auto": "choosing.auto",
     "BestTile": "methods.best_tile",
-    "Blend": "sourcemap",
+    "Blend": "blend",
     "Box": "geometry",
     "Canvas": "canvas",
     "CancelledError": "errors",
@@ -35,10 +35,10 @@ _HOMES = {
     "InputError": "errors",
     "IntarsiaError": "errors",
     "Kind": "image",
-    "Levelling": "levelling",
+    "Levelling": "blend",
     "Margins": "tasks.starts",
     "MethodError": "errors",
-    "Mixing": "sourcemap",
+    "Mixing": "blend",
     "NearRegular": "methods.near_regular",
     "ParameterError": "errors",
     "ParallelControllable": "methods.parallel_controllable",
@@ -130,6 +130,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from .analysis.light import flattened
+    from .blend import Blend, Levelling, Mixing
     from .canvas import Canvas
     from .choosing.auto import Auto
     from .errors import CancelledError, InputError, IntarsiaError, MethodError, ParameterError
@@ -141,7 +142,6 @@ if TYPE_CHECKING:
     from .guide import Guide
     from .image import Kind, Plane
     from .judging.score import Score
-    from .levelling import Levelling
     from .methods.best_tile import BestTile
     from .methods.graphcut import Graphcut
     from .methods.image_quilting import ImageQuilting
@@ -158,7 +158,7 @@ if TYPE_CHECKING:
     from .published.segments.segment_based import SegmentBased
     from .rendering.magnification import magnified
     from .run import Run
-    from .sourcemap import Blend, Mixing, SourceMap
+    from .sourcemap import SourceMap
     from .synthesis import Synthesis, synthesize
     from .tasks.advection import advect
     from .tasks.completion import extend, heal

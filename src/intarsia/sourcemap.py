@@ -6,67 +6,23 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .arguments import FEATHER, called, chosen, expect, expect_path, whole_within
+from .arguments import chosen, expect, expect_path
+from .blend import Blend
 from .disk.npz import check_sides, packed, unpacked
 from .errors import InputError, ParameterError, ResourceError
 from .frames import check_frames, frozen, matrices, positions
 from .geometry import Box, Wrap
-from .levelling import Finish
 
 HOLE = 255
 """Value of ``which`` where no exemplar pixel has been chosen yet."""
 
 _TYPES = {"yx": np.int32, "which": np.uint8, "pose": np.uint8, "frame": np.float32, "sub": np.float32}
-
-
-class Mixing(StrEnum):
-    """How the votes of several pieces become one pixel."""
-
-    MEAN = "mean"  # in linear light
-    VARIANCE = "variance"  # in linear light, divided by the norm of the shares: keeps contrast
-    SOURCE = "source"  # of the code values, as the sources do
-
-
-@dataclass(frozen=True)
-class Blend:
-    """How pieces are joined: they mix ``feather`` px around the cut, 0 for exact copies; then comes the ``finish``."""
-
-    feather: int = 0
-    mixing: Mixing = Mixing.MEAN
-    finish: tuple[Finish, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "feather", whole_within("feather", self.feather, 0, FEATHER))
-        object.__setattr__(self, "mixing", chosen(Mixing, "mixing", self.mixing))
-        if not isinstance(self.finish, (tuple, list)) or not all(isinstance(f, Finish) for f in self.finish):
-            refused = f"finish={called(self.finish)} is not allowed"
-            raise ParameterError(f"{refused}; give a tuple, such as (Levelling(32),).")
-        object.__setattr__(self, "finish", tuple(self.finish))
-        if len({f.name for f in self.finish}) < len(self.finish):  # a second would take the first one's work back
-            raise ParameterError("finish holds two of a kind; give each at most once.")
-
-    @classmethod
-    def of(cls, recipe: dict[str, Any]) -> Blend:
-        """Read a blend of a saved map or a recipe; a finish that is missing is none."""
-        finish = tuple(Finish.read(entry) for entry in recipe.get("finish", ()))
-        return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
-
-    def but(self, **given: Any) -> Blend:
-        """Return the same joins, but for the fields that are given and not None."""
-        return replace(self, **{name: value for name, value in given.items() if value is not None})
-
-    @property
-    def as_recipe(self) -> dict[str, Any]:
-        """What maps and recipes hold of it; without a finish, no word of one."""
-        most = {"feather": self.feather, "mixing": self.mixing.value}
-        return most | ({"finish": [f.as_recipe for f in self.finish]} if self.finish else {})
 
 
 @dataclass(frozen=True)

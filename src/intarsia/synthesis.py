@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import chosen, expect, size_of
+from .blend import Blend, Finish
 from .canvas import Canvas
 from .choosing.auto import AUTO_METHOD, Auto, Choice
 from .draws import check_seed
@@ -24,13 +25,12 @@ from .geometry import Box, Wrap, laid, shared
 from .guide import Guide
 from .image import Plane
 from .lazy import lazy
-from .levelling import Finish
 from .methods.base import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .methods.memory import memory_of
 from .rendering.magnification import as_meant
 from .rendering.render import render
 from .run import Run, run_of
-from .sourcemap import HOLE, Blend, SourceMap
+from .sourcemap import HOLE, SourceMap
 from .version import VERSION
 
 if TYPE_CHECKING:

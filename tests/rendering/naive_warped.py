@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from rendering.naive_votes import clearance, decode, encode
 
+from intarsia.blend import Mixing
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
 from intarsia.image import Kind
 from intarsia.rendering.colour import from_linear, to_linear
-from intarsia.sourcemap import HOLE, Mixing, SourceMap
+from intarsia.sourcemap import HOLE, SourceMap
 
 Frame = tuple[tuple[float, float], tuple[float, float]]
 Place = tuple[float, float]

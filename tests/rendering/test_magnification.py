@@ -17,6 +17,7 @@ from rendering.naive_votes import clearance
 
 import intarsia as ia
 from intarsia import files
+from intarsia.blend import Blend
 from intarsia.cli.app import cli
 from intarsia.exemplar import REDUCED, Exemplar
 from intarsia.image import Kind, Plane
@@ -24,7 +25,7 @@ from intarsia.rendering.colour import from_linear, to_linear
 from intarsia.rendering.magnification import magnified, reduced
 from intarsia.rendering.mixing import averaged
 from intarsia.rendering.render import render
-from intarsia.sourcemap import Blend, SourceMap
+from intarsia.sourcemap import SourceMap
 from intarsia.testing import as_depth, texture
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from intarsia.blend import Blend, Mixing
 from intarsia.errors import CancelledError, InputError, ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Isometry, Wrap
@@ -15,7 +16,7 @@ from intarsia.image import Kind, Plane, Transfer
 from intarsia.rendering.colour import from_linear, to_linear
 from intarsia.rendering.render import render
 from intarsia.run import Run
-from intarsia.sourcemap import HOLE, Blend, Mixing, SourceMap
+from intarsia.sourcemap import HOLE, SourceMap
 
 DTYPES = ["uint8", "uint16", "float16", "float32", "float64"]
 

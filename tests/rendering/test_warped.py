@@ -18,16 +18,16 @@ from rendering.test_render import DTYPES, laid, noise_map, pixels_of
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
+from intarsia.blend import Blend, Levelling, Mixing
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Wrap
 from intarsia.image import Kind, Plane
-from intarsia.levelling import Levelling
 from intarsia.rendering.render import render
 from intarsia.run import Run
 from intarsia.seams.cost import seam_total
-from intarsia.sourcemap import HOLE, Blend, Mixing, SourceMap
+from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.tasks.starts import with_hole
 
 J = np.array([i.j for i in ISOMETRIES], np.float32)

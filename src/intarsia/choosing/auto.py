@@ -15,20 +15,18 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import FEATHER, chosen, expect, whole_within
+from ..blend import Blend, Levelling
 from ..errors import IntarsiaError, ParameterError
 from ..lazy import lazy
 from ..methods.base import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
 from ..params import parameters
 
 if TYPE_CHECKING:
-    from .. import levelling
     from ..canvas import Canvas
     from ..exemplar import Exemplar
-    from ..sourcemap import Blend
     from . import facts as choosing_facts
     from . import report, rules
 else:
-    levelling = lazy("intarsia.levelling")
     choosing_facts = lazy("intarsia.choosing.facts")
     report = lazy("intarsia.choosing.report")
     rules = lazy("intarsia.choosing.rules")
@@ -99,7 +97,7 @@ class Choice:
         if canvas.endless or canvas.start is not None or canvas.guide is not None or not traits(self.method).exact:
             return own
         widest = FEATHER * exemplar.height // max(plane.height for plane in exemplar.planes.values())
-        return replace(own, finish=(levelling.Levelling(min(EVEN, widest)),)) if widest else own
+        return replace(own, finish=(Levelling(min(EVEN, widest)),)) if widest else own
 
     @property
     def recipe(self) -> dict[str, Any]:

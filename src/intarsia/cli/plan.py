@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import Choice
 from ..errors import ParameterError
@@ -19,7 +20,7 @@ from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
 from ..request.request import Request
 from ..request.verbs import DONE
-from ..sourcemap import Blend, SourceMap
+from ..sourcemap import SourceMap
 from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
 from ..tasks.repair import check_repair
 from ..tasks.starts import Margins, extension

@@ -18,6 +18,7 @@ from typing import Any, ClassVar, Protocol, Self
 import numpy as np
 
 from ..arguments import called, expect_path, pair, whole
+from ..blend import Blend
 from ..errors import ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
@@ -25,7 +26,7 @@ from ..image import Array, Plane
 from ..methods.base import WindowMethod, recipe_settings
 from ..rendering.render import render
 from ..run import Run
-from ..sourcemap import Blend, SourceMap
+from ..sourcemap import SourceMap
 from ..synthesis import recipe_exemplars
 from ..version import VERSION
 from .cells import SIDE, Cell, Grid, check_near

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
+from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..draws import check_seed
@@ -15,7 +16,6 @@ from ..image import Array
 from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
 from ..rendering.render import check_alike
 from ..run import Run, run_of
-from ..sourcemap import Blend
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
 from .cells import SIDE, box_of, check_memory, sides_of
 from .picture import Picture

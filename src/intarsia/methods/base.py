@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 from .. import params
 from ..arguments import called
+from ..blend import Blend
 from ..errors import InputError, ParameterError
 from ..geometry import Wrap
 from ..lazy import lazy
 
 if TYPE_CHECKING:
-    from .. import field, sourcemap
+    from .. import field
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..geometry import Box
     from ..run import Run
-    from ..sourcemap import Blend, SourceMap
+    from ..sourcemap import SourceMap
 else:
     field = lazy("intarsia.field")
-    sourcemap = lazy("intarsia.sourcemap")
 
 FARTHEST = 1 << 40
 """Px from the origin, up, down and to the sides, in which windows of an endless plane may lie."""
@@ -137,7 +137,7 @@ class MethodBase:
     @property
     def blend(self) -> Blend:
         """Exact copies."""
-        return sourcemap.Blend(0)
+        return Blend(0)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
         """Nothing is automatic here."""

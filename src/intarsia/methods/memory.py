@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..blend import Blend
 from ..canvas import Canvas
 from ..disk.depth import dtype_of
 from ..disk.memory import taken
 from ..exemplar import Exemplar
-from ..sourcemap import Blend
 from .base import Method, traits
 from .parameters import passes_of
 

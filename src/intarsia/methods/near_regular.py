@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
+from ..blend import Blend
 from ..errors import ParameterError
 from ..lazy import lazy
 from ..params import AUTO, param
@@ -112,9 +113,9 @@ class NearRegular(MethodBase):
     striking: float | None = parameters.striking_share()
 
     @property
-    def blend(self) -> sourcemap.Blend:
+    def blend(self) -> Blend:
         """Exact copies; courses laid straight mix the steps of their edges over 4 px."""
-        return sourcemap.Blend(4 if self.straighten == "on" else 0)
+        return Blend(4 if self.straighten == "on" else 0)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
         """Lay the courses straight and find the lattice; MethodError where there is none."""
@@ -164,7 +165,7 @@ class NearRegular(MethodBase):
         """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
         parameters.check_finished(self, True)
 
-        def prepared() -> tuple[sourcemap.Blend, tuple[rectification.Rectified, Layer]]:
+        def prepared() -> tuple[Blend, tuple[rectification.Rectified, Layer]]:
             plane = canvas.Canvas(1, 1)
             method = self.resolved(exemplars, plane)
             return method.blend, method._layer(exemplars[0], plane, None, seed, run)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
 from ..arrays import Array
+from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import below
 from ..exemplar import Exemplar
@@ -19,7 +20,7 @@ from ..kernels.cuts import SeamPrice
 from ..search.candidates import Candidates
 from ..search.posed import PosedExemplars
 from ..search.windows import WindowGrid
-from ..sourcemap import HOLE, Blend, SourceMap
+from ..sourcemap import HOLE, SourceMap
 from .continuation import depth_of
 from .fill_order import levels
 

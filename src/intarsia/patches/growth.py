@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.variance import variance
+from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import draw_many
 from ..errors import MethodError
@@ -26,7 +27,7 @@ from ..run import Run
 from ..search.candidates import Candidates, Search
 from ..search.fourier import PatchSearch
 from ..search.posed import isometry_ids, posed_exemplars
-from ..sourcemap import HOLE, Blend, SourceMap
+from ..sourcemap import HOLE, SourceMap
 from .growing_map import GrowingMap, Window, random_patch, waves
 from .hole_edge_kernels import weigh_edge
 from .repetition import striking

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..blend import Blend
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..guide import Guide
 from ..lazy import lazy
-from ..sourcemap import HOLE, Blend, SourceMap
+from ..sourcemap import HOLE, SourceMap
 from .growth import Growth, Turn
 from .settings import PatchSettings
 

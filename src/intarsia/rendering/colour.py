@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..blend import Mixing
 from ..disk.depth import from_srgb
 from ..image import Array, Kind, Plane, Transfer
-from ..sourcemap import Mixing
 
 BITS = 28
 """Linear light of integer planes is fixed point: white is 1 << BITS."""

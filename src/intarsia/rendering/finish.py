@@ -23,11 +23,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ..blend import Finish, Levelling
 from ..errors import ParameterError
 from ..filtering import fourier
 from ..geometry import Box
 from ..image import Array
-from ..levelling import Finish, Levelling
 from ..run import Run
 from .finish_kernels import Sums, Surroundings, add_means, add_up, move_codes, seam_steps
 from .ground import cut_out_map

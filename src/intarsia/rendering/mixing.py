@@ -19,8 +19,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..blend import Mixing
 from ..image import Array, Kind, Plane
-from ..sourcemap import Mixing
 from .colour import Curve, code_shelf, code_steps
 from .mix_kernels import (
     LIMB,

@@ -20,13 +20,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Kind, Plane
 from ..lazy import lazy
 from ..run import Run
-from ..sourcemap import Blend, Mixing, SourceMap, check_stretch
+from ..sourcemap import SourceMap, check_stretch
 from .colour import Curve
 from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
 from .mix_kernels import copy_cell

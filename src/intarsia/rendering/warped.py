@@ -16,10 +16,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Array, Kind, Plane
-from ..sourcemap import Blend, Mixing, SourceMap
+from ..sourcemap import SourceMap
 from .catmull_rom_kernels import Reach
 from .colour import Curve, code_shelf, code_steps
 from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes

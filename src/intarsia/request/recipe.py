@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 from ..arguments import MOST_PASSES
+from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import check_seed
 from ..errors import InputError, ParameterError
 from ..geometry import Wrap
 from ..methods.base import method_of
-from ..sourcemap import Blend
 from .argv import settings_of
 from .field import Field
 from .fields import DEPTHS, MOST_EDGE, MOST_GROWN

@@ -9,10 +9,10 @@ from functools import cached_property
 from typing import Any
 
 from ..arguments import MARGIN
+from ..blend import Finish, Levelling
 from ..choosing.auto import AUTO_METHOD, Auto, By
 from ..errors import ParameterError
 from ..geometry import Wrap
-from ..levelling import Finish, Levelling
 from ..methods.base import Method, make, method_class
 from ..params import Parameter, parameters
 from .field import Field, fields_of

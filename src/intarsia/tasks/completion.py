@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..analysis.features import features
 from ..analysis.rim import rim_of
 from ..arguments import MARGIN, chosen, expect, whole_within
+from ..blend import Blend
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
@@ -28,7 +29,6 @@ from ..params import AUTO, parameters
 from ..run import Run, run_of
 from ..seams.cost import seam_total
 from ..search.sizes import element_patch, supplied
-from ..sourcemap import Blend
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled
 from .starts import Margins, extension, grown_hole, scene_to_heal, with_hole

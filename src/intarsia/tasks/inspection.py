@@ -17,6 +17,7 @@ import numpy as np
 from ..analysis.elements import ElementSize
 from ..analysis.light import Slope
 from ..arguments import OVERLAYS
+from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
@@ -31,7 +32,7 @@ from ..methods.base import make
 from ..rendering.render import render
 from ..run import Run
 from ..segments.segments import Segments, segments
-from ..sourcemap import Blend, SourceMap
+from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
 from ..tiles.tile_layout import periods_along, read_offsets
 from ..tiles.tiling import BAND, Tiling

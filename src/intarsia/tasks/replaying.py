@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..blend import Blend
 from ..disk.depth import converted
 from ..draws import check_seed
 from ..errors import InputError, MethodError, ParameterError, printable
@@ -18,7 +19,7 @@ from ..geometry import Wrap
 from ..image import Plane, Transfer
 from ..methods.base import method_of
 from ..run import Run, run_of
-from ..sourcemap import Blend, SourceMap
+from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, canvas_of, check_between, filled
 from .repair import repair
 from .starts import Margins, extension

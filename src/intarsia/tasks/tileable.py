@@ -20,6 +20,7 @@ from ..analysis.reduction import block_sums
 from ..analysis.structure import SEAMLESS, border_of
 from ..analysis.variance import spreads
 from ..arguments import called, chosen, size_of, whole_within
+from ..blend import Blend, Levelling
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..choosing.facts import Facts
@@ -29,12 +30,11 @@ from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.candidates import UNIT
 from ..lattice.closing import allowed, closing_length
-from ..levelling import Levelling
 from ..methods.base import Method, make, traits
 from ..params import AUTO, extent, parameters
 from ..run import Run, run_of
 from ..search.sizes import element_patch, supplied
-from ..sourcemap import Blend, identity
+from ..sourcemap import identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
 from .completion import donors_of, least_seams, planned_for_holes
 from .starts import shelf_of, with_hole

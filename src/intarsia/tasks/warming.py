@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..arguments import expect
+from ..blend import Levelling
 from ..choosing.auto import AUTO_METHOD
 from ..exemplar import Exemplar
-from ..levelling import Levelling
 from ..methods.base import METHODS, make, method_class
 from ..run import Run, run_of
 from ..synthesis import synthesize

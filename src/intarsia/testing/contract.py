@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ..blend import Blend, Levelling
 from ..errors import CancelledError, ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Box, Wrap
 from ..guide import Guide
 from ..image import Kind, Plane, Transfer
-from ..levelling import Levelling
 from ..methods.base import Ability, make
 from ..rendering.render import render
 from ..run import Run
-from ..sourcemap import Blend, SourceMap, identity
+from ..sourcemap import SourceMap, identity
 from ..synthesis import synthesize
 from .cases import Case, as_depth, texture
 from .laws import of_those_that_claim

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from ..blend import Blend
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..methods.base import Ability
 from ..run import Run
-from ..sourcemap import Blend, SourceMap, identity
+from ..sourcemap import SourceMap, identity
 from ..synthesis import Synthesis, synthesize
 from ..tasks.starts import with_hole
 from .cases import Case, noise, texture

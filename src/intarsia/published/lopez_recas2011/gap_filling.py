@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from ...blend import Blend
 from ...lazy import lazy
 from ...methods import parameters
 from ...methods.base import Ability, MethodBase
@@ -67,9 +68,9 @@ class GapFilling(MethodBase):
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
 
     @property
-    def blend(self) -> sourcemap.Blend:
+    def blend(self) -> Blend:
         """Blocks are mixed over 4 px."""
-        return sourcemap.Blend(4)
+        return Blend(4)
 
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> GapFilling:
         """Find the lattice; MethodError where there is none."""

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from ...blend import Blend
 from ...draws import below
 from ...lazy import lazy
 from ...methods import parameters
@@ -27,7 +28,6 @@ from ...params import AUTO, extent, param
 if TYPE_CHECKING:
     import numpy as np
 
-    from ... import sourcemap
     from ...analysis import features, symmetry
     from ...arrays import Array
     from ...canvas import Canvas
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ...run import Run
     from ...search import guide, posed, sizes
     from ...search.candidates import Search
+    from ...sourcemap import SourceMap
     from . import drawn_pyramid, every_patch, pyramid, repeats
 else:
     np = lazy("numpy")
@@ -52,7 +53,6 @@ else:
     repetition = lazy("intarsia.patches.repetition")
     sizes = lazy("intarsia.search.sizes")
     symmetry = lazy("intarsia.analysis.symmetry")
-    sourcemap = lazy("intarsia.sourcemap")
 
 STAGE = 2003  # keeps this method's draws apart from those of others
 MOST = 64  # candidates may be chosen from a short-list; for more of them every patch is looked at
@@ -122,9 +122,9 @@ class PatchSampling(MethodBase):
     )
 
     @property
-    def blend(self) -> sourcemap.Blend:
+    def blend(self) -> Blend:
         """A feather as wide as the seam."""
-        return sourcemap.Blend(max(extent(self.overlap or 0)) if self.join == "feather" else 0)
+        return Blend(max(extent(self.overlap or 0)) if self.join == "feather" else 0)
 
     @property
     def pitch(self) -> tuple[int, int]:
@@ -165,7 +165,7 @@ class PatchSampling(MethodBase):
         bounds = None if bounds is None else symmetry.resolved_isometries(bounds, exemplars, resolved.footprint)
         return replace(resolved, isometries=isometries, boundary_isometries=bounds)
 
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
         """Grow the map window by window, in raster order as far as windows touch."""
         method = self.resolved(exemplars, canvas)
         misses: list[int] = []

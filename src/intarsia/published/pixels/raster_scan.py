@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analysis.features import features
+from ...blend import Blend
 from ...canvas import Canvas
 from ...errors import MethodError
 from ...exemplar import Exemplar
 from ...params import words
 from ...patches.growing_map import GrowingMap
 from ...search.posed import posed_exemplars
-from ...sourcemap import HOLE, Blend, SourceMap
+from ...sourcemap import HOLE, SourceMap
 from . import raster_kernels
 from .neighbourhood_kernels import Ground
 from .neighbourhoods import PixelPlanes, Reach, choices, ground, layers

@@ -1,0 +1,92 @@
+"""How the pieces of a map are joined when it is drawn, in words: feather, mixing, and a finish that levels steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any, ClassVar
+
+from .arguments import FEATHER, called, chosen, whole_within
+from .errors import ParameterError
+from .params import check, param, parameters
+
+
+@dataclass(frozen=True)
+class Levelling:
+    """Even out steps of light and colour across seams, over `radius` px to either side of them.
+
+    Parameters
+    ----------
+    radius : int
+        1 to 1024 px of the map: slow changes of light and colour meet within it, finer detail stays.
+    strength : float
+        0 to 1: which share of the step is taken away.
+    """
+
+    name: ClassVar[str] = "levelling"
+
+    radius: int = param(
+        96, "int", "how far to either side of a seam light is evened out", low=1, high=FEATHER, unit="px"
+    )
+    strength: float = param(1.0, "float", "which share of a step is taken away", low=0, high=1)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @classmethod
+    def read(cls, entry: dict[str, Any]) -> Levelling:
+        """Read a finish of a map or a recipe; KeyError, TypeError or ParameterError for anything else."""
+        values = dict(entry)
+        return {cls.name: cls}[values.pop("name")](**values)
+
+    @property
+    def as_recipe(self) -> dict[str, Any]:
+        """A finish as maps and recipes hold it."""
+        return {"name": self.name, **{p.name: getattr(self, p.name) for p in parameters(self)}}
+
+
+Finish = Levelling
+"""All that can be done to a drawn picture; never to normals or labels."""
+
+
+class Mixing(StrEnum):
+    """How the votes of several pieces become one pixel."""
+
+    MEAN = "mean"  # in linear light
+    VARIANCE = "variance"  # in linear light, divided by the norm of the shares: keeps contrast
+    SOURCE = "source"  # of the code values, as the sources do
+
+
+@dataclass(frozen=True)
+class Blend:
+    """How pieces are joined: they mix ``feather`` px around the cut, 0 for exact copies; then comes the ``finish``."""
+
+    feather: int = 0
+    mixing: Mixing = Mixing.MEAN
+    finish: tuple[Finish, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "feather", whole_within("feather", self.feather, 0, FEATHER))
+        object.__setattr__(self, "mixing", chosen(Mixing, "mixing", self.mixing))
+        if not isinstance(self.finish, (tuple, list)) or not all(isinstance(f, Finish) for f in self.finish):
+            refused = f"finish={called(self.finish)} is not allowed"
+            raise ParameterError(f"{refused}; give a tuple, such as (Levelling(32),).")
+        object.__setattr__(self, "finish", tuple(self.finish))
+        if len({f.name for f in self.finish}) < len(self.finish):  # a second would take the first one's work back
+            raise ParameterError("finish holds two of a kind; give each at most once.")
+
+    @classmethod
+    def of(cls, recipe: dict[str, Any]) -> Blend:
+        """Read a blend of a saved map or a recipe; a finish that is missing is none."""
+        finish = tuple(Finish.read(entry) for entry in recipe.get("finish", ()))
+        return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
+
+    def but(self, **given: Any) -> Blend:
+        """Return the same joins, but for the fields that are given and not None."""
+        return replace(self, **{name: value for name, value in given.items() if value is not None})
+
+    @property
+    def as_recipe(self) -> dict[str, Any]:
+        """What maps and recipes hold of it; without a finish, no word of one."""
+        most = {"feather": self.feather, "mixing": self.mixing.value}
+        return most | ({"finish": [f.as_recipe for f in self.finish]} if self.finish else {})
