@@ -56,10 +56,7 @@ LARGER = {"repeat", "near", "used", "agree", "band"}
 class Spread(ia.PatchSampling):
     """Patch sampling whose windows are spread to end at the border, in place of hanging over it."""
 
-    @property
-    def patch_settings(self) -> Any:
-        """As the method lays, but inside the canvas."""
-        return replace(super().patch_settings, hangs=None)
+    hangs = None
 
 
 class AsThere(ia.PatchSampling):

@@ -13,7 +13,7 @@ ROOMS = (
     "seams/worst.py", "analysis/rim.py", "analysis/symmetry.py", "analysis/elements.py", "analysis/rarity.py",
     "analysis/light.py", "patches/hole_edge_kernels.py", "corrections/stack.py", "corrections/descent.py",
     "corrections/advected.py", "corrections/appearance.py", "corrections/guide.py", "corrections/orientation.py",
-    "corrections/outlines.py", "methods/parallel_controllable.py",
+    "corrections/outlines.py", "corrections/parallel_controllable.py",
 )  # fmt: skip
 PLACES = sorted(path for pattern in ROOMS for path in ROOT.glob(pattern))
 

@@ -14,11 +14,9 @@ from .lazy import lazy
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from . import arrays
 else:  # the command line makes methods before any work
     np = lazy("numpy")
-    arrays = lazy("intarsia.arrays")
+arrays = lazy("intarsia.arrays")
 
 FULL = {"bool": 1, "uint8": 255, "uint16": 65535}
 """Whole numbers that span a range, and which of them stands for its end."""

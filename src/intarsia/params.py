@@ -15,10 +15,8 @@ from typing import Any
 
 from .arguments import whole
 from .errors import InputError, ParameterError, said
+from .field import Field
 from .geometry import ISOMETRY_SETS
-from .lazy import lazy
-
-fields = lazy("intarsia.field")
 
 OVER = ("field", "picture")  # kinds that lie over the output or the exemplar
 MOST_LEVELS = 20
@@ -103,7 +101,7 @@ def parameters(method: Any) -> list[Parameter]:
 def functions_of(method: Any) -> dict[str, Any]:
     """The functions among the parameters of a method, by name."""
     values = {p.name: getattr(method, p.name) for p in parameters(method)}
-    return {name: value for name, value in values.items() if isinstance(value, fields.Field) and value.is_function}
+    return {name: value for name, value in values.items() if isinstance(value, Field) and value.is_function}
 
 
 def check(method: Any) -> None:
@@ -164,7 +162,7 @@ def words(value: int | tuple[int, int] | None) -> str:
 def _field(p: Parameter, value: Any) -> Any:
     """A number, where the field is one everywhere; else the field."""
     try:
-        field = value if isinstance(value, fields.Field) else fields.Field(value)
+        field = value if isinstance(value, Field) else Field(value)
         field = field.within(p.low, p.high)
     except InputError as e:
         raise InputError(f"{p.name}: {e}") from e.__cause__
@@ -267,7 +265,7 @@ def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] 
     """
     for p in parameters(method):
         value = getattr(method, p.name)
-        size = value.size if isinstance(value, fields.Field) else None
+        size = value.size if isinstance(value, Field) else None
         wanted = exemplar if p.over == "exemplar" else canvas
         if size is not None and wanted is not None and size != wanted:
             raise InputError(

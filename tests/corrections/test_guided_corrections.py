@@ -19,12 +19,12 @@ from intarsia.corrections import guide as wanted
 from intarsia.corrections.appearance import bordered, stack_of, without_gaps
 from intarsia.corrections.descent import Corrections, Descent
 from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
+from intarsia.corrections.parallel_controllable import STAGE, decided
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import Look, exemplar_stack
 from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
-from intarsia.methods.parallel_controllable import STAGE
 from intarsia.search.guide import codes_of
 from intarsia.testing.cases import noise, texture
 from intarsia.testing.maps import same_map
@@ -252,12 +252,12 @@ def test_a_pin_is_stronger_than_the_guide_on_coarse_levels() -> None:
     stack, guide = exemplar_stack(e, Look()), Guide(labels(marks), labels(target))
     pinned = ia.ParallelControllable(pin=((40, 70, 48, 48, 20),))
     asked = StackGuide(Canvas(96, 96, guide=guide), stack)
-    descent = Descent(stack, Corrections.of(pinned._decided(e)), 1, STAGE, asked)
+    descent = Descent(stack, Corrections.of(decided(pinned, e)), 1, STAGE, asked)
     spans = descent._spans(Span(0, 96, 0), Span(0, 96, 0))
-    assert spans[0][0].start == -Corrections.of(pinned._decided(e)).margin - 1
+    assert spans[0][0].start == -Corrections.of(decided(pinned, e)).margin - 1
     coords = descent.window(Span(0, 96, 0), Span(0, 96, 0), ONE)
     assert coords.shape == (96, 96, 2)
-    free = Descent(stack, Corrections.of(METHOD._decided(e)), 1, STAGE, StackGuide(Canvas(96, 96, guide=guide), stack))
+    free = Descent(stack, Corrections.of(decided(METHOD, e)), 1, STAGE, StackGuide(Canvas(96, 96, guide=guide), stack))
     assert (free.window(Span(0, 96, 0), Span(0, 96, 0), ONE) != coords).any()
 
 

@@ -13,10 +13,10 @@ from intarsia.analysis.features import features
 from intarsia.blocks.grid import BlockSettings
 from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
+from intarsia.courses.near_regular import FEW
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS
 from intarsia.lattice.vectors import check_lattice, lattice_of
-from intarsia.methods.near_regular import FEW
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 

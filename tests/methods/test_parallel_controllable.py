@@ -13,6 +13,7 @@ from intarsia.canvas import Canvas
 from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
 from intarsia.corrections.descent import DRAWN, Corrections, Descent
+from intarsia.corrections.parallel_controllable import STAGE
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import (
     SEARCHED,
@@ -28,7 +29,6 @@ from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
 from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
-from intarsia.methods.parallel_controllable import STAGE
 from intarsia.params import parameters, parse
 from intarsia.run import Run
 from intarsia.testing.cases import noise, texture

@@ -14,8 +14,11 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
+from intarsia.methods.base import engine_of
 from intarsia.patches.growth import Growth
 from intarsia.patches.settings import PatchSettings, Repeats
+from intarsia.published.multrus2003 import sampling
+from intarsia.published.multrus2003.sampling import join_in, settings_of
 from intarsia.sourcemap import HOLE, identity
 from intarsia.tasks.starts import with_hole
 from intarsia.testing.cases import texture
@@ -52,7 +55,7 @@ class TestPainting:
         method = replace(method, boundary_patch=boundary_patch)
         out = ia.synthesize(painted(marks), None, method, seed=3, guide=Guide(labels(marks), labels(target)))
         found = got(out.map, marks)
-        settings = method.patch_settings
+        settings = engine_of(method).settings_of(method)
         canvas = Canvas(90, 90, guide=Guide(labels(marks), labels(target)))
         growth = Growth(settings, [painted(marks)], canvas)
         only_pure = np.ones((90, 90), bool)
@@ -75,19 +78,19 @@ class TestPainting:
         assert ia.PatchSampling().boundary_candidates == 1
         marks, target = regions(70, 70), disc(70)
         canvas = Canvas(70, 70, guide=Guide(labels(marks), labels(target)))
-        growth = Growth(method.patch_settings, [painted(marks)], canvas)
+        growth = Growth(settings_of(method), [painted(marks)], canvas)
         seen = {True: 0, False: 0}
 
         def choose(window: Any, found: Any, bits: int) -> Any:
             at_boundary = growth.at_boundary(window)
             most = few if at_boundary else 5
-            picks = {method.choose(growth, window, found, k << 32, []) for k in range(0, 1 << 32, 1 << 26)}
+            picks = {sampling.choose(method, growth, window, found, k << 32, []) for k in range(0, 1 << 32, 1 << 26)}
             assert picks == {tuple(row) for row in found.rows[:most, 1:].tolist()}
             seen[at_boundary] += 1
-            return method.choose(growth, window, found, bits, [])
+            return sampling.choose(method, growth, window, found, bits, [])
 
         growth.fill(
-            1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: method.join_in(growth, at, pick, found)
+            1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: join_in(method, growth, at, pick, found)
         )
         assert min(seen.values()) > 5
 
@@ -98,7 +101,7 @@ class TestPainting:
         method = ia.PatchSampling(patch=4, overlap=4, boundary_candidates=100, repetition="none")
         found = scene.found()
         assert len(found.rows) < 64
-        picks = {method.choose(scene.growth, (0, 0), found, k << 32, []) for k in range(0, 1 << 32, 1 << 24)}
+        picks = {sampling.choose(method, scene.growth, (0, 0), found, k << 32, []) for k in range(0, 1 << 32, 1 << 24)}
         every = [
             scene.cost(v, int(u), int(s))
             for v, allowed in enumerate(scene.guided.allowed[0b11])

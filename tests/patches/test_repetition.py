@@ -14,6 +14,7 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import spread
 from intarsia.kernels.returns import axis_distance
+from intarsia.methods.base import engine_of
 from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking
 from intarsia.search.fourier import PatchSearch
@@ -137,12 +138,12 @@ def test_repeats_of_striking_patches_cost_more_where_a_method_grows(method) -> N
     """The prices that methods lay by weigh the cluster's patches more than those of the ground."""
     e = Exemplar.of(TORTURE["red_cluster"](size=96))
     red = (e.base.pixels[:, :, 0] > 150) & (e.base.pixels[:, :, 1] < 90)
-    growth = Growth(method.patch_settings, [e], Canvas(200, 200))
+    growth = Growth(engine_of(method).settings_of(method), [e], Canvas(200, 200))
     y, x = (int(v.mean()) for v in np.nonzero(red))
     at = tuple(min(max(v - 12, 0), 96 - 24) for v in (y, x))
 
     def repeated(u: int, s: int) -> int:
-        other = Growth(method.patch_settings, [e], Canvas(200, 200))
+        other = Growth(engine_of(method).settings_of(method), [e], Canvas(200, 200))
         other.repetition.add(3, 3, (0, u, s))
         return price_of(other.repetition, (3, 4), 0, u, s)
 

@@ -31,6 +31,7 @@ from intarsia.patches.settings import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
 from intarsia.seams.graphcut import likelihood
 from intarsia.seams.recut_kernels import NEVER, Draft
+from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.worst import CELL, WorstSeams
 from intarsia.search import sizes
 from intarsia.sourcemap import HOLE, SourceMap, identity
@@ -377,8 +378,8 @@ def test_the_books_are_kept(seam: str) -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
     e = Exemplar.of(texture(40, 40, 1, 7))
     method = ia.Graphcut(patch=12, overlap=4, seam=seam).resolved([e], Canvas(50, 44))
-    growth = patches_growth.Growth(method.patch_settings(0), [e], Canvas(50, 44))
-    sewing = graphcut.GraphcutGrowth(growth, method.stitch)
+    growth = patches_growth.Growth(settings_of(method), [e], Canvas(50, 44))
+    sewing = graphcut.GraphcutGrowth(growth, stitch_of(method))
     sewing.fill(1, 2, ia.Run(1))
     assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
     before = sewing.total

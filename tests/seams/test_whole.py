@@ -13,10 +13,10 @@ import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap, widened
-from intarsia.methods.graphcut import STAGE
 from intarsia.patches.growth import Growth
 from intarsia.seams import whole_kernels
 from intarsia.seams.graphcut import GraphcutGrowth
+from intarsia.seams.sewing import STAGE, settings_of, stitch_of
 from intarsia.seams.whole import Mending, make_whole
 from intarsia.seams.whole_elements import Elements
 from intarsia.segments.wholes import JOINT, wholes
@@ -49,8 +49,8 @@ EXEMPLAR = Exemplar.of(stones())
 def grown(exemplar: Exemplar = EXEMPLAR, canvas: Canvas | None = None, seed: int = 1) -> GraphcutGrowth:
     canvas = canvas or Canvas(200, 190)
     method = METHOD.resolved([exemplar], canvas)
-    growth = Growth(method.patch_settings(0), [exemplar], canvas)
-    sewn = GraphcutGrowth(growth, method.stitch)
+    growth = Growth(settings_of(method), [exemplar], canvas)
+    sewn = GraphcutGrowth(growth, stitch_of(method))
     sewn.fill(seed, STAGE, ONE)
     return sewn
 

@@ -108,7 +108,8 @@ class Corrections:
         """Take the settings from the fields of a method."""
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
-        steps, shares = tuple(round((1 << FINE) * r) for r in jitter), Shares.of(*method.calmed)
+        steps = tuple(round((1 << FINE) * r) for r in jitter)
+        shares = Shares.of(method.jitter_output, method.jitter_exemplar)
         pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
         return cls(steps, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, lie, shares)
 

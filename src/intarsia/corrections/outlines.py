@@ -41,6 +41,13 @@ class Outlines:
     drawn: Field | None
     weight: float
 
+    @classmethod
+    def of(cls, method: Any) -> Outlines | None:
+        """Take from the fields of a method which outlines count; None: none."""
+        if method.feature is None or not method.feature_weight:
+            return None
+        return cls(method.feature if isinstance(method.feature, Field) else None, method.feature_weight)
+
     def over(self, exemplar: Exemplar) -> Outlines:
         """Return the same outlines, known by the pixels of the exemplar that lie inside, not by a function."""
         if self.drawn is None or not self.drawn.is_function:

@@ -119,8 +119,8 @@ class Look:
     @classmethod
     def of(cls, method: Any, reach: int = 2) -> Look:
         """Take the settings from the fields of a method."""
-        settings = method.neighbourhood, method.k, method.channel_weights, method.neighbourhood_mask, method.outlines
-        return cls(*settings, reach)
+        settings = method.neighbourhood, method.k, method.channel_weights, method.neighbourhood_mask
+        return cls(*settings, Outlines.of(method), reach)
 
 
 def exemplar_stack(exemplar: Exemplar, look: Look) -> ExemplarStack:

@@ -7,22 +7,22 @@ from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
-from .. import params
 from ..arguments import called
 from ..blend import Blend
 from ..errors import InputError, ParameterError
+from ..field import Field
 from ..geometry import Wrap
-from ..lazy import lazy
+from ..params import check, parameters
 
 if TYPE_CHECKING:
-    from .. import field
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from ..geometry import Box
     from ..run import Run
     from ..sourcemap import SourceMap
-else:
-    field = lazy("intarsia.field")
+
+PASSES = "intarsia.covering.passes"
+"""The module that goes over finished pictures."""
 
 FARTHEST = 1 << 40
 """Px from the origin, up, down and to the sides, in which windows of an endless plane may lie."""
@@ -98,11 +98,11 @@ def recipe_settings(
     Functions are given by name, and for a picture (`where`) also by a hash of all that they say for it.
     """
     out: dict[str, Any] = {}
-    for p in params.parameters(method):
+    for p in parameters(method):
         value = getattr(method, p.name)
         if isinstance(value, tuple):
             value = list(reversed(value)) if p.kind == "extent" else list(value)
-        out[p.name] = value.as_recipe if isinstance(value, field.Field) else value
+        out[p.name] = value.as_recipe if isinstance(value, Field) else value
     for name, digest in ({} if where is None else traits(method).asked(exemplars, where)).items():
         out[name] |= {"sha256": digest}
     return out
@@ -110,38 +110,87 @@ def recipe_settings(
 
 def method_of(slug: str, settings: dict[str, Any]) -> Method:
     """Make a method again from its parameters as recipes hold them; ParameterError where they cannot be."""
-    kinds = {p.name: p.kind for p in params.parameters(method_class(slug))}
+    kinds = {p.name: p.kind for p in parameters(method_class(slug))}
     flipped = {n: v[::-1] if kinds.get(n) == "extent" else v for n, v in settings.items() if isinstance(v, list)}
     return make(slug, settings | {n: tuple(v) for n, v in flipped.items()})
 
 
 def keeps_lattice(method: Method) -> bool:
     """Say whether a method lays its pieces on a lattice."""
-    return any(p.name == "lattice" for p in params.parameters(method)) and traits(method).snap == "on"
+    return any(p.name == "lattice" for p in parameters(method)) and traits(method).snap == "on"
 
 
 def measures_distances(method: Method | type[Method]) -> bool:
     """Say whether a method, or a class of them, looks for patches by their distances."""
-    return hasattr(method, "patch_settings")
+    return getattr(method, "measures", False)
+
+
+def passes_of(method: object) -> dict[str, float]:
+    """What a finished picture is gone over for, and by how much."""
+    asked = {name: getattr(method, name, None) for name in ("spread", "striking")}
+    return {k: v for k, v in asked.items() if v is not None and (v or k == "striking")}
+
+
+def check_finished(method: object, endless: bool) -> None:
+    """Refuse to go over what has no end."""
+    if endless:
+        for name in passes_of(method):
+            raise ParameterError(f"{name} goes over a finished picture, and endless ones are never; leave it out.")
 
 
 class MethodBase:
-    """What the methods of this package begin with: parameters in range, exact copies, nothing automatic.
+    """What the methods of this package begin with: parameters in range, exact copies, and an engine that works.
 
-    Those of others need not inherit from it.
+    Those of others need not inherit from it; what works by itself names no engine.
+
+    ``engine``: the module whose functions `resolved`, `synthesize` and `window` do what those of the method promise.
+    They are given the method first, `synthesize` one that is resolved.
     """
 
+    engine: ClassVar[str] = ""
+
     def __post_init__(self) -> None:
-        params.check(self)
+        check(self)
 
     @property
     def blend(self) -> Blend:
         """Exact copies."""
         return Blend(0)
 
+    @property
+    def as_it_is(self) -> bool:
+        """Whether pieces show the exemplar as it is, so that patches of it may cover them."""
+        return True
+
     def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
-        """Nothing is automatic here."""
-        return self
+        """Decide what is automatic; without an engine nothing is."""
+        check_finished(self, canvas.endless)
+        found: Self = engine_of(self).resolved(self, exemplars, canvas) if self.engine else self
+        return found
+
+    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+        """Have the engine make the map, and go over it once more where `spread` or `striking` says so."""
+        method = self.resolved(exemplars, canvas)
+
+        def made(run: Run) -> SourceMap:
+            found: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
+            return found
+
+        asked = passes_of(method) if method.as_it_is else {}
+        if not asked:
+            return made(run)
+        smap: SourceMap = importlib.import_module(PASSES).gone_over(method, asked, exemplars, canvas, run, made)
+        return smap
+
+
+class EndlessBase(MethodBase):
+    """What methods begin with whose engine makes windows, each alone."""
+
+    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+        """Have the engine make a box of the endless plane."""
+        check_finished(self, True)
+        smap: SourceMap = engine_of(self).window(self, exemplars, box, seed, run)
+        return smap
 
 
 class WindowMethod(Method, Protocol):
@@ -227,6 +276,11 @@ def preset(document: str) -> dict[str, str]:
     return dict(found)
 
 
+def engine_of(method: MethodBase) -> Any:
+    """Return the module that works for a method; it is imported when it is asked for."""
+    return importlib.import_module(method.engine)
+
+
 def method_class(slug: str) -> type[Any]:
     """Return the class of the method named `slug`."""
     if slug not in METHODS:
@@ -249,7 +303,7 @@ def check_method(given: Any) -> Method:
 def make(slug: str, values: dict[str, Any]) -> Method:
     """Make the method `slug` with the given parameters, refusing any that it does not have."""
     cls = method_class(slug)
-    known = [p.name for p in params.parameters(cls)]
+    known = [p.name for p in parameters(cls)]
     for name in values:
         if name not in known:
             raise ParameterError(f"{name}: {slug} has no such parameter; it has {', '.join(known) or 'none'}.")

@@ -12,38 +12,22 @@ Cost: one difference image for each vector, running sums over it, and a division
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
-from ..lazy import lazy
 from ..params import AUTO, param
 from . import parameters
-from .base import Ability, MethodBase
-
-if TYPE_CHECKING:
-    from .. import canvas, sourcemap
-    from ..canvas import Canvas
-    from ..exemplar import Exemplar
-    from ..geometry import Box
-    from ..lattice import vectors
-    from ..run import Run
-    from ..tiles import tiling
-    from ..tiles.tile_layout import TileLayout
-else:
-    canvas = lazy("intarsia.canvas")
-    vectors = lazy("intarsia.lattice.vectors")
-    tiling = lazy("intarsia.tiles.tiling")
-    sourcemap = lazy("intarsia.sourcemap")
+from .base import Ability, EndlessBase
 
 
 @dataclass(frozen=True)
-class BestTile(MethodBase):
+class BestTile(EndlessBase):
     """Repeat the one period of the exemplar whose opposite borders agree most."""
 
     slug: ClassVar[str] = "best-tile"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "one period of a regular texture, again and again"
+    engine: ClassVar[str] = "intarsia.tiles.best_tile"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
     lattice: tuple[tuple[float, float], ...] | None = param(
@@ -55,30 +39,3 @@ class BestTile(MethodBase):
         low=1, high=256, unit="px",
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = parameters.channel_weights()
-
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:
-        """Find the lattice; MethodError where there is none."""
-        if self.lattice is AUTO:
-            return replace(self, lattice=vectors.lattice_of(exemplars[0], self.slug, self.channel_weights))
-        vectors.check_lattice(self.lattice, exemplars[0])
-        return self
-
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Find the best tile and lay it out; the seed changes nothing."""
-        run.tick(0, 2)
-        layout = self._layout(exemplars, canvas)
-        run.tick(1, 2)
-        yx, _ = layout.window(0, 0, canvas.height, canvas.width)
-        run.tick(2, 2)
-        return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, self.blend)
-
-    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Lay out what of the tiles a box meets; the tile is found once for an exemplar."""
-
-        layout = exemplars[0].latest("best-tile", self, lambda: self._layout(exemplars, canvas.Canvas(1, 1)))
-        yx, _ = layout.window(box.y0, box.x0, box.height, box.width)
-        return sourcemap.SourceMap(yx, None, None, (exemplars[0].source,), blend=self.blend)
-
-    def _layout(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> TileLayout:
-        lattice, weights = self.resolved(exemplars, canvas).lattice, self.channel_weights
-        return tiling.Tiling.of(lattice, weights, self.band, exemplars[0]).layout(canvas)

@@ -9,8 +9,7 @@ from ..canvas import Canvas
 from ..disk.depth import dtype_of
 from ..disk.memory import taken
 from ..exemplar import Exemplar
-from .base import Method, traits
-from .parameters import passes_of
+from .base import Method, passes_of, traits
 
 WORKING = 45 << 20
 """Bytes that the first kernels and the writer of files add to what planning took."""

@@ -19,57 +19,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ParameterError
 from ..field import Field
-from ..geometry import Box, Wrap
-from ..lazy import lazy
-from ..params import AUTO, check_sizes, functions_of, param
+from ..params import AUTO, functions_of, param
 from . import parameters
-from .base import Ability, MethodBase
+from .base import Ability, EndlessBase, engine_of, passes_of
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from .. import sourcemap
-    from ..analysis import features
     from ..canvas import Canvas
-    from ..corrections import descent as corrections_descent
-    from ..corrections import guide as corrections_guide
-    from ..corrections import outlines as corrections_outlines
-    from ..corrections import span, stack
     from ..exemplar import Exemplar
-    from ..lattice import vectors
-    from ..run import Run
-    from ..search import guide
-else:
-    vectors = lazy("intarsia.lattice.vectors")
-    features = lazy("intarsia.analysis.features")
-    guide = lazy("intarsia.search.guide")
-    corrections_outlines = lazy("intarsia.corrections.outlines")
-    corrections_descent = lazy("intarsia.corrections.descent")
-    stack = lazy("intarsia.corrections.stack")
-    span = lazy("intarsia.corrections.span")
-    corrections_guide = lazy("intarsia.corrections.guide")
-    sourcemap = lazy("intarsia.sourcemap")
-
-STAGE = 200505  # keeps this method's draws apart from those of others
-FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
-# Set by looking at pictures: large pieces lie anywhere, small ones move a little.
-FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
-ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
+    from ..geometry import Box
 
 
 @dataclass(frozen=True)
-class ParallelControllable(MethodBase):
+class ParallelControllable(EndlessBase):
     """Refine an endless map of the exemplar from coarse to fine, moving pixels at random and mending what broke."""
 
     slug: ClassVar[str] = "parallel-controllable"
     paper: ClassVar[str] = "Lefebvre and Hoppe 2005, 2006"
     summary: ClassVar[str] = "coarse to fine, endless: any window alone, randomness set for each scale"
+    engine: ClassVar[str] = "intarsia.corrections.parallel_controllable"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.GUIDE, Ability.WINDOW})
 
     jitter: float | tuple[float, ...] | None = param(
@@ -151,7 +123,7 @@ class ParallelControllable(MethodBase):
             raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
         if self.neighbourhood_mask is not AUTO:
             object.__setattr__(self, "neighbourhood_mask", self._mask(self.neighbourhood_mask))
-        for name in parameters.passes_of(self) if self.pin is not AUTO or not self.exact else ():
+        for name in passes_of(self) if self.pin is not AUTO or not self.exact else ():
             word = "pins" if self.pin is not AUTO else "angle and zoom"
             raise ParameterError(f"{name} lays whole pixels anywhere, and cannot keep {word}; drop it, or drop them.")
         if not self.exact and (self.neighbourhood == "colour" or self.rule == "published"):
@@ -172,119 +144,11 @@ class ParallelControllable(MethodBase):
         return (*[0.0] * 5, *rows[0], *rows[1], *rows[2], *[0.0] * 5)
 
     @property
-    def calmed(self) -> tuple[Field | float | None, Field | float | None]:
-        """What part of the jitter holds over the output, and over the exemplar."""
-        return self.jitter_output, self.jitter_exemplar
-
-    @property
-    def outlines(self) -> corrections_outlines.Outlines | None:
-        """Which outlines of the exemplar count, and how much."""
-        if self.feature is AUTO or not self.feature_weight:
-            return None
-        given = self.feature if isinstance(self.feature, Field) else None
-        return corrections_outlines.Outlines(given, self.feature_weight)
-
-    @property
     def exact(self) -> bool:
         """Whether pixels are copies: not so where the texture lies turned or scaled."""
         return (self.angle, self.zoom) == (0, 1)
 
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
-        """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
-        parameters.check_finished(self, canvas.endless)
-        size = None if canvas.endless else (canvas.height, canvas.width)
-        check_sizes(self, (exemplars[0].height, exemplars[0].width), size)
-        if isinstance(self.feature, Field):
-            corrections_outlines.marked(self.feature, exemplars[0])
-        features.features([exemplars[0]], self.channel_weights)
-        if canvas.guide is not None:
-            guide.check_guide(exemplars, canvas.guide, 1)
-        return self._decided(exemplars[0], canvas.guide is not None)
-
-    def _decided(self, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
-        """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
-        lattice, jitter, snap = self.lattice, self.jitter, self.snap
-        if snap == "auto":
-            known = lattice is not AUTO
-            if not known and not guided:
-                known = vectors.lattices_of(exemplar, self.channel_weights).accepted is not None
-            snap = "on" if known else "off"
-        if lattice is not AUTO:
-            vectors.check_lattice(lattice, exemplar)
-        elif snap == "on":
-            lattice = vectors.lattice_of(exemplar, self.slug, self.channel_weights)
-        if jitter is AUTO:
-            top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-            all_over = snap == "on" or self.outlines is not None or not self.exact
-            all_over = all_over or stack.is_cloudy(exemplar)
-            fine = top if all_over else max(len(FINE), stack.levels_within(exemplar))
-            shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
-            jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
-        return replace(self, jitter=jitter, lattice=lattice, snap=snap)
-
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
-        method = self._decided(exemplars[0], canvas.guide is not None)
-        return parameters.gone_over(
-            method, exemplars, canvas, run, lambda run: self._map(exemplars[0], canvas, seed, run)
-        )
-
-    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
-        parameters.check_finished(self, True)
-        if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
-            raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
-        return self._map(exemplars[0], box, seed, run)
-
-    def coarse(
-        self, exemplars: Sequence[Exemplar], box: Box, level: int, seed: int, run: Run
-    ) -> NDArray[np.int32] | None:
-        """Return which exemplar pixels the middles of squares of 2**level px show, (h, w, 2), on that level.
-
-        Finer levels move them a little; it is as quick as a window of so many pixels. `box` is one of whole squares.
-        None where the exemplar is too small, or lies turned or scaled.
-        """
-        descent = self._descent(exemplars[0], box, seed)
-        if descent.rules.lie is not None or level >= descent.stack.count:
-            return None
-        return descent.window(*_spans(box), run, level)
-
     def asked(self, exemplars: Sequence[Exemplar], where: Canvas | Box) -> dict[str, str]:
-        """Return a hash of what each function among the parameters says at all places that a picture asks it for.
-
-        Those over the output are asked beside it as well, where its coarse levels begin.
-        """
-        if not functions_of(self):
-            return {}
-        places = self._descent(exemplars[0], where, 0).asked(*_spans(where))
-        return corrections_descent.hashes(self, exemplars[0], places)
-
-    def _map(self, exemplar: Exemplar, where: Canvas | Box, seed: int, run: Run) -> sourcemap.SourceMap:
-        descent, source = self._descent(exemplar, where, seed), (exemplar.source,)
-        wrap = Wrap.NONE if isinstance(where, Box) else where.wrap
-        around = descent.around
-
-        def drafted(yx: NDArray[np.int32]) -> sourcemap.SourceMap:
-            seen = yx[around : len(yx) - around, around : yx.shape[1] - around]
-            return sourcemap.SourceMap(seen, None, None, source, wrap, self.blend)
-
-        run = run.drafting(drafted)
-        if descent.rules.lie is None:
-            return sourcemap.SourceMap(descent.window(*_spans(where), run), None, None, source, wrap, self.blend)
-        yx, frame, sub = descent.framed(*_spans(where), run)
-        return sourcemap.SourceMap(yx, None, None, source, wrap, self.blend, frame, sub)
-
-    def _descent(self, exemplar: Exemplar, where: Canvas | Box, seed: int) -> corrections_descent.Descent:
-        rules = corrections_descent.Corrections.of(self._decided(exemplar))
-        levels = stack.exemplar_stack(exemplar, stack.Look.of(self, rules.border))
-        if isinstance(where, Box) or where.guide is None:
-            return corrections_descent.Descent(levels, rules, seed, STAGE)
-        return corrections_descent.Descent(levels, rules, seed, STAGE, corrections_guide.StackGuide(where, levels))
-
-
-def _spans(where: Canvas | Box) -> tuple[span.Span, span.Span]:
-    """The rows and columns of a canvas, which may close in themselves, or of a box of the endless plane."""
-    if isinstance(where, Box):
-        return span.Span(where.y0, where.y1, 0), span.Span(where.x0, where.x1, 0)
-    periods = (where.height if where.wrap.y else 0), (where.width if where.wrap.x else 0)
-    return span.Span(0, where.height, periods[0]), span.Span(0, where.width, periods[1])
+        """Return a hash of what each function among the parameters says at all places that a picture asks it for."""
+        found: dict[str, str] = engine_of(self).asked(self, exemplars, where) if functions_of(self) else {}
+        return found

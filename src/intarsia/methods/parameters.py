@@ -1,30 +1,15 @@
 """Parameters that several methods have, told once, and what methods have in common that cut overlapping squares.
 
-A parameter of that name means the same everywhere. Imports nothing heavy: listings must be quick.
+A parameter of that name means the same everywhere.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from ..errors import ParameterError
-from ..lazy import lazy
 from ..params import AUTO, extent, param
-from .base import Method, MethodBase, keeps_lattice, traits
-
-if TYPE_CHECKING:
-    from ..canvas import Canvas
-    from ..covering import covering, exchange, spreading, striking
-    from ..exemplar import Exemplar
-    from ..run import Run
-    from ..sourcemap import SourceMap
-else:
-    covering = lazy("intarsia.covering.covering")
-    exchange = lazy("intarsia.covering.exchange")
-    spreading = lazy("intarsia.covering.spreading")
-    striking = lazy("intarsia.covering.striking")
+from .base import MethodBase
 
 patch_side = partial(
     param, AUTO, "extent",
@@ -79,40 +64,6 @@ boundary_slack = partial(
     param, AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
     low=0, high=1 << 16, unit="px",
 )  # fmt: skip
-
-
-def gone_over(
-    method: Method, exemplars: Sequence[Exemplar], canvas: Canvas, run: Run, make: Callable[[Run], SourceMap]
-) -> SourceMap:
-    """Make the map of a method, and go over it once more where its `spread` or `striking` says so."""
-    asked = passes_of(method)
-    parts = 1 + len(asked)
-    smap, its = make(run.part(0, parts) if asked else run), traits(method)
-    if not asked:
-        return smap
-    lattice = method.lattice if keeps_lattice(method) else None  # type: ignore[attr-defined]
-    own = canvas.start is None  # else it may be what was given
-    laying = covering.Laying(its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance, own)
-    if "spread" in asked:
-        smap = spreading.spread_out(asked["spread"], laying, exemplars, canvas, smap, run.part(1, parts))
-    if "striking" in asked:
-        whole = getattr(method, "whole", 0) and exchange.known(exemplars)
-        less = exchange.exchanged if whole else striking.thinned
-        smap = less(asked["striking"], laying, exemplars, canvas, smap, run.part(parts - 1, parts))
-    return smap
-
-
-def passes_of(method: Method) -> dict[str, float]:
-    """What a finished picture is gone over for, and by how much."""
-    asked = {name: getattr(method, name, None) for name in ("spread", "striking")}
-    return {k: v for k, v in asked.items() if v is not None and (v or k == "striking")}
-
-
-def check_finished(method: Method, endless: bool) -> None:
-    """Refuse to go over what has no end."""
-    if endless:
-        for name in passes_of(method):
-            raise ParameterError(f"{name} goes over a finished picture, and endless ones are never; leave it out.")
 
 
 class CutSquares(MethodBase):

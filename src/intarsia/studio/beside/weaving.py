@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...choosing.auto import AUTO_METHOD
+from ...corrections.parallel_controllable import coarse
 from ...errors import InputError, MethodError, ParameterError
 from ...errors import said as named
 from ...exemplar import Exemplar
@@ -132,7 +133,7 @@ def _coarse(texture: Weave, level: int, y: int, x: int) -> Pixels | None:
         return None
     one, side = 1 << level, SIDE << level
     box = Box(y * side, x * side, (y + 1) * side, (x + 1) * side)
-    found = method.coarse(texture.exemplars, box, level, texture.seed, Run(1))
+    found = coarse(method, texture.exemplars, box, level, texture.seed, Run(1))
     if found is None:
         return None
     means = exemplar.latest(f"means of {one} px", texture.name, lambda: _means(exemplar, texture.like, one))

@@ -1,0 +1,135 @@
+"""Parallel controllable synthesis at work: a canvas, a box or a coarse view of the endless map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import features
+from ..canvas import Canvas
+from ..errors import ParameterError
+from ..exemplar import Exemplar
+from ..field import Field
+from ..geometry import Box, Wrap
+from ..lattice.vectors import check_lattice, lattice_of, lattices_of
+from ..methods.parallel_controllable import ParallelControllable
+from ..params import AUTO, check_sizes
+from ..run import Run
+from ..search.guide import check_guide
+from ..sourcemap import SourceMap
+from .descent import Corrections, Descent, hashes
+from .guide import StackGuide
+from .outlines import Outlines, marked
+from .span import Span
+from .stack import Look, exemplar_stack, is_cloudy, levels_within
+
+STAGE = 200505  # keeps this method's draws apart from those of others
+FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
+# Set by looking at pictures: large pieces lie anywhere, small ones move a little.
+FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
+ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
+
+
+def resolved(method: ParallelControllable, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
+    """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
+    size = None if canvas.endless else (canvas.height, canvas.width)
+    check_sizes(method, (exemplars[0].height, exemplars[0].width), size)
+    if isinstance(method.feature, Field):
+        marked(method.feature, exemplars[0])
+    features([exemplars[0]], method.channel_weights)
+    if canvas.guide is not None:
+        check_guide(exemplars, canvas.guide, 1)
+    return decided(method, exemplars[0], canvas.guide is not None)
+
+
+def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
+    """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
+    lattice, jitter, snap = method.lattice, method.jitter, method.snap
+    if snap == "auto":
+        known = lattice is not AUTO
+        if not known and not guided:
+            known = lattices_of(exemplar, method.channel_weights).accepted is not None
+        snap = "on" if known else "off"
+    if lattice is not AUTO:
+        check_lattice(lattice, exemplar)
+    elif snap == "on":
+        lattice = lattice_of(exemplar, method.slug, method.channel_weights)
+    if jitter is AUTO:
+        top = (max(exemplar.height, exemplar.width) - 1).bit_length()
+        all_over = snap == "on" or Outlines.of(method) is not None or not method.exact
+        all_over = all_over or is_cloudy(exemplar)
+        fine = top if all_over else max(len(FINE), levels_within(exemplar))
+        shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
+        jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
+    return replace(method, jitter=jitter, lattice=lattice, snap=snap)
+
+
+def synthesize(
+    method: ParallelControllable, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+) -> SourceMap:
+    """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
+    return _map(method, exemplars[0], canvas, seed, run)
+
+
+def window(method: ParallelControllable, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+    """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
+    if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
+        raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
+    return _map(method, exemplars[0], box, seed, run)
+
+
+def coarse(
+    method: ParallelControllable, exemplars: Sequence[Exemplar], box: Box, level: int, seed: int, run: Run
+) -> NDArray[np.int32] | None:
+    """Return which exemplar pixels the middles of squares of 2**level px show, (h, w, 2), on that level.
+
+    Finer levels move them a little; it is as quick as a window of so many pixels. `box` is one of whole squares.
+    None where the exemplar is too small, or lies turned or scaled.
+    """
+    descent = _descent(method, exemplars[0], box, seed)
+    if descent.rules.lie is not None or level >= descent.stack.count:
+        return None
+    return descent.window(*_spans(box), run, level)
+
+
+def asked(method: ParallelControllable, exemplars: Sequence[Exemplar], where: Canvas | Box) -> dict[str, str]:
+    """Return a hash of what each function among the parameters says at all places that a picture asks it for.
+
+    Those over the output are asked beside it as well, where its coarse levels begin.
+    """
+    return hashes(method, exemplars[0], _descent(method, exemplars[0], where, 0).asked(*_spans(where)))
+
+
+def _map(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int, run: Run) -> SourceMap:
+    descent, source = _descent(method, exemplar, where, seed), (exemplar.source,)
+    wrap = Wrap.NONE if isinstance(where, Box) else where.wrap
+    around = descent.around
+
+    def drafted(yx: NDArray[np.int32]) -> SourceMap:
+        seen = yx[around : len(yx) - around, around : yx.shape[1] - around]
+        return SourceMap(seen, None, None, source, wrap, method.blend)
+
+    run = run.drafting(drafted)
+    if descent.rules.lie is None:
+        return SourceMap(descent.window(*_spans(where), run), None, None, source, wrap, method.blend)
+    yx, frame, sub = descent.framed(*_spans(where), run)
+    return SourceMap(yx, None, None, source, wrap, method.blend, frame, sub)
+
+
+def _descent(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int) -> Descent:
+    rules = Corrections.of(decided(method, exemplar))
+    levels = exemplar_stack(exemplar, Look.of(method, rules.border))
+    if isinstance(where, Box) or where.guide is None:
+        return Descent(levels, rules, seed, STAGE)
+    return Descent(levels, rules, seed, STAGE, StackGuide(where, levels))
+
+
+def _spans(where: Canvas | Box) -> tuple[Span, Span]:
+    """The rows and columns of a canvas, which may close in themselves, or of a box of the endless plane."""
+    if isinstance(where, Box):
+        return Span(where.y0, where.y1, 0), Span(where.x0, where.x1, 0)
+    periods = (where.height if where.wrap.y else 0), (where.width if where.wrap.x else 0)
+    return Span(0, where.height, periods[0]), Span(0, where.width, periods[1])

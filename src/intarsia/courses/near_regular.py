@@ -1,0 +1,132 @@
+"""Near-regular textures at work: a lattice is found, then blocks, courses or one tile are laid by it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.features import features
+from ..arrays import Laid
+from ..blocks.grid import BlockSettings
+from ..blocks.mosaic import Mosaic
+from ..blocks.places import FewPlaces
+from ..blocks.pose_sheet import resolved_poses
+from ..canvas import Canvas
+from ..errors import ParameterError
+from ..exemplar import Exemplar
+from ..geometry import Box
+from ..methods.near_regular import NearRegular
+from ..params import AUTO
+from ..patches.continuation import Continuation, drafted
+from ..run import Run
+from ..sourcemap import SourceMap
+from ..tiles.tiling import Tiling
+from .rectified import Rectified, rectified_for
+from .unequal import masonry_of
+from .wall import Wall
+
+FEW = "the exemplar holds fewer than two places for a block, so its best tile is repeated; a larger one varies more."
+SEEDS = 4  # whose layouts are kept at a time
+
+
+class Layer(Protocol):
+    """An endless texture: any window of it can be made alone."""
+
+    def window(
+        self, y0: int, x0: int, height: int, width: int, run: Run
+    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+        """The exemplar pixels (height, width, 2) and the poses (height, width) of a window; None: all upright."""
+
+
+def resolved(method: NearRegular, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
+    """Lay the courses straight and find the lattice; MethodError where there is none."""
+    if method.heights == "unequal":
+        _check_unequal(method, canvas)
+    straighten = method.straighten if canvas.start is None or method.straighten == "on" else "off"
+    rectified = _rectified(replace(method, straighten=straighten), exemplars[0])
+    lattice = rectified.lattice
+    if method.isometries not in ("none", (0,)) and len(lattice) == 1:
+        raise ParameterError(
+            f"isometries={method.isometries}: along one vector courses are laid, all of them upright; leave it out."
+        )
+    poses = resolved_poses(method.isometries, lattice, rectified.exemplar, method.channel_weights)
+    straighten = "off" if rectified.straight is None else "on"
+    return replace(method, lattice=lattice, isometries=poses, straighten=straighten)
+
+
+def synthesize(method: NearRegular, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
+    start = Continuation.of(canvas, method.border)
+    if start is not None and start.full:
+        return replace(start.start, which=None, wrap=canvas.wrap, blend=method.blend)
+    rectified, layer = _layer(method, exemplars[0], canvas, start, seed, run)
+    origin = (0, 0) if start is None else start.anchor
+    source = exemplars[0].source
+
+    def shown(laid: Laid) -> SourceMap:
+        on_exemplar = rectified.to_exemplar(laid[0]), *laid[1:]
+        return drafted(on_exemplar, canvas.start, source, canvas.wrap)
+
+    yx, pose = layer.window(*origin, canvas.height, canvas.width, run.drafting(shown))
+    yx = rectified.to_exemplar(yx)
+    if start is not None:
+        yx, pose = start.joined(yx, pose, features(exemplars, method.channel_weights).pictures[0])
+    return SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
+
+
+def window(method: NearRegular, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+    """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
+
+    def prepared() -> tuple[NearRegular, tuple[Rectified, Layer]]:
+        plane = Canvas(1, 1)
+        known = method.resolved(exemplars, plane)
+        return known, _layer(known, exemplars[0], plane, None, seed, run)
+
+    beside = f"near-regular {seed % SEEDS}"  # so that a few that are looked at in turn do not drive each other out
+    known, (rectified, layer) = exemplars[0].latest(beside, (method, seed), prepared)
+    yx, pose = layer.window(box.y0, box.x0, box.height, box.width, run)
+    return SourceMap(rectified.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=known.blend)
+
+
+def _check_unequal(method: NearRegular, canvas: Canvas) -> None:
+    """Refuse what courses of unequal heights have no place for."""
+    if method.spread:
+        raise ParameterError("heights=unequal lays stones, not blocks; leave spread out.")
+    if method.straighten == "on":
+        raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
+    if canvas.start is not None:
+        raise ParameterError("heights=unequal lays a whole canvas; take another method where one is begun.")
+
+
+def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
+    if method.heights == "unequal":
+        lattice = (masonry_of(exemplar, method.channel_weights).pitch,)
+        if method.lattice not in (AUTO, lattice):
+            raise ParameterError("heights=unequal finds every course by itself; leave lattice out.")
+        return Rectified(exemplar, lattice, None)
+    return rectified_for(exemplar, method.slug, method.lattice, method.straighten, method.channel_weights)
+
+
+def _layer(
+    method: NearRegular, exemplar: Exemplar, canvas: Canvas, start: Continuation | None, seed: int, run: Run
+) -> tuple[Rectified, Layer]:
+    """What is laid, of what, so that the lattice of a start goes on; too small an exemplar gives one tile."""
+    rectified = _rectified(method, exemplar)
+    exemplar, lattice, weights = rectified.exemplar, rectified.lattice, method.channel_weights
+    if method.heights == "unequal":
+        return rectified, Wall.unequal(weights, exemplar, canvas, seed)
+    if len(lattice) == 1:
+        return rectified, Wall.of(lattice, weights, exemplar, canvas, seed)
+    settings = BlockSettings(
+        lattice, method.block, method.border, method.slack, method.bend, method.isometries, weights
+    )
+    start = start if rectified.straight is None else None
+    try:
+        return rectified, Mosaic.of(settings, exemplar, canvas, seed, start)
+    except FewPlaces:
+        run.notes.append(FEW)
+        return rectified, Tiling.of(lattice, weights, method.border, exemplar).layout(canvas)

@@ -1,0 +1,34 @@
+"""What a finished picture is gone over for: what strikes and returns, and what strikes more often than asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..methods.base import Method, keeps_lattice, traits
+from ..run import Run
+from ..sourcemap import SourceMap
+from .covering import Laying
+from .exchange import exchanged, known
+from .spreading import spread_out
+from .striking import thinned
+
+
+def gone_over(
+    method: Method, asked: Mapping[str, float], exemplars: Sequence[Exemplar], canvas: Canvas, run: Run,
+    make: Callable[[Run], SourceMap],
+) -> SourceMap:  # fmt: skip
+    """Make the map of a method, and go over it for what is `asked`: `spread` and `striking`, and by how much."""
+    parts = 1 + len(asked)
+    smap, its = make(run.part(0, parts)), traits(method)
+    lattice = method.lattice if keeps_lattice(method) else None  # type: ignore[attr-defined]
+    own = canvas.start is None  # else it may be what was given
+    laying = Laying(its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance, own)
+    if "spread" in asked:
+        smap = spread_out(asked["spread"], laying, exemplars, canvas, smap, run.part(1, parts))
+    if "striking" in asked:
+        whole = getattr(method, "whole", 0) and known(exemplars)
+        less = exchanged if whole else thinned
+        smap = less(asked["striking"], laying, exemplars, canvas, smap, run.part(parts - 1, parts))
+    return smap

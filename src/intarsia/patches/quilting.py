@@ -1,0 +1,58 @@
+"""Image quilting at work: windows filled one after another, chosen by price, joined along the cheapest seam."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..analysis.symmetry import resolved_isometries
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..methods.image_quilting import ImageQuilting
+from ..params import AUTO, extent
+from ..run import Run
+from ..search.guide import check_guide
+from ..search.sizes import check_patch, default_patch
+from ..sourcemap import SourceMap
+from .labelled import Stages
+from .settings import Boundaries, PatchSettings, Repeats
+
+STAGE = 2002  # keeps this method's draws apart from those of others
+
+
+def resolved(method: ImageQuilting, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
+    """Decide patch and overlap from the size of the texture's elements."""
+    patch = default_patch(exemplars, canvas.guide) if method.patch is AUTO else method.patch
+    rows, columns = extent(patch)
+    isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
+    check_patch(patch, exemplars, isometries)
+    if canvas.guide is not None:
+        check_guide(exemplars, canvas.guide, patch)
+    third = (rows // 3, columns // 3) if rows != columns else rows // 3
+    overlap = third if method.overlap is AUTO else method.overlap
+    bounds = method.boundary_isometries
+    bounds = None if bounds is None else resolved_isometries(bounds, exemplars, (rows, columns))
+    return replace(method, patch=patch, overlap=overlap, isometries=isometries, boundary_isometries=bounds)
+
+
+def synthesize(
+    method: ImageQuilting, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+) -> SourceMap:
+    """Grow the map window by window, choosing by price and joining along the cheapest seam."""
+    stages = Stages(settings_of(method), exemplars, canvas, method.blend)
+    for growth in stages:
+        growth.fill(seed, STAGE, run, choose=method.tolerance, join=growth.cutting(method.seam))
+    return stages.map
+
+
+def settings_of(method: ImageQuilting) -> PatchSettings:
+    """How patches are laid; known once patch and overlap are."""
+    overlap = extent(method.overlap or 0)
+    return PatchSettings(
+        patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
+        context=method.context, isometries=method.isometries, search=method.search,
+        repeats=Repeats(usage=method.usage, distance=method.min_repeat_distance), rim=max(overlap),
+        boundaries=Boundaries.of(
+            method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_slack
+        ),
+    )  # fmt: skip

@@ -1,0 +1,51 @@
+"""Random tiling at work: a patch is drawn for every cell of a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..analysis.features import features
+from ..analysis.symmetry import resolved_isometries
+from ..canvas import Canvas
+from ..draws import draw
+from ..exemplar import Exemplar
+from ..geometry import spread
+from ..methods.random_tiling import RandomTiling
+from ..params import AUTO, extent
+from ..run import Run
+from ..search.posed import isometry_ids, posed_exemplars
+from ..search.sizes import check_patch, default_patch
+from ..search.windows import WindowGrid
+from ..sourcemap import SourceMap
+from .growing_map import GrowingMap, random_patch
+
+STAGE = 2000
+
+
+def resolved(method: RandomTiling, exemplars: Sequence[Exemplar], canvas: Canvas) -> RandomTiling:
+    """Decide the patch from the size of the texture's elements."""
+    patch = default_patch(exemplars) if method.patch is AUTO else method.patch
+    isometries = resolved_isometries(method.isometries, exemplars, extent(patch))
+    check_patch(patch, exemplars, isometries)
+    return replace(method, patch=patch, isometries=isometries)
+
+
+def synthesize(method: RandomTiling, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Draw a patch for every cell of the grid."""
+    patch = method.footprint
+    rows, height = spread(canvas.height, patch[0], 0, canvas.wrap.y)
+    columns, width = spread(canvas.width, patch[1], 0, canvas.wrap.x)
+    layout = WindowGrid(
+        tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
+    )
+    begun = () if canvas.start is None else canvas.start.poses
+    poses = isometry_ids(method.isometries)
+    variants = posed_exemplars(exemplars, features(exemplars), poses, (height, width), begun)
+    work = GrowingMap.begin(variants, canvas, canvas.rim or 0)
+    for r, y in enumerate(rows):
+        run.tick(r, len(rows), lambda: work.map(exemplars, canvas, method.blend))
+        for c, x in enumerate(columns):
+            pick = random_patch(variants.valid, draw(seed, STAGE, 0, r, c))
+            work.lay_over((y, x), pick, work.known((y, x), layout), layout, (0, 0))
+    return work.map(exemplars, canvas, method.blend)

@@ -1,0 +1,113 @@
+"""Graph-cut textures at work: windows filled with patches of free shape, then the worst seams covered anew."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..analysis.symmetry import resolved_isometries
+from ..canvas import Canvas
+from ..errors import ParameterError
+from ..exemplar import Exemplar
+from ..lattice.vectors import Vector, cell_of, check_lattice
+from ..methods.graphcut import LARGEST, Graphcut
+from ..params import AUTO, extent
+from ..patches.growth import Growth
+from ..patches.labelled import Stages
+from ..patches.settings import Boundaries, PatchSettings, Repeats
+from ..run import Run
+from ..search.guide import check_guide
+from ..search.sizes import LEAST, check_patch, default_patch, large_patch
+from ..sourcemap import SourceMap
+from .graphcut import GraphcutGrowth
+from .settings import GraphcutSettings
+from .whole import make_whole
+
+STAGE = 2403  # keeps this method's draws apart from those of others
+REFINED = 3, 5  # for so many windows so many of the worst places are covered anew: two graders saw no gain in more
+TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
+
+
+def resolved(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
+    """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
+    patch, room = method.patch, _room(method, exemplars, canvas)
+    if patch is AUTO and canvas.guide is None:
+        patch = min(large_patch(exemplars), room)
+    elif patch is AUTO:
+        patch = default_patch(exemplars, canvas.guide)
+    rows, columns = extent(patch)
+    isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
+    check_patch(patch, exemplars, isometries)
+    if canvas.guide is not None:
+        check_guide(exemplars, canvas.guide, patch)
+    half = (rows // 2, columns // 2) if rows != columns else rows // 2
+    overlap = half if method.overlap is AUTO else method.overlap
+    overreach = min(rows, columns) // 6 if method.overreach is AUTO else method.overreach
+    known = replace(method, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
+    if method.refinements is AUTO:
+        windows = math.prod(settings_of(known).layout(canvas).shape)
+        known = replace(known, refinements=-(-windows * REFINED[0] // REFINED[1]))
+    return known
+
+
+def synthesize(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Fill the canvas window by window, then cover the worst seams; under a guide patches are chosen as it says."""
+    if canvas.guide is not None:
+        return _guided(method, exemplars, canvas, seed, run)
+    growth = Growth(settings_of(method), exemplars, canvas)
+    sewn = GraphcutGrowth(growth, stitch_of(method))
+    laying = run.part(0, 2) if method.whole else run
+    sewn.fill(seed, STAGE, laying, method.refinements or 0)
+    sewn.refine(seed, STAGE, laying, method.refinements or 0)
+    make_whole(sewn, list(exemplars), method.whole, run.part(1, 2))
+    return growth.map(method.blend)
+
+
+def _guided(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Patches are chosen window by window as the guide says, and cut in with old seams remembered."""
+    stages = Stages(settings_of(method, method.usage), exemplars, canvas, method.blend)
+    in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
+    for growth in stages:
+        sewn = GraphcutGrowth(growth, stitch_of(method))
+        growth.fill(seed, STAGE, in_turn, choose=TOLERANCE, join=sewn.join)
+    return stages.map
+
+
+def _room(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas) -> int:
+    """The largest window, px, that may lie in every place of a period; what keeps to a lattice is checked."""
+    if not method.lattice:
+        return LARGEST
+    check_lattice(method.lattice, exemplars[0])
+    for wrong, what in (
+        (len(method.lattice) == 1, "rows of one vector"), (canvas.wrap.y or canvas.wrap.x, "a canvas that wraps"),
+        (canvas.guide is not None, "a guide"), (len(exemplars) > 1, "several exemplars"),
+        (method.isometries not in ("none", (0,)), f"isometries={method.isometries}"),
+    ):  # fmt: skip
+        if wrong:
+            raise ParameterError(f"patches in step with a lattice do not go with {what}; leave the lattice out.")
+    room = min(exemplars[0].height, exemplars[0].width) - math.ceil(max(abs(n) for v in method.lattice for n in v))
+    if room < LEAST:
+        raise ParameterError("the exemplar holds no patch of 16 px beside one period; leave the lattice out.")
+    return room
+
+
+def _steps(method: Graphcut) -> tuple[Vector, Vector] | None:
+    """The vectors as whole numbers."""
+    first, second = cell_of(method.lattice, (1 << 16, 1 << 16)) if method.lattice else (None, None)
+    return (first, second) if first and second else None
+
+
+def stitch_of(method: Graphcut) -> GraphcutSettings:
+    """How patches are placed and joined; known once overreach is."""
+    return GraphcutSettings(method.usage, method.seam, method.overreach or 0, _steps(method))
+
+
+def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:
+    """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""
+    overlap = extent(method.overlap or 0)
+    return PatchSettings(
+        patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.structure,
+        courses=method.courses, isometries=method.isometries, repeats=Repeats(usage=usage), rim=max(overlap),
+        boundaries=Boundaries.of(method.footprint, None, method.isometries, None),
+    )  # fmt: skip

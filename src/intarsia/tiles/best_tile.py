@@ -1,0 +1,49 @@
+"""Best tile at work: the tile is found once for an exemplar, and laid out over a canvas or a box of the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..geometry import Box
+from ..lattice.vectors import check_lattice, lattice_of
+from ..methods.best_tile import BestTile
+from ..params import AUTO
+from ..run import Run
+from ..sourcemap import SourceMap
+from .tile_layout import TileLayout
+from .tiling import Tiling
+
+
+def resolved(method: BestTile, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:
+    """Find the lattice; MethodError where there is none."""
+    if method.lattice is AUTO:
+        return replace(method, lattice=lattice_of(exemplars[0], method.slug, method.channel_weights))
+    check_lattice(method.lattice, exemplars[0])
+    return method
+
+
+def synthesize(method: BestTile, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Find the best tile and lay it out; the seed changes nothing."""
+    run.tick(0, 2)
+    layout = _layout(method, exemplars[0], canvas)
+    run.tick(1, 2)
+    yx, _ = layout.window(0, 0, canvas.height, canvas.width)
+    run.tick(2, 2)
+    return SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, method.blend)
+
+
+def window(method: BestTile, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+    """Lay out what of the tiles a box meets; the tile is found once for an exemplar."""
+    plane = Canvas(1, 1)
+    layout = exemplars[0].latest(
+        "best-tile", method, lambda: _layout(method.resolved(exemplars, plane), exemplars[0], plane)
+    )
+    yx, _ = layout.window(box.y0, box.x0, box.height, box.width)
+    return SourceMap(yx, None, None, (exemplars[0].source,), blend=method.blend)
+
+
+def _layout(method: BestTile, exemplar: Exemplar, canvas: Canvas) -> TileLayout:
+    return Tiling.of(method.lattice, method.channel_weights, method.band, exemplar).layout(canvas)

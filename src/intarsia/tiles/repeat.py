@@ -1,0 +1,47 @@
+"""Plain repetition at work: positions modulo the exemplar."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..canvas import Canvas
+from ..exemplar import Exemplar
+from ..geometry import Box
+from ..methods.repeat import Repeat
+from ..run import Run
+from ..sourcemap import SourceMap
+
+
+def resolved(method: Repeat, exemplars: Sequence[Exemplar], canvas: Canvas) -> Repeat:
+    """Nothing is automatic here."""
+    return method
+
+
+def synthesize(method: Repeat, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Take positions modulo the exemplar; the seed changes nothing."""
+    run.tick(0, 1)
+    exemplar = exemplars[0]
+    yx, pose = _repeated(exemplar, Box(0, 0, canvas.height, canvas.width)), None
+    if canvas.start is not None:
+        kept = ~canvas.start.holes
+        yx[kept] = canvas.start.yx[kept]
+        if canvas.start.pose is not None:
+            pose = np.where(kept, canvas.start.pose, 0)
+    run.tick(1, 1)
+    return SourceMap(yx, None, pose, (exemplar.source,), canvas.wrap, method.blend)
+
+
+def window(method: Repeat, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+    """Take positions modulo the exemplar, wherever they are."""
+    return SourceMap(_repeated(exemplars[0], box), None, None, (exemplars[0].source,), blend=method.blend)
+
+
+def _repeated(exemplar: Exemplar, box: Box) -> NDArray[np.int32]:
+    """The exemplar pixels (height, width, 2) of a box."""
+    yx = np.empty((box.height, box.width, 2), np.int32)
+    yx[:, :, 0] = (np.arange(box.y0, box.y1) % exemplar.height)[:, None]
+    yx[:, :, 1] = np.arange(box.x0, box.x1) % exemplar.width
+    return yx
