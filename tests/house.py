@@ -193,7 +193,7 @@ BUDGET = {
     "lattice": 13_900,
     "methods": 5_400,
     "patches": 18_100,
-    "published": 45_000,
+    "published": 44_600,
     "rendering": 26_900,
     "request": 11_700,
     "root": 19_600,

@@ -24,7 +24,7 @@ from house import (
     tree,
 )  # fmt: skip
 
-from intarsia.methods.base import METHODS
+from intarsia.methods.base import METHODS, Ability, method_class
 
 PUBLIC = {
     "": "the names of the package",
@@ -149,10 +149,25 @@ METHOD_FILES = sorted({*(ROOT / "methods").glob("*.py"), *(FILES[module] for mod
 
 @pytest.mark.parametrize("path", METHOD_FILES, ids=named)
 def test_methods_do_not_import_one_another(path: Path) -> None:
-    """And they make maps, never pixels: they neither draw nor write."""
     others = {name_of(p) for p in METHOD_FILES} - {"methods.base", "methods.parameters"}
     assert not own(path) & others
-    assert not {room_of(other) for other in own(path)} & {"rendering", "files"}
+
+
+LIGHT = {
+    "arguments", "blend", "canvas", "errors", "exemplar", "field", "geometry", "methods", "params", "run", "sourcemap"
+}  # fmt: skip
+"""What parameters are made of; exemplar, canvas, run and map for their types alone."""
+
+
+@pytest.mark.parametrize("slug", METHODS)
+def test_a_method_is_parameters_and_the_engine_that_it_names(slug: str) -> None:
+    """Its file imports nothing that works; the engine has the functions that it promises, and draws nothing."""
+    cls, module = method_class(slug), METHODS[slug][0]
+    assert {room_of(other) for other in own(FILES[module])} <= LIGHT
+    engine = cls.engine.removeprefix("intarsia.")
+    functions = {n.name for n in tree(FILES[engine]).body if isinstance(n, ast.FunctionDef)}
+    assert {"resolved", "synthesize", *(["window"] if Ability.WINDOW in cls.supports else [])} <= functions
+    assert not {room_of(other) for other in own(FILES[engine])} & {"rendering", "files"}
 
 
 def parameters(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:

@@ -11,7 +11,7 @@ from published.pixels.naive_pixels import NaiveEfrosLeung
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
-from intarsia.published.pixels.efros_leung import _taps
+from intarsia.published.pixels.outward import _taps
 from intarsia.sourcemap import HOLE, identity
 
 RNG = np.random.default_rng(5)

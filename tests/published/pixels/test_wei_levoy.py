@@ -14,9 +14,9 @@ from intarsia.canvas import Canvas
 from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.published.pixels import raster_kernels
+from intarsia.published.pixels.by_rows import STAGE
 from intarsia.published.pixels.raster_scan import Scan
 from intarsia.published.pixels.tree import tree_of
-from intarsia.published.pixels.wei_levoy import STAGE
 from intarsia.sourcemap import HOLE, identity
 
 RNG = np.random.default_rng(6)

@@ -12,8 +12,7 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
-from intarsia.published.robinson2004.raster_quilting import STAGE
-from intarsia.published.robinson2004.two_paths import cut
+from intarsia.published.robinson2004.two_paths import STAGE, cut
 from intarsia.testing import texture
 
 

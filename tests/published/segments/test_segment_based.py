@@ -10,7 +10,7 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.published.segments.histograms import LEVELS, HistogramIndex, SegmentSearch, histogram, some
-from intarsia.published.segments.segment_based import choose
+from intarsia.published.segments.laying import choose
 from intarsia.search.candidates import Candidates, Prices
 from intarsia.search.posed import posed_exemplars
 from intarsia.segments.segments import segments
@@ -168,7 +168,7 @@ def test_the_threshold_lets_some_windows_draw_and_repeats_cost(monkeypatch):
         seen.append(int((prices < limit).sum()))
         return choose(found, prices, limit, bits)
 
-    monkeypatch.setattr("intarsia.published.segments.segment_based.choose", spy)
+    monkeypatch.setattr("intarsia.published.segments.laying.choose", spy)
     shares, most = [], []
     for usage in (0.0, 0.2):
         seen.clear()

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,26 +24,52 @@ from ...canvas import Canvas
 from ...draws import draw_many
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar
-from ...lattice.vectors import UNIT, Vector, cell_of
+from ...geometry import Box
+from ...lattice.vectors import UNIT, Vector, cell_of, check_lattice, lattice_of
+from ...params import AUTO
+from ...patches.continuation import drafted
 from ...run import Run
+from ...sourcemap import SourceMap
 from . import sampling_kernels as kernels
+from .gap_filling import GapFilling
+from .goodness import lattice_by_goodness
 from .shortlist import ShortList
 
 STAGE = 20110
+SEEDS = 4  # whose layouts are kept at a time
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
 DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
 TOGETHER = 16  # gaps that one call fills
 
 
-class Settings(NamedTuple):
-    """The parameters of gap-filling, decided; px."""
+def resolved(method: GapFilling, exemplars: Sequence[Exemplar], canvas: Canvas) -> GapFilling:
+    """Find the lattice; MethodError where there is none."""
+    if method.lattice is AUTO and method.detector == "goodness":
+        return replace(method, lattice=lattice_by_goodness(exemplars[0], method.channel_weights))
+    if method.lattice is AUTO:
+        return replace(method, lattice=lattice_of(exemplars[0], method.slug, method.channel_weights))
+    check_lattice(method.lattice, exemplars[0])
+    return method
 
-    lattice: Sequence[Sequence[float]]  # the vectors, (x, y)
-    block: int = 40  # side
-    border: int = 10  # width of the zone in which gaps are compared
-    slack: int = 3  # how far a gap's block may leave the lattice
-    fit: str = "difference"  # or "correlation"
-    channel_weights: tuple[float, ...] | None = None
+
+def synthesize(method: GapFilling, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Place the random blocks of the canvas, then fill the gaps."""
+    laid, source = Sampling.of(method, exemplars[0], canvas, seed), exemplars[0].source
+    drafting = run.drafting(lambda now: drafted(now, None, source, canvas.wrap))
+    yx, _ = laid.window(0, 0, canvas.height, canvas.width, drafting)
+    return SourceMap(yx, None, None, (source,), canvas.wrap, method.blend)
+
+
+def window(method: GapFilling, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+    """Lay the blocks that a box meets; what they are read from is prepared once for an exemplar and a seed."""
+
+    def prepared() -> Sampling:
+        plane = Canvas(1, 1)
+        return Sampling.of(method.resolved(exemplars, plane), exemplars[0], plane, seed)
+
+    laid = exemplars[0].latest(f"gap-filling {seed % SEEDS}", (method, seed), prepared)
+    yx, _ = laid.window(box.y0, box.x0, box.height, box.width, run)
+    return SourceMap(yx, None, None, (exemplars[0].source,), blend=method.blend)
 
 
 @dataclass(frozen=True)
@@ -118,14 +143,14 @@ class Sampling:
     everywhere: Array | None  # (n, 2): all places, where a gap's patch may come from any of them
 
     @classmethod
-    def of(cls, settings: Settings, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
+    def of(cls, method: GapFilling, exemplar: Exemplar, canvas: Canvas, seed: int) -> Sampling:
         """Prepare an exemplar; MethodError where its patches are too few."""
-        picture = features([exemplar], settings.channel_weights).pictures[0]
-        v1, v2 = cell_of(settings.lattice, picture.shape[:2])
+        picture = features([exemplar], method.channel_weights).pictures[0]
+        v1, v2 = cell_of(method.lattice, picture.shape[:2])
         if v2 is None:
             raise ParameterError("gap-filling needs two lattice vectors; give both, or use method near-regular.")
-        border = settings.border
-        laid = SquareBlocks.of((v1, v2), settings.block, canvas)
+        border = method.border
+        laid = SquareBlocks.of((v1, v2), method.block, canvas)
         height, width = laid.block
         if border % 2 or border > min(height, width):
             raise ParameterError(
@@ -139,13 +164,13 @@ class Sampling:
             raise _no_room(laid.block, border)
         ring = kernels.wedges(height, width, border)
         runs = _runs(ring, border, picture.shape)
-        correlate = settings.fit == "correlation"
+        correlate = method.fit == "correlation"
         sums = kernels.ring_sums(picture, height, width, border)
-        share = min(1.0, (2 * settings.slack + 1) ** 2 * UNIT**2 / area)
+        share = min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / area)
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
-        everywhere = np.argwhere(valid) if far <= settings.slack else None
+        everywhere = np.argwhere(valid) if far <= method.slack else None
         listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
-        slack = settings.slack
+        slack = method.slack
         return cls(picture, valid, (v1, v2), laid, border, slack, correlate, seed, ring, runs, sums, listed, everywhere)
 
     def window(

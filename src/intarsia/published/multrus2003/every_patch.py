@@ -6,19 +6,16 @@ Slower than the lists that all else goes by: each patch is measured until it is 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...patches.growing_map import Window
+from ...patches.growth import Growth
 from ...patches.repeats import Table
 from ...search import exhaustive_kernels
 from ...search.candidates import Candidates, nearest
 from ...search.fourier_kernels import FAR
 from .repeats import Factors
-
-if TYPE_CHECKING:
-    from ...patches.growing_map import Window
-    from ...patches.growth import Growth
 
 
 def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:

@@ -13,32 +13,12 @@ Cost: a handful of neighbourhoods for each pixel; nothing depends on the exempla
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import chain
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
 from ...errors import ParameterError
-from ...lazy import lazy
 from ...methods.base import Ability, MethodBase
 from ...params import AUTO, check, extent, param, words
-
-if TYPE_CHECKING:
-    from ... import sourcemap
-    from ...canvas import Canvas
-    from ...exemplar import Exemplar
-    from ...run import Run
-    from . import neighbourhoods, raster_kernels, raster_scan, tree
-else:
-    neighbourhoods = lazy("intarsia.published.pixels.neighbourhoods")
-    raster_scan = lazy("intarsia.published.pixels.raster_scan")
-    tree = lazy("intarsia.published.pixels.tree")
-    raster_kernels = lazy("intarsia.published.pixels.raster_kernels")
-    sourcemap = lazy("intarsia.sourcemap")
-
-STAGE = 2001  # keeps this method's draws apart from those of others
-LEAST, MOST = 5, 9  # columns of automatic windows
-AT_ONCE = 512  # pixels filled between two looks at the clock
 
 
 @dataclass(frozen=True)
@@ -48,6 +28,7 @@ class Ashikhmin(MethodBase):
     slug: ClassVar[str] = "ashikhmin"
     paper: ClassVar[str] = "Ashikhmin 2001; Tong et al. 2002"
     summary: ClassVar[str] = "pixels that continue their neighbours"
+    engine: ClassVar[str] = "intarsia.published.pixels.coherent"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.SEVERAL})
 
     window: int | tuple[int, int] | None = param(
@@ -61,24 +42,3 @@ class Ashikhmin(MethodBase):
         check(self)
         if self.window is not AUTO and (extent(self.window)[1] % 2 == 0 or extent(self.window) == (1, 1)):
             raise ParameterError(f"window={words(self.window)} is not allowed; choose an odd width, and not 1x1.")
-
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Ashikhmin:
-        """Decide the window from the size of the texture's elements."""
-        if self.window is AUTO:
-            reach = raster_scan.scan_reach
-            side = neighbourhoods.default_window(exemplars, LEAST, MOST, lambda n: reach((n // 2 + 1, n), 1))
-            return replace(self, window=(side // 2 + 1, side))
-        neighbourhoods.check_window(exemplars, words(self.window), raster_scan.scan_reach(extent(self.window), 1))
-        return self
-
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Fill row after row."""
-        method = self.resolved(exemplars, canvas)
-        scan = raster_scan.Scan(exemplars, canvas, extent(method.window or 3), 1, (seed, STAGE))
-        torus, exemplar = scan.enter()
-        similar = tree.similar_pixels(exemplar, torus.choices, scan.components(), method.jumps)
-        for pixels in chain(scan.stretches(AT_ONCE), scan.first_ones(AT_ONCE)):
-            run.tick(scan.done, scan.total, lambda: scan.map(self.blend))
-            raster_kernels.coherent_pixels(torus, exemplar, similar, pixels, scan.room)
-        run.tick(scan.total, scan.total, lambda: scan.map(self.blend))
-        return scan.map(self.blend)

@@ -13,44 +13,12 @@ Cost: all windows of the exemplar are compared for each output pixel, most of th
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
-from ...draws import below, draw
 from ...errors import ParameterError
-from ...lazy import lazy
 from ...methods.base import Ability, MethodBase
 from ...params import AUTO, check, extent, param, words
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from ... import sourcemap
-    from ...analysis import features
-    from ...canvas import Canvas
-    from ...exemplar import Exemplar
-    from ...patches import growing_map
-    from ...run import Run
-    from ...search import posed
-    from . import neighbourhoods, outward_kernels
-else:
-    np = lazy("numpy")
-    features = lazy("intarsia.analysis.features")
-    growing_map = lazy("intarsia.patches.growing_map")
-    neighbourhoods = lazy("intarsia.published.pixels.neighbourhoods")
-    posed = lazy("intarsia.search.posed")
-    outward_kernels = lazy("intarsia.published.pixels.outward_kernels")
-    sourcemap = lazy("intarsia.sourcemap")
-
-STAGE = 1999  # keeps this method's draws apart from those of others
-WINDOW_PER_SIGMA = 6.4  # as in the authors' own program
-UNIT = 4096  # weight of the pixel in the middle, were it known
-LEAST, MOST = 5, 23  # automatic windows
-AT_ONCE = 128  # pixels filled between two looks at the clock
-WORTH_SHARING = 8  # pixels that a second thread is worth its start for
-FIRST = 0.7  # share of the weight by which most candidates are ruled out
 
 
 @dataclass(frozen=True)
@@ -60,6 +28,7 @@ class EfrosLeung(MethodBase):
     slug: ClassVar[str] = "efros-leung"
     paper: ClassVar[str] = "Efros and Leung 1999; Multrus 2003"
     summary: ClassVar[str] = "pixels grown outward, drawn from similar places"
+    engine: ClassVar[str] = "intarsia.published.pixels.outward"
     supports: ClassVar[frozenset[Ability]] = frozenset(
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
     )
@@ -75,104 +44,3 @@ class EfrosLeung(MethodBase):
         check(self)
         if self.window is not AUTO and not all(n % 2 and n > 1 for n in extent(self.window)):
             raise ParameterError(f"window={words(self.window)} is not allowed; choose odd numbers from 3 on.")
-
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> EfrosLeung:
-        """Decide the window from the size of the texture's elements."""
-        if self.window is AUTO:
-            window = neighbourhoods.default_window(exemplars, LEAST, MOST, lambda n: _reach((n, n)))
-            return replace(self, window=window)
-        neighbourhoods.check_window(exemplars, words(self.window), _reach(extent(self.window)))
-        return self
-
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Fill layer after layer; pixels that do not see one another are worked on at the same time."""
-        grown = _Outward(self.resolved(exemplars, canvas), exemplars, canvas, seed)
-        total = grown.unknown
-        with run.pool() as each:
-            while grown.unknown:
-                for batch in grown.batches():
-                    run.tick(total - grown.unknown, total, grown.map)
-                    grown.fill(batch, each, run.workers)
-        run.tick(total, total, grown.map)
-        return grown.map()
-
-
-class _Outward:
-    """A map that grows, and all that is needed to grow it."""
-
-    def __init__(self, method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int) -> None:
-        self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
-        feats = features.features(exemplars)
-        begun = () if canvas.start is None else canvas.start.poses
-        variants = posed.posed_exemplars(exemplars, feats, posed.isometry_ids(method.isometries), (1, 1), begun)
-        window = extent(method.window or 1)
-        self.window = np.array(window, np.int64)
-        self.taps = np.array(_taps(window), np.int64)
-        self.ground = neighbourhoods.ground(neighbourhoods.layers(variants, exemplars), _reach(window), _reach(window))
-        self.growing = growing_map.GrowingMap.begin(variants, canvas, 0)
-        self.wraps = canvas.wrap.y, canvas.wrap.x
-        heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
-        self.first = max(int(heavy.sum()), 4) * variants.channels
-        if not (self.growing.variant != sourcemap.HOLE).any():
-            self._sow()
-        self.unknown = int((self.growing.variant == sourcemap.HOLE).sum())
-
-    def _sow(self) -> None:
-        """Lay 3 x 3 px of the exemplar into the middle of the canvas."""
-        found = neighbourhoods.choices(self.ground, 1)
-        v, position = found[below(len(found), draw(self.seed, STAGE, 2))]
-        _, height, width, stride = self.ground.table[v, :4]
-        middle = self.canvas.height // 2, self.canvas.width // 2
-        for dy in (-1, 0, 1):
-            for dx in (-1, 0, 1):
-                y, x = middle[0] + dy, middle[1] + dx
-                if 0 <= y < self.canvas.height and 0 <= x < self.canvas.width:
-                    self.growing.variant[y, x] = v
-                    self.growing.yx[y, x] = (position // stride + dy) % height, (position % stride + dx) % width
-
-    def batches(self) -> list[list[Any]]:
-        """List the pixels of the next layer: batches of groups, the pixels of a group do not see one another."""
-        pixels = outward_kernels.layer(self.growing.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
-        rank = outward_kernels.ranks(pixels, self.growing.variant.shape, self.window, *self.wraps)
-        order = np.argsort(rank, kind="stable")
-        groups = np.split(pixels[order], np.flatnonzero(np.diff(rank[order])) + 1)
-        groups = [g[k : k + AT_ONCE] for g in groups for k in range(0, len(g), AT_ONCE)]
-        full = np.cumsum([len(g) for g in groups]) // AT_ONCE
-        return [[g for g, f in zip(groups, full, strict=True) if f == n] for n in np.unique(full)]
-
-    def fill(self, batch: list[Any], each: Any, workers: int) -> None:
-        """Fill the pixels of a batch, all in turn, or group by group at the same time."""
-
-        def part(pixels: Any) -> None:
-            outward_kernels.fill(
-                self.growing.variant, self.growing.yx, pixels, self.taps, self.growing.variants.channels,
-                self.ground, *self.wraps, round(self.method.tolerance * 65536), self.first, np.uint64(self.seed), STAGE,
-            )  # fmt: skip
-
-        if workers == 1:
-            part(np.concatenate(batch))
-        else:
-            for group in batch:
-                each(part, np.array_split(group, min(workers, max(len(group) // WORTH_SHARING, 1))))
-        self.unknown -= sum(len(group) for group in batch)
-
-    def map(self) -> sourcemap.SourceMap:
-        """The map as far as it has grown."""
-        return self.growing.map(self.exemplars, self.canvas, self.method.blend)
-
-
-def _taps(window: tuple[int, int]) -> list[tuple[int, int, int]]:
-    """Return (row, column, weight) of all pixels of a window but the middle, the heaviest first."""
-    up, side = window[0] // 2, window[1] // 2
-    tall, wide = (2 * (n / WINDOW_PER_SIGMA) ** 2 for n in window)
-    weighed = [
-        (y, x, round(UNIT * math.exp(-(y * y / tall + x * x / wide))))
-        for y in range(-up, up + 1)
-        for x in range(-side, side + 1)
-        if y or x
-    ]
-    return sorted((t for t in weighed if t[2]), key=lambda t: (-t[2], t[0] ** 2 + t[1] ** 2, t))
-
-
-def _reach(window: tuple[int, int]) -> tuple[int, int, int, int]:
-    return window[0] // 2, window[1] // 2, window[0] // 2, window[1] // 2

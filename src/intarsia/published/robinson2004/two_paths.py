@@ -1,16 +1,81 @@
-"""The cut of Efros and Freeman as Robinson's program of 2004 computes it: two one-way paths that meet in the corner.
+"""Patches laid row by row, and cut as Robinson's program of 2004 does it: two one-way paths that meet in the corner.
 
 Not the cheapest cut: each path only runs on, and sees single pixels (docs/design/004-cuts.md).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analysis.features import features
+from ...analysis.usable import valid_windows
 from ...arrays import Array
+from ...canvas import Canvas
+from ...draws import below, draw
+from ...exemplar import Exemplar
+from ...params import AUTO, extent
+from ...run import Run
+from ...search.sizes import check_patch, default_patch
+from ...sourcemap import HOLE, SourceMap
+from .raster_quilting import RasterQuilting
+from .two_paths_kernels import norms, overlap_sums
 
+STAGE = 2004  # keeps this method's draws apart from those of others
 FAR = np.int64(1) << 60
+
+
+def resolved(method: RasterQuilting, exemplars: Sequence[Exemplar], canvas: Canvas) -> RasterQuilting:
+    """Decide the patch from the size of the texture's elements, and the overlap from the patch."""
+    patch = default_patch(exemplars) if method.patch is AUTO else method.patch
+    rows, columns = extent(patch)
+    sixth = (rows // 6, columns // 6) if rows != columns else rows // 6
+    check_patch(patch, exemplars)
+    return replace(method, patch=patch, overlap=sixth if method.overlap is AUTO else method.overlap)
+
+
+def synthesize(
+    method: RasterQuilting, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+) -> SourceMap:
+    """Lay patch after patch, row after row."""
+    exemplar = exemplars[0]
+    picture = features(exemplars, method.channel_weights).pictures[0]
+    valid = valid_windows(picture.shape, exemplar.usable, False, method.footprint)
+    shared, pitch = extent(method.overlap or 0), method.pitch
+    yx = np.zeros((canvas.height, canvas.width, 2), np.int32)
+    holes = np.ones((canvas.height, canvas.width), bool)
+
+    def laid() -> SourceMap:
+        which = np.where(holes, np.uint8(HOLE), np.uint8(0)) if holes.any() else None
+        return SourceMap(yx.copy(), which, None, (exemplar.source,), canvas.wrap, method.blend)
+
+    rows, columns = (
+        range(0, max(length - o, 1), step)
+        for length, o, step in zip((canvas.height, canvas.width), shared, pitch, strict=True)
+    )
+    for number, y in enumerate(rows):
+        run.tick(number, len(rows), laid)
+        for x in columns:
+            here = np.s_[y : y + method.footprint[0], x : x + method.footprint[1]]
+            shown, known = picture[yx[here][..., 0], yx[here][..., 1]], ~holes[here]
+            sums = overlap_sums(picture, valid, shown, known, method.tolerance)
+            u, v = _chosen(sums, method.tolerance, draw(seed, STAGE, 0, y, x))
+            patch = np.moveaxis(np.indices(known.shape, np.int32), 0, 2) + np.array((u, v), np.int32)
+            ways = shared[0] if y else 0, shared[1] if x else 0
+            new = cut(norms(shown, picture[patch[..., 0], patch[..., 1]]), ways, method.turning == "text")
+            yx[here][new], holes[here] = patch[new], False
+    return laid()
+
+
+def _chosen(sums: Array, tolerance: float, bits: int) -> tuple[int, int]:
+    """Draw one of the places whose sum is within the tolerance of the least; negative: none is there."""
+    limit = (1 + tolerance) * int(sums[sums >= 0].min())
+    at = np.flatnonzero((sums >= 0) & (sums <= limit))
+    u, v = divmod(int(at[below(len(at), bits)]), sums.shape[1])
+    return u, v
 
 
 def cut(norms: NDArray[np.int64], overlap: tuple[int, int], text: bool = False) -> NDArray[np.bool_]:

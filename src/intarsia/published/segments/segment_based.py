@@ -13,44 +13,12 @@ Cost: the analysis, then `hits` times `points` patches compared for every window
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
-from ...draws import below
-from ...lazy import lazy
 from ...methods import parameters
 from ...methods.base import Ability
-from ...params import AUTO, extent, param
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from ... import sourcemap
-    from ...analysis import features
-    from ...arrays import Array
-    from ...canvas import Canvas
-    from ...exemplar import Exemplar
-    from ...patches import growth as patches_growth
-    from ...patches import settings
-    from ...run import Run
-    from ...search import candidates, sizes
-    from ...segments import segments
-    from . import histograms, readings
-else:
-    np = lazy("numpy")
-    features = lazy("intarsia.analysis.features")
-    patches_growth = lazy("intarsia.patches.growth")
-    settings = lazy("intarsia.patches.settings")
-    candidates = lazy("intarsia.search.candidates")
-    histograms = lazy("intarsia.published.segments.histograms")
-    readings = lazy("intarsia.published.segments.readings")
-    segments = lazy("intarsia.segments.segments")
-    sizes = lazy("intarsia.search.sizes")
-    sourcemap = lazy("intarsia.sourcemap")
-
-STAGE = 2008  # keeps this method's draws apart from those of others
-POINTS = 1 << 20  # draws of points are apart from those of the choice
+from ...params import AUTO, param
 
 
 @dataclass(frozen=True)
@@ -60,6 +28,7 @@ class SegmentBased(parameters.CutSquares):
     slug: ClassVar[str] = "segment-based"
     paper: ClassVar[str] = "fragments without author or title"
     summary: ClassVar[str] = "patches chosen by the segments in their boundary zone"
+    engine: ClassVar[str] = "intarsia.published.segments.laying"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK})
 
     patch: int | tuple[int, int] | None = parameters.patch_side()
@@ -81,52 +50,3 @@ class SegmentBased(parameters.CutSquares):
         "least energy, in each of the readings of the source: fractions added or multiplied, or variances",
         choices=("vote", "sum", "product", "variances"),
     )  # fmt: skip
-
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
-        """Decide patch and overlap from the segments of the exemplar."""
-        patch, overlap = self.patch, self.overlap
-        if patch is AUTO:
-            found = self._found(exemplars[0])
-            patch = sizes.supplied(exemplars, found.patch)
-            if overlap is AUTO:  # a mask may leave less than the zone
-                overlap = min(found.zone, patch - 1)
-        elif overlap is AUTO:
-            rows, columns = extent(patch)
-            overlap = (rows // 4, columns // 4) if rows != columns else rows // 4
-        sizes.check_patch(patch, exemplars)
-        return replace(self, patch=patch, overlap=overlap)
-
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> sourcemap.SourceMap:
-        """Grow the map window by window, from patches with alike segments in the boundary zone."""
-        method = self.resolved(exemplars, canvas)
-        found = method._found(exemplars[0])
-        zone = extent(method.overlap or 0)
-        its = settings.PatchSettings(
-            patch=method.footprint, overlap=zone, hangs=method.hangs,
-            finder=lambda _, variants, patch, listed: histograms.SegmentSearch(
-                variants, patch, found.group_map, zone, method.hits, method.points, seed, STAGE + POINTS
-            ),
-            repeats=settings.Repeats(usage=method.usage),
-        )  # fmt: skip
-        growth = patches_growth.Growth(its, exemplars, canvas)
-        limit = None if method.threshold is AUTO else method.threshold * features.contrast(growth.features, exemplars)
-
-        def chosen(window: tuple[int, int], found: candidates.Candidates, bits: int) -> patches_growth.Pick:
-            prices = growth.repetition.prices(*window, found)
-            return choose(found, prices, found.usual if limit is None else limit * int((found.known > 0).sum()), bits)
-
-        growth.fill(seed, STAGE, run, choose=chosen, join=growth.cutting())
-        return growth.map(self.blend)
-
-    def _found(self, exemplar: Exemplar) -> segments.Segments:
-        if self.energy == "vote":
-            return segments.segments(exemplar)
-        known = ("published segments", self.energy)
-        return exemplar.memo(known, lambda: readings.published_segments(exemplar, self.energy))
-
-
-def choose(found: candidates.Candidates, prices: Array, limit: float, bits: int) -> patches_growth.Pick:
-    """Draw one of the patches whose squared difference, with the price of a repeat, is below `limit`, or the best."""
-    near = np.flatnonzero(prices < limit)
-    v, y, x = found.rows[near[below(len(near), bits)] if len(near) else int(np.argmin(prices)), 1:].tolist()
-    return v, y, x

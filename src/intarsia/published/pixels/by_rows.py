@@ -1,0 +1,61 @@
+"""Wei and Levoy at work: level after level, row after row, the pixel whose neighbourhood fits best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...canvas import Canvas
+from ...exemplar import Exemplar
+from ...params import AUTO, extent, words
+from ...run import Run
+from ...sourcemap import SourceMap
+from .neighbourhood_kernels import Ground
+from .neighbourhoods import check_window, default_window
+from .raster_kernels import Torus, full_pixels, tree_pixels
+from .raster_scan import Scan, scan_reach
+from .tree import tree_of
+from .wei_levoy import WeiLevoy
+
+STAGE = 200020  # keeps this method's draws apart from those of others
+LEAST, MOST = 5, 13  # columns of automatic windows
+FEW = 6  # pixels that the tree names
+LEAVES = 24  # of the tree, looked into for one pixel
+AT_ONCE = 64  # pixels filled between two looks at the clock
+
+
+def resolved(method: WeiLevoy, exemplars: Sequence[Exemplar], canvas: Canvas) -> WeiLevoy:
+    """Decide the window from the size of the texture's elements."""
+    if method.window is AUTO:
+        side = default_window(exemplars, LEAST, MOST, lambda n: scan_reach((n // 2 + 1, n), method.levels))
+        return replace(method, window=(side // 2 + 1, side))
+    check_window(exemplars, words(method.window), scan_reach(extent(method.window), method.levels))
+    return method
+
+
+def synthesize(method: WeiLevoy, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Fill level after level, row after row."""
+    side, white = extent(method.window or 3), method.noise == "white"
+    scan = Scan(exemplars, canvas, side, method.levels, (seed, STAGE), white)
+    for _ in range(method.levels):
+        torus, exemplar = scan.enter()
+        fill = _filler(method, scan, torus, exemplar)
+        for pixels in scan.stretches(AT_ONCE):
+            run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
+            fill(pixels)
+        for pixels in scan.first_ones(AT_ONCE):
+            run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
+            full_pixels(torus, exemplar, pixels, scan.room)
+    run.tick(scan.total, scan.total, lambda: scan.map(method.blend))
+    return scan.map(method.blend)
+
+
+def _filler(method: WeiLevoy, scan: Scan, torus: Torus, exemplar: Ground) -> Callable[[NDArray[np.int64]], None]:
+    """Return what fills pixels (n, 2) of this level, in turn."""
+    if method.matching == "exact":
+        return lambda pixels: full_pixels(torus, exemplar, pixels, scan.room)
+    tree = tree_of(exemplar, torus.choices, scan.components())
+    return lambda pixels: tree_pixels(torus, exemplar, tree, LEAVES, FEW, pixels, scan.room)

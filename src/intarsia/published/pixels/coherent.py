@@ -1,0 +1,43 @@
+"""Ashikhmin at work: row after row, pixels that continue their neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import chain
+
+from ...canvas import Canvas
+from ...exemplar import Exemplar
+from ...params import AUTO, extent, words
+from ...run import Run
+from ...sourcemap import SourceMap
+from .ashikhmin import Ashikhmin
+from .neighbourhoods import check_window, default_window
+from .raster_kernels import coherent_pixels
+from .raster_scan import Scan, scan_reach
+from .tree import similar_pixels
+
+STAGE = 2001  # keeps this method's draws apart from those of others
+LEAST, MOST = 5, 9  # columns of automatic windows
+AT_ONCE = 512  # pixels filled between two looks at the clock
+
+
+def resolved(method: Ashikhmin, exemplars: Sequence[Exemplar], canvas: Canvas) -> Ashikhmin:
+    """Decide the window from the size of the texture's elements."""
+    if method.window is AUTO:
+        side = default_window(exemplars, LEAST, MOST, lambda n: scan_reach((n // 2 + 1, n), 1))
+        return replace(method, window=(side // 2 + 1, side))
+    check_window(exemplars, words(method.window), scan_reach(extent(method.window), 1))
+    return method
+
+
+def synthesize(method: Ashikhmin, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Fill row after row."""
+    scan = Scan(exemplars, canvas, extent(method.window or 3), 1, (seed, STAGE))
+    torus, exemplar = scan.enter()
+    similar = similar_pixels(exemplar, torus.choices, scan.components(), method.jumps)
+    for pixels in chain(scan.stretches(AT_ONCE), scan.first_ones(AT_ONCE)):
+        run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
+        coherent_pixels(torus, exemplar, similar, pixels, scan.room)
+    run.tick(scan.total, scan.total, lambda: scan.map(method.blend))
+    return scan.map(method.blend)

@@ -1,0 +1,133 @@
+"""Efros and Leung at work: layer after layer, pixels drawn among the places that look most alike around them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...analysis.features import features
+from ...canvas import Canvas
+from ...draws import below, draw
+from ...exemplar import Exemplar
+from ...params import AUTO, extent, words
+from ...patches.growing_map import GrowingMap
+from ...run import Run
+from ...search.posed import isometry_ids, posed_exemplars
+from ...sourcemap import HOLE, SourceMap
+from .efros_leung import EfrosLeung
+from .neighbourhoods import check_window, choices, default_window, ground, layers
+from .outward_kernels import fill, layer, ranks
+
+STAGE = 1999  # keeps this method's draws apart from those of others
+WINDOW_PER_SIGMA = 6.4  # as in the authors' own program
+UNIT = 4096  # weight of the pixel in the middle, were it known
+LEAST, MOST = 5, 23  # automatic windows
+AT_ONCE = 128  # pixels filled between two looks at the clock
+WORTH_SHARING = 8  # pixels that a second thread is worth its start for
+FIRST = 0.7  # share of the weight by which most candidates are ruled out
+
+
+def resolved(method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas) -> EfrosLeung:
+    """Decide the window from the size of the texture's elements."""
+    if method.window is AUTO:
+        return replace(method, window=default_window(exemplars, LEAST, MOST, lambda n: _reach((n, n))))
+    check_window(exemplars, words(method.window), _reach(extent(method.window)))
+    return method
+
+
+def synthesize(method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    """Fill layer after layer; pixels that do not see one another are worked on at the same time."""
+    grown = _Outward(method, exemplars, canvas, seed)
+    total = grown.unknown
+    with run.pool() as each:
+        while grown.unknown:
+            for batch in grown.batches():
+                run.tick(total - grown.unknown, total, grown.map)
+                grown.fill(batch, each, run.workers)
+    run.tick(total, total, grown.map)
+    return grown.map()
+
+
+class _Outward:
+    """A map that grows, and all that is needed to grow it."""
+
+    def __init__(self, method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int) -> None:
+        self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
+        feats = features(exemplars)
+        begun = () if canvas.start is None else canvas.start.poses
+        variants = posed_exemplars(exemplars, feats, isometry_ids(method.isometries), (1, 1), begun)
+        window = extent(method.window or 1)
+        self.window = np.array(window, np.int64)
+        self.taps = np.array(_taps(window), np.int64)
+        self.ground = ground(layers(variants, exemplars), _reach(window), _reach(window))
+        self.growing = GrowingMap.begin(variants, canvas, 0)
+        self.wraps = canvas.wrap.y, canvas.wrap.x
+        heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
+        self.first = max(int(heavy.sum()), 4) * variants.channels
+        if not (self.growing.variant != HOLE).any():
+            self._sow()
+        self.unknown = int((self.growing.variant == HOLE).sum())
+
+    def _sow(self) -> None:
+        """Lay 3 x 3 px of the exemplar into the middle of the canvas."""
+        found = choices(self.ground, 1)
+        v, position = found[below(len(found), draw(self.seed, STAGE, 2))]
+        _, height, width, stride = self.ground.table[v, :4]
+        middle = self.canvas.height // 2, self.canvas.width // 2
+        for dy in (-1, 0, 1):
+            for dx in (-1, 0, 1):
+                y, x = middle[0] + dy, middle[1] + dx
+                if 0 <= y < self.canvas.height and 0 <= x < self.canvas.width:
+                    self.growing.variant[y, x] = v
+                    self.growing.yx[y, x] = (position // stride + dy) % height, (position % stride + dx) % width
+
+    def batches(self) -> list[list[Any]]:
+        """List the pixels of the next layer: batches of groups, the pixels of a group do not see one another."""
+        pixels = layer(self.growing.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
+        rank = ranks(pixels, self.growing.variant.shape, self.window, *self.wraps)
+        order = np.argsort(rank, kind="stable")
+        groups = np.split(pixels[order], np.flatnonzero(np.diff(rank[order])) + 1)
+        groups = [g[k : k + AT_ONCE] for g in groups for k in range(0, len(g), AT_ONCE)]
+        full = np.cumsum([len(g) for g in groups]) // AT_ONCE
+        return [[g for g, f in zip(groups, full, strict=True) if f == n] for n in np.unique(full)]
+
+    def fill(self, batch: list[Any], each: Any, workers: int) -> None:
+        """Fill the pixels of a batch, all in turn, or group by group at the same time."""
+
+        def part(pixels: Any) -> None:
+            fill(
+                self.growing.variant, self.growing.yx, pixels, self.taps, self.growing.variants.channels,
+                self.ground, *self.wraps, round(self.method.tolerance * 65536), self.first, np.uint64(self.seed), STAGE,
+            )  # fmt: skip
+
+        if workers == 1:
+            part(np.concatenate(batch))
+        else:
+            for group in batch:
+                each(part, np.array_split(group, min(workers, max(len(group) // WORTH_SHARING, 1))))
+        self.unknown -= sum(len(group) for group in batch)
+
+    def map(self) -> SourceMap:
+        """The map as far as it has grown."""
+        return self.growing.map(self.exemplars, self.canvas, self.method.blend)
+
+
+def _taps(window: tuple[int, int]) -> list[tuple[int, int, int]]:
+    """Return (row, column, weight) of all pixels of a window but the middle, the heaviest first."""
+    up, side = window[0] // 2, window[1] // 2
+    tall, wide = (2 * (n / WINDOW_PER_SIGMA) ** 2 for n in window)
+    weighed = [
+        (y, x, round(UNIT * math.exp(-(y * y / tall + x * x / wide))))
+        for y in range(-up, up + 1)
+        for x in range(-side, side + 1)
+        if y or x
+    ]
+    return sorted((t for t in weighed if t[2]), key=lambda t: (-t[2], t[0] ** 2 + t[1] ** 2, t))
+
+
+def _reach(window: tuple[int, int]) -> tuple[int, int, int, int]:
+    return window[0] // 2, window[1] // 2, window[0] // 2, window[1] // 2
