@@ -30,15 +30,15 @@ from .methods.memory import memory_of
 from .rendering.magnification import as_meant
 from .rendering.render import render
 from .run import Run, run_of
+from .seams.cost import energy
 from .sourcemap import HOLE, SourceMap
 from .version import VERSION
 
 if TYPE_CHECKING:
     from .judging import notebook
     from .judging.score import Score
-    from .seams import cost
 else:
-    cost, notebook = lazy("intarsia.seams.cost"), lazy("intarsia.judging.notebook")
+    notebook = lazy("intarsia.judging.notebook")
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -82,7 +82,7 @@ class Synthesis:
     @cached_property
     def energy(self) -> int:
         """What all seams of the map cost, in knees per million px: less is better, between maps of one exemplar."""
-        return cost.energy(self.exemplars, self.map)
+        return energy(self.exemplars, self.map)
 
     @property
     def recipe_text(self) -> str:

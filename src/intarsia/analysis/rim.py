@@ -7,17 +7,12 @@ px), so a rim that looks like other parts of the picture is not found.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lazy import lazy
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only holes need it
-    ndimage = lazy("scipy.ndimage")
+from ..filtering.filters import ndimage
 
 Mask = NDArray[np.bool_]
 

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MethodError
-from ..lazy import lazy
+from ..filtering.filters import ndimage
 from .sums import window_sums
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only masks need it
-    ndimage = lazy("scipy.ndimage")
 
 Mask = NDArray[np.bool_]
 

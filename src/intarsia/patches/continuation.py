@@ -7,23 +7,18 @@ against the picture along the cheapest seam (Kwatra et al. 2003, eq. 1), at most
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Laid
 from ..canvas import Canvas
+from ..filtering.filters import ndimage
 from ..geometry import Wrap
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
-from ..lazy import lazy
 from ..sourcemap import HOLE, Source, SourceMap
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only canvases that are partly filled need it
-    ndimage = lazy("scipy.ndimage")
 
 Mask = NDArray[np.bool_]
 Vector = tuple[int, int]

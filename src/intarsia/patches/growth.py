@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,24 +22,18 @@ from ..draws import draw_many
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels.cuts import SeamPrice
-from ..lazy import lazy
 from ..run import Run
 from ..search.candidates import Candidates, Search
+from ..search.distance_map import best_of_poses, distance_maps, full_scale
 from ..search.fourier import PatchSearch
+from ..search.guide import WindowGuide
+from ..search.guided import Guided, GuidedSearch, seam_unit
 from ..search.posed import isometry_ids, posed_exemplars
 from ..sourcemap import HOLE, SourceMap
 from .growing_map import GrowingMap, Window, random_patch, waves
 from .hole_edge_kernels import weigh_edge
 from .repetition import striking
 from .settings import PatchSettings
-
-if TYPE_CHECKING:
-    from ..search import distance_map, guided
-    from ..search import guide as guidance
-else:  # only some canvases need them
-    distance_map = lazy("intarsia.search.distance_map")
-    guidance = lazy("intarsia.search.guide")
-    guided = lazy("intarsia.search.guided")
 
 Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
@@ -111,19 +105,19 @@ class Growth:
             return settings.finder(settings, self.variants, patch, listed)
         return PatchSearch(self.variants, patch, min(settings.overlap), settings.search == "exact", listed)
 
-    def _guided(self) -> guided.Guided[Any] | None:
+    def _guided(self) -> Guided[Any] | None:
         """The search under the canvas's guide, where it has one."""
         guide = self.canvas.guide
         if guide is None:
             return None
-        what = guidance.WindowGuide(
+        what = WindowGuide(
             guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.settings.isometries)
         )
-        unit = guided.seam_unit(self.exemplars[0], self.settings.weights)
+        unit = seam_unit(self.exemplars[0], self.settings.weights)
         if self.settings.guided is not None:
             return self.settings.guided(self.finder, what, unit)
         assert isinstance(self.finder, PatchSearch), "methods with a search of their own say how it follows a guide"
-        return guided.GuidedSearch(self.finder, what, unit)
+        return GuidedSearch(self.finder, what, unit)
 
     def at_boundary(self, window: Window) -> bool:
         """True where a window holds a boundary between labels of the guide."""
@@ -186,9 +180,9 @@ class Growth:
             dy = dy % self.canvas.height if self.canvas.wrap.y else dy
             dx = dx % self.canvas.width if self.canvas.wrap.x else dx
             if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
-                scale = distance_map.full_scale(self.exemplars[0], self.settings.weights)
-                every = distance_map.distance_maps(candidates, self.variants, scale)
-                probe.maps = distance_map.best_of_poses(every, self.variants, self.layout.patch)
+                scale = full_scale(self.exemplars[0], self.settings.weights)
+                every = distance_maps(candidates, self.variants, scale)
+                probe.maps = best_of_poses(every, self.variants, self.layout.patch)
                 if candidates.free:
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
                 return

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,18 +11,12 @@ from ..arrays import Array
 from ..blend import Blend
 from ..canvas import Canvas
 from ..exemplar import Exemplar
+from ..filtering.filters import ndimage
 from ..guide import Guide
-from ..lazy import lazy
+from ..search.guide import numbered_labels
 from ..sourcemap import HOLE, SourceMap
 from .growth import Growth, Turn
 from .settings import PatchSettings
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-
-    from ..search import guide as guidance
-else:  # only canvases with a guide need them
-    ndimage, guidance = lazy("scipy.ndimage"), lazy("intarsia.search.guide")
 
 PASS = 1 << 20  # draws of the second pass are apart from those of the first
 
@@ -63,7 +56,7 @@ class Stages:
         Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
         regions hold is as if outside the canvas; pixels that a start map locks are not touched.
         """
-        target = guidance.numbered_labels(guide.target, guide.names)
+        target = numbered_labels(guide.target, guide.names)
         found = shown_labels(self.map, guide)
         stray = strays(found, target, slack, neighbours(guide))
         free = np.ones(target.shape, bool) if self.canvas.start is None else self.canvas.start.holes
@@ -89,7 +82,7 @@ def shown_labels(smap: SourceMap, guide: Guide) -> Array:
     for n, source in enumerate(guide.sources):
         mine = which == n
         yx = smap.yx[mine]
-        out[mine] = guidance.numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
+        out[mine] = numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
     return out
 
 
@@ -98,7 +91,7 @@ def neighbours(guide: Guide) -> Array:
     size = len(guide.names) + 1
     out = np.eye(size, dtype=bool)
     for source in guide.sources:
-        ids = guidance.numbered_labels(source, guide.names)
+        ids = numbered_labels(source, guide.names)
         for a, b in ((ids[1:], ids[:-1]), (ids[:, 1:], ids[:, :-1])):
             out[a, b] = out[b, a] = True
     return out

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ..canvas import Canvas
 from ..geometry import laid
 from ..guide import Guide
 from ..search.candidates import SHORT_LIST, Search
+from ..search.guide import WindowGuide
+from ..search.guided import Guided
 from ..search.posed import PosedExemplars, isometry_ids
 from ..search.windows import WindowGrid
 from .fill_order import fill_order
 from .repetition import Repetition
-
-if TYPE_CHECKING:
-    from ..search.guide import WindowGuide
-    from ..search.guided import Guided
 
 SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
 

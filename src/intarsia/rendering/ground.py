@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..exemplar import Exemplar
+from ..filtering.filters import ndimage
 from ..geometry import Box
 from ..image import Array
 from ..kernels.pieces_of_maps import HOLE
-from ..lazy import lazy
 from .vote_kernels import Map, VotedExemplars, cut_window
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only masked exemplars need it
-    ndimage = lazy("scipy.ndimage")
-
 
 OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,21 +24,16 @@ from ..errors import InputError, ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array, Kind, Plane
-from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import SourceMap, check_stretch
 from .colour import Curve
+from .finish import Bench
 from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
 from .mix_kernels import copy_cell
 from .mixing import Mixer, coding_of, mixer_of
 from .normals import NormalCoding
 from .vote_kernels import Map, VotedExemplars, make_plan
-
-if TYPE_CHECKING:
-    from . import finish, warped
-else:  # only some textures need them
-    finish = lazy("intarsia.rendering.finish")
-    warped = lazy("intarsia.rendering.warped")
+from .warped import Warped
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
@@ -86,7 +80,7 @@ def render(
     _check_exemplars(exemplars, smap)
     planes, scale = _planes(exemplars, name)
     box = box or Box(0, 0, smap.height, smap.width)
-    job = (_Job if smap.exact else warped.Warped).of(exemplars, planes, scale, smap, blend)
+    job = (_Job if smap.exact else Warped).of(exemplars, planes, scale, smap, blend)
     shrink = max(-scale, 1)
     check_stretch(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
     check_stretch(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
@@ -98,7 +92,7 @@ def render(
         return planes[0].like(_draw_box(job, box, smap, shrink, run))
     assert isinstance(job, _Job)  # the others have no finish
     usable = usable_pixels(exemplars, job.scale)
-    bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
+    bench = Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
     codes = bench.finished(lambda wide: _draw_box(job, wide, smap, 1, run), box, blend.finish, run)
     if shrink > 1:
         step = _ROWS * shrink
@@ -107,7 +101,7 @@ def render(
     return planes[0].like(codes)
 
 
-def _draw_box(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
+def _draw_box(job: _Job | Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow = job.scale
     rows, columns = _stretches(box.y0, box.y1, smap.height), _stretches(box.x0, box.x1, smap.width)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,19 +18,14 @@ from ..analysis.usable import valid_windows
 from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
+from ..filtering.filters import ndimage
 from ..geometry import Wrap
 from ..guide import MAX_LABELS, Guide
 from ..image import Plane
-from ..lazy import lazy
 from ..params import extent
 from .candidates import Search
 from .posed import PosedExemplars
 from .windows import WindowGrid
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only boundaries need it
-    ndimage = lazy("scipy.ndimage")
 
 ONE = 1020  # a label that is there, the full range of a target picture
 

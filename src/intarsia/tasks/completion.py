@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import NoneType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,8 +22,8 @@ from ..blend import Blend
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
+from ..filtering.filters import ndimage
 from ..geometry import Wrap
-from ..lazy import lazy
 from ..methods.base import METHODS, Method, check_abilities, make, method_class, traits
 from ..params import AUTO, parameters
 from ..run import Run, run_of
@@ -32,11 +32,6 @@ from ..search.sizes import element_patch, supplied
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled
 from .starts import Margins, extension, grown_hole, scene_to_heal, with_hole
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only holes need it
-    ndimage = lazy("scipy.ndimage")
 
 LEAST_PATCH = 12
 ROOM = 2  # times the thickness of a hole, or more, is a patch that covers it and sees its surroundings

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,17 +17,12 @@ from ..arrays import marks
 from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
+from ..filtering.filters import ndimage
 from ..frames import UPRIGHT
 from ..geometry import Box, Wrap
 from ..image import MAX_SIDE
-from ..lazy import lazy
 from ..sourcemap import HOLE, Source, SourceMap, identity
 from ..synthesis import Scene
-
-if TYPE_CHECKING:
-    from scipy import ndimage
-else:  # only holes need it
-    ndimage = lazy("scipy.ndimage")
 
 Mask = NDArray[np.bool_]
 
