@@ -24,6 +24,7 @@ _HOMES = {
     "Box": "geometry",
     "Canvas": "canvas",
     "CancelledError": "errors",
+    "Correction2008": "published.correction2008.correction_2008",
     "EfrosLeung": "published.pixels.efros_leung",
     "Exemplar": "exemplar",
     "Field": "field",
@@ -80,6 +81,7 @@ __all__ = [
     "Box",
     "CancelledError",
     "Canvas",
+    "Correction2008",
     "EfrosLeung",
     "Exemplar",
     "Field",
@@ -149,6 +151,7 @@ if TYPE_CHECKING:
     from .methods.parallel_controllable import ParallelControllable
     from .methods.random_tiling import RandomTiling
     from .methods.repeat import Repeat
+    from .published.correction2008.correction_2008 import Correction2008
     from .published.lopez_recas2011.gap_filling import GapFilling
     from .published.multrus2003.patch_sampling import PatchSampling
     from .published.pixels.ashikhmin import Ashikhmin
