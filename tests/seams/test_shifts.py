@@ -14,7 +14,7 @@ from intarsia.patches.growth import Growth
 from intarsia.patches.settings import PatchSettings
 from intarsia.run import Run
 from intarsia.seams import graphcut
-from intarsia.seams.shifts import shifts_around
+from intarsia.seams.graphcut import shifts_around
 from intarsia.sourcemap import HOLE
 from intarsia.testing import texture
 

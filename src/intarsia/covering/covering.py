@@ -19,9 +19,7 @@ from ..patches.growth import Growth
 from ..patches.settings import PatchSettings
 from ..run import Run
 from ..seams import recut_kernels
-from ..seams.cut import Box, Cut
-from ..seams.graphcut import GraphcutGrowth
-from ..seams.settings import GraphcutSettings
+from ..seams.graphcut import Box, Cut, GraphcutGrowth, GraphcutSettings
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..search.posed import posed_exemplars

@@ -25,9 +25,8 @@ from ..geometry import widened
 from ..kernels.parts import boxes_of_parts
 from ..patches.growth import Pick
 from ..run import Run
-from ..seams.cut import Box, Cut
-from ..seams.whole import MUST, RULE, Mending
-from ..seams.whole_elements import RING, Elements
+from ..seams.graphcut import Box, Cut
+from ..seams.whole import MUST, RING, RULE, Elements, Mending
 from ..segments.things import things
 from ..segments.wholes import wholes
 from ..sourcemap import SourceMap

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..geometry import ISOMETRIES
 from ..lattice.vectors import UNIT
 from ..patches.growth import Growth, Pick
-from ..seams.step_kernels import mark_steps
+from ..seams.placement_kernels import mark_steps
 from ..search.candidates import Candidates
 from ..search.fourier import PatchSearch
 from . import lattice_kernels

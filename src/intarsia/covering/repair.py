@@ -22,9 +22,7 @@ from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..patches.settings import PatchSettings
 from ..run import Run
-from ..seams.cut import Box, Cut, middle
-from ..seams.graphcut import SHOWN, TRIES
-from ..seams.settings import GraphcutSettings
+from ..seams.graphcut import SHOWN, TRIES, Box, Cut, GraphcutSettings, middle
 from ..seams.worst import Cell, WorstSeams
 from ..search.candidates import Candidates
 from ..sourcemap import SourceMap

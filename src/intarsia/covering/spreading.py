@@ -29,7 +29,7 @@ from ..corrections import stack
 from ..exemplar import Exemplar
 from ..patches.growth import Pick
 from ..run import Run
-from ..seams.cut import Box, Cut, middle
+from ..seams.graphcut import Box, Cut, middle
 from ..seams.worst import Cell, WorstSeams
 from ..search import sizes
 from ..search.candidates import Candidates, Prices

@@ -25,7 +25,7 @@ from ..exemplar import Exemplar
 from ..patches.growth import Pick
 from ..run import Run
 from ..seams import placement_kernels
-from ..seams.cut import Box, Cut
+from ..seams.graphcut import Box, Cut
 from ..search.candidates import Candidates, Prices
 from ..sourcemap import SourceMap
 from . import striking_kernels as kernels

@@ -20,8 +20,7 @@ from ..run import Run
 from ..search.guide import check_guide
 from ..search.sizes import LEAST, check_patch, default_patch, large_patch
 from ..sourcemap import SourceMap
-from .graphcut import GraphcutGrowth
-from .settings import GraphcutSettings
+from .graphcut import GraphcutGrowth, GraphcutSettings
 from .whole import make_whole
 
 STAGE = 2403  # keeps this method's draws apart from those of others

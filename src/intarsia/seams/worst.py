@@ -6,14 +6,11 @@ of a canvas does not take longer the larger it is, but for one look at each row.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
+from ..arrays import Array
 
-Array = NDArray[Any]
 Cell = tuple[int, int]
 CELL = 8  # seams are added up in cells of so many px: half of the smallest automatic patch
 
