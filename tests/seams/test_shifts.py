@@ -10,8 +10,7 @@ import pytest
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
-from intarsia.patches.growth import Growth
-from intarsia.patches.settings import PatchSettings
+from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.run import Run
 from intarsia.seams import graphcut
 from intarsia.seams.graphcut import shifts_around

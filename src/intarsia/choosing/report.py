@@ -8,7 +8,8 @@ from typing import Any
 from ..analysis.lines import CLEAR
 from ..analysis.symmetry import SLACK
 from ..image import Kind
-from ..lattice.vectors import UNIT, vectors_of
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import vectors_of
 from ..lattice.verdict import Lattice
 from .facts import SIGNS, Facts
 from .rules import BOUNDS, courses_of

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ..analysis.lines import Lines
 from ..geometry import Wrap
-from ..lattice.vectors import vectors_of
+from ..lattice.lattice import vectors_of
 from .facts import Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters

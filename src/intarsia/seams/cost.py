@@ -12,7 +12,7 @@ import numpy as np
 
 from ..analysis.features import Features, features, pose_array
 from ..analysis.variance import variance
-from ..arrays import Array
+from ..arrays import Array, Pair
 from ..exemplar import Exemplar
 from ..frames import matrices, positions
 from ..geometry import ISOMETRIES, Box
@@ -54,7 +54,7 @@ def energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
     return 1_000_000 * total // (knee * smap.height * smap.width)
 
 
-def _band(smap: SourceMap, first: int, size: tuple[int, int]) -> SourceMap:
+def _band(smap: SourceMap, first: int, size: Pair) -> SourceMap:
     """Rows of a map with the row below and the first column again, where it goes on there."""
     more = first + size[0] < smap.height or smap.wrap.y
     return smap.window(Box(first, 0, first + size[0] + more, size[1] + smap.wrap.x))

@@ -14,15 +14,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
 from ..analysis.sums import window_sums
-from ..arrays import Array
+from ..arrays import Array, Mask, Pair
 from ..draws import draw
 from ..exemplar import Exemplar
 from ..kernels.windows import Grown
-from ..lattice.vectors import UNIT, Vector
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import Vector
 from ..patches.growing_map import random_patch
 from ..patches.growth import Growth, Pick
 from ..run import Run
@@ -36,7 +36,6 @@ from .placement_kernels import Look, mark_steps
 from .worst import WorstSeams
 
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
-Mask = NDArray[np.bool_]
 Bar = Callable[[Box, Pick], Array]
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen with a window, where repeats are counted
@@ -64,7 +63,7 @@ class Cut:
     change: int
     box: Box
     pick: Pick
-    take: NDArray[Any]
+    take: Array
 
 
 def middle(box: Box) -> Box:
@@ -125,7 +124,7 @@ class Apart:
 
 
 def shifts_around(
-    variant: Array, yx: Array, places: Sequence[Array], at: tuple[int, int], table: Array, torus: Array
+    variant: Array, yx: Array, places: Sequence[Array], at: Pair, table: Array, torus: Array
 ) -> list[Pick]:
     """List the pieces that part of a map shows, those that cover most of it first.
 
@@ -161,7 +160,7 @@ def shifts_around(
     return list(zip((found // columns // rows).tolist(), y.tolist(), x.tolist(), strict=True))
 
 
-def in_step(valid: Mask, vectors: tuple[Vector, Vector], place: tuple[int, int], slack: int = SLACK) -> Mask:
+def in_step(valid: Mask, vectors: tuple[Vector, Vector], place: Pair, slack: int = SLACK) -> Mask:
     """Say which of the places `valid` lie whole steps from `place`, which may lie anywhere, give or take `slack` px.
 
     `vectors` in 1/256 px. Where none does, the slack grows until one does; bool, as `valid`.
@@ -199,7 +198,7 @@ class GraphcutGrowth:
         self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
-        self.first: tuple[int, int] | None = None  # where patches in step have the canvas's first px
+        self.first: Pair | None = None  # where patches in step have the canvas's first px
         if stitch.lattice and (self.variant == 0).any():
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = int(self.yx[y, x, 0]) - y, int(self.yx[y, x, 1]) - x
@@ -315,7 +314,7 @@ class GraphcutGrowth:
         search = self._search if self.first is None else self._search.within(self._allowed(box))
         return search.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices(box))[0]
 
-    def _allowed(self, box: Box) -> Sequence[NDArray[np.bool_]]:
+    def _allowed(self, box: Box) -> Sequence[Mask]:
         """Where the patches may lie that go into a window: anywhere, or in step with the first one."""
         valid, lattice = self.variants.valid, self.stitch.lattice
         if lattice is None or self.first is None:
@@ -410,7 +409,7 @@ class GraphcutGrowth:
         window, patch = (wide[0], wide[1], wide[2], wide[3]), (at[0], at[1], at[2])
         return window, (inner[0], inner[1], inner[2], inner[3]), patch
 
-    def join(self, at: tuple[int, int], pick: Pick, found: Candidates) -> None:
+    def join(self, at: Pair, pick: Pick, found: Candidates) -> None:
         """Cut a patch into the window at `at` alone, and write it into the map."""
         self.paste(self.cut((*at, *self.growth.layout.patch), pick, 0))
 

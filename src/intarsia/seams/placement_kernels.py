@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..arrays import Pair
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
 
@@ -59,7 +60,7 @@ def look_around(box: Any, shape: Any, wraps: Any, nearby: int, step: int) -> Loo
 
 
 @kernel
-def posed_place(turn: Any, y: int, x: int) -> tuple[int, int]:
+def posed_place(turn: Any, y: int, x: int) -> Pair:
     """Where a pixel of a variant lies in another one of the same exemplar."""
     return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
 

@@ -18,8 +18,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int32, UInt8
 from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maxflow import MOST, push_flow
@@ -239,11 +239,11 @@ class Draft(NamedTuple):
     """What a cut is drawn on, and what it says: of every `step`-th px of a window, as many rows and columns."""
 
     step: int
-    saved: NDArray[np.int32]  # what staying costs each besides its seams; or of no size: nothing
-    take: NDArray[np.uint8]  # the answer: 1 where the patch is taken
+    saved: Int32  # what staying costs each besides its seams; or of no size: nothing
+    take: UInt8  # the answer: 1 where the patch is taken
 
 
-def drafted(window: tuple[int, int, int, int], step: int, saved: NDArray[np.int32] | None = None) -> Draft:
+def drafted(window: tuple[int, int, int, int], step: int, saved: Int32 | None = None) -> Draft:
     """A draft of a cut into a window (first row and column, rows, columns) on which nothing is drawn yet."""
     take = np.empty((-(-window[2] // step), -(-window[3] // step)), np.uint8)
     return Draft(step, NOTHING if saved is None else saved, take)

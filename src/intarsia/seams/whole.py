@@ -19,10 +19,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
-from ..arrays import Array
+from ..arrays import Array, Int32, Mask, Pair
 from ..exemplar import Exemplar
 from ..filtering.filters import grown
 from ..geometry import apart, widened
@@ -45,9 +44,9 @@ class Element:
     """A whole element of a variant: where its mask begins, the mask, and around it the joint that is wanted."""
 
     variant: int
-    at: tuple[int, int]
-    mask: NDArray[np.bool_]
-    ring: NDArray[np.bool_]
+    at: Pair
+    mask: Mask
+    ring: Mask
     whole: bool
 
     @property
@@ -95,7 +94,7 @@ class Elements:
         return element
 
 
-def _element(v: int, names: Array, part: tuple[slice, ...], mask: NDArray[np.bool_]) -> Element:
+def _element(v: int, names: Array, part: tuple[slice, ...], mask: Mask) -> Element:
     (h, w), n = names.shape, RING
     off = [part[0].start < RIM, part[1].start < RIM, part[0].stop > h - RIM, part[1].stop > w - RIM]
     big = np.pad(mask, n)
@@ -138,7 +137,7 @@ class Candidate(NamedTuple):
 
     box: Box
     pick: Pick
-    wanted: NDArray[np.int32]
+    wanted: Int32
     element: int
 
 
@@ -172,7 +171,7 @@ class Mending:
         self.knee = max(knee, 1)
         sewn.pieces = sewn.pieces._replace(inside=elements.inside)
         sewn.price = SeamPrice(knee=self.knee, inside=RULE.inside, outlined=RULE.outlined)
-        self.shape: tuple[int, int] = (sewn.variant.shape[0], sewn.variant.shape[1])
+        self.shape: Pair = (sewn.variant.shape[0], sewn.variant.shape[1])
         self.joined = np.zeros(self.shape, np.int32)
 
     def cover(self, run: Run) -> int:
@@ -267,7 +266,7 @@ class Mending:
                 continue  # all one
             around = self.sewn.index(widened((y, x, h, w), 2, self.shape, self.sewn.wraps))
             out.append((-int(self.sewn.prices[around].sum()), k, (y, x, h, w)))
-        self.often: dict[int, list[tuple[int, int]]] = {}
+        self.often: dict[int, list[Pair]] = {}
         for k in range(1, self.count):
             if 2 * self.shown.area[k] > self.shown.whole[k]:
                 y, x = self.shown.shift[k].tolist()
@@ -277,7 +276,7 @@ class Mending:
 
     # ---- candidates
 
-    def _candidates(self, body: int, box: Box, mine: NDArray[np.bool_]) -> list[Candidate]:
+    def _candidates(self, body: int, box: Box, mine: Mask) -> list[Candidate]:
         places = list[tuple[int, int, int]]()
         pieces, area = np.unique(self.joined[self.sewn.index(box)][mine], return_counts=True)
         for k in np.argsort(-area, kind="stable")[:3].tolist():  # what shows in part, whole
@@ -289,7 +288,7 @@ class Mending:
         found = [self._laid(*place) for place in places] + self._beside(box, mine)
         return [c for c in found if c is not None]
 
-    def _others(self, body: int, box: Box, mine: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
+    def _others(self, body: int, box: Box, mine: Mask) -> list[tuple[int, int, int]]:
         """The elements that cover a body best: number, first row and column on the canvas."""
         middle = np.array([box[axis] + int(at.mean()) for axis, at in enumerate(np.nonzero(mine))])
         out, places = np.empty((len(self.elements.boxes), 4), np.int64), list[tuple[int, int, int]]()
@@ -306,7 +305,7 @@ class Mending:
                     break
         return places
 
-    def _near(self, a: tuple[int, int], b: tuple[int, int], far: float) -> bool:
+    def _near(self, a: Pair, b: Pair, far: float) -> bool:
         places = zip(a, b, self.shape, self.sewn.wraps, strict=True)
         return all(apart(one, two, length, wrap) < far for one, two, length, wrap in places)
 
@@ -332,7 +331,7 @@ class Mending:
         pick = (element.variant, element.at[0] + low[0] - top, element.at[1] + low[1] - left)
         return Candidate((low[0] % self.shape[0], low[1] % self.shape[1], *wanted.shape), pick, wanted, number)
 
-    def _beside(self, box: Box, mine: NDArray[np.bool_]) -> list[Candidate]:
+    def _beside(self, box: Box, mine: Mask) -> list[Candidate]:
         """What the pieces beside a body would show in its place."""
         sewn, wide = self.sewn, widened(box, 5, self.shape, self.sewn.wraps)
         where, own = sewn.index(wide), np.zeros(wide[2:], bool)
@@ -386,7 +385,7 @@ class Mending:
             self.often.setdefault(candidate.element, []).append(shift)
 
 
-def _over(wanted: NDArray[np.int32], mask: NDArray[np.bool_], at: tuple[int, int], price: int) -> None:
+def _over(wanted: Int32, mask: Mask, at: Pair, price: int) -> None:
     """Ask for what a mask holds, as far as it lies in `wanted`."""
     y, x = (max(a, 0) for a in at)
     part = mask[y - at[0] : wanted.shape[0] - at[0], x - at[1] : wanted.shape[1] - at[1]]

@@ -20,8 +20,7 @@ from ...errors import InputError
 from ...exemplar import Exemplar
 from ...geometry import Wrap
 from ...image import Kind, Plane
-from ...segments.things import things
-from ...segments.wholes import wholes
+from ...segments.wholes import things, wholes
 from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, borders, on_paper
 from ...tasks.inspection import Findings, analyze
