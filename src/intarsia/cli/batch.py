@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..disk.depth import dtype_of
-from ..disk.memory import check_fits
+from ..disk.limits import check_fits
 from ..files import write, write_bytes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.correlation import autocorrelation, gaussian
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..filtering.filters import HELD, blurred
 from ..filtering.fourier import dctn, idctn
 

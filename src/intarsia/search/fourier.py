@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.variance import principal_axes
+from ..analysis.sums import principal_axes
 from ..arrays import Array
 from ..errors import ParameterError
 from ..filtering import fourier
