@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MethodError
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .sums import window_sums
 
 Mask = NDArray[np.bool_]

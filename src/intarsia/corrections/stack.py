@@ -19,8 +19,8 @@ from ..analysis.features import features
 from ..analysis.usable import nearest
 from ..analysis.variance import principal_axes, spreads
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..kernels import kd_tree
+from ..lazy import ndimage
 from ..search.sizes import elements
 from . import appearance_kernels as kernels
 from .appearance import (

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..analysis.sums import window_sums
 from ..arrays import Array
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .parts import shown, square_side
 from .score import Judged
 from .sources import STEP, Sources

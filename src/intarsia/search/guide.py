@@ -18,10 +18,10 @@ from ..analysis.usable import valid_windows
 from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import Wrap
 from ..guide import MAX_LABELS, Guide
 from ..image import Plane
+from ..lazy import ndimage
 from ..params import extent
 from .candidates import Search
 from .posed import PosedExemplars
