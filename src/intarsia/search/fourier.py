@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from scipy import fft
 
 from ..analysis.sums import principal_axes
 from ..arrays import Array
 from ..errors import ParameterError
-from ..filtering import fourier
 from ..kernels import returns, windows
 from . import fourier_kernels, near
 from . import reduce_kernels as reduce
@@ -65,7 +65,7 @@ class PatchSearch:
         self.wholes = [p.astype(np.int16) for p in pictures] if exact else []
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
         energies = [(p.astype(np.float64) ** 2).sum(axis=0) for p in pictures]
-        squares = [fourier.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
+        squares = [fft.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
         self._limit(variants.valid)
         self._masks = Masks(self.coarse, squares, [v.shape for v in self.valid])
 

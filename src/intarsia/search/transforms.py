@@ -26,9 +26,9 @@ from threading import Lock, local
 from typing import Any
 
 import numpy as np
+from scipy import fft
 
 from ..arrays import Array
-from ..filtering import fourier
 from . import fourier_kernels, near_kernels, reduce_kernels
 
 ROUNDING = 3e-7
@@ -49,7 +49,7 @@ class Correlator:
     def __init__(self, pictures: list[Array], cells: tuple[int, int]) -> None:
         self.pictures = pictures
         self.shapes = [
-            (fourier.next_fast_len(p.shape[1], real=False), fourier.next_fast_len(p.shape[2], real=True))
+            (fft.next_fast_len(p.shape[1], real=False), fft.next_fast_len(p.shape[2], real=True))
             for p in pictures
         ]
         self.norms = [math.sqrt(float((p.astype(np.float64) ** 2).sum())) for p in pictures]
@@ -78,8 +78,8 @@ class Correlator:
         return product
 
     def _back(self, product: Array, shape: tuple[int, int], rows: int) -> Array:
-        inner = fourier.ifft(product, axis=1, overwrite_x=True)[:, :rows]
-        return np.asarray(fourier.irfft(inner, shape[1], axis=2))
+        inner = fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
+        return np.asarray(fft.irfft(inner, shape[1], axis=2))
 
     def near(self, v: int, spectra: dict[tuple[int, int], Array], rows: int, norms: Array) -> tuple[Array, Array]:
         """Do what :meth:`correlations` does, in the floats of the spectra; say by what each window may be wrong.
@@ -112,7 +112,7 @@ class Correlator:
         with self._lock:
             if kind not in self._made:
                 self._made[kind] = [
-                    fourier.rfft2(p.astype(np.float64), shape).astype(kind)
+                    fft.rfft2(p.astype(np.float64), shape).astype(kind)
                     for p, shape in zip(self.pictures, self.shapes, strict=True)
                 ]
             return self._made[kind]
@@ -123,7 +123,7 @@ class Correlator:
         Their rows come first, which are few. Down the columns most is padding: p short transforms of the rows,
         each turned by what its frequencies differ, do the work of a long one (decimation in frequency).
         """
-        rows = fourier.rfft(templates, shape[1], axis=3)
+        rows = fft.rfft(templates, shape[1], axis=3)
         parts = next(p for p in (4, 2, 1) if shape[0] % p == 0 and shape[0] // p >= rows.shape[2])
         size = (*rows.shape[:2], parts, shape[0] // parts, rows.shape[3])
         name = f"{shape}{rows.dtype}"
@@ -133,7 +133,7 @@ class Correlator:
             setattr(self._padded, name, padded)
         padded = padded[: len(rows)]
         fourier_kernels.turn(rows, _turns(shape[0], parts, rows.shape[2]).astype(rows.dtype, copy=False), padded)
-        return np.asarray(fourier.fft(padded, axis=3, overwrite_x=True))
+        return np.asarray(fft.fft(padded, axis=3, overwrite_x=True))
 
 
 class Masks:
@@ -160,8 +160,8 @@ class Masks:
         if slot is None:
             slot = self._known[key] = len(self._known)
             for v, (shape, (rows, columns)) in enumerate(zip(self.padded, self.shapes, strict=True)):
-                product = self.spectra[v] * np.conj(fourier.rfft2(mask.astype(np.float64), shape))
-                self._squares[v][slot] = np.rint(fourier.irfft2(product, shape)[:rows, :columns])
+                product = self.spectra[v] * np.conj(fft.rfft2(mask.astype(np.float64), shape))
+                self._squares[v][slot] = np.rint(fft.irfft2(product, shape)[:rows, :columns])
         return slot
 
     def _forget(self) -> None:
