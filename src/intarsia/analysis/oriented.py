@@ -193,6 +193,13 @@ class Lines(NamedTuple):
         """How high the courses between them are in the mean, px."""
         return [round(int(gap.sum()) / gap.size) for gap in np.diff(self.at, axis=0)]
 
+    @property
+    def told(self) -> str:
+        """Which courses there are between them, in words."""
+        low, high = min(self.heights), max(self.heights)
+        size = f"{low} to {high}" if low < high else f"{low}"
+        return f"{len(self.at)} lines run across it between courses {size} px {('high', 'wide')[self.axis]}"
+
 
 def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines | None:
     """Return the lines between the courses of a picture of this shape, by its outlines; None where it has none."""
