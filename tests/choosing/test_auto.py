@@ -17,8 +17,7 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia import files
-from intarsia.analysis.regions import Regions, regions_of
-from intarsia.analysis.structure import border_of, structure_of
+from intarsia.analysis.structure import Regions, border_of, regions_of, structure_of
 from intarsia.choosing import rules
 from intarsia.choosing.facts import Facts
 from intarsia.choosing.report import _lattice_tie, _tie, measurements
@@ -26,7 +25,7 @@ from intarsia.choosing.rules import BOUNDS, RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli.app import cli
 from intarsia.exemplar import Exemplar
-from intarsia.files.samples import sample
+from intarsia.files.read import sample
 from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import Lattice
 from intarsia.lattice.vectors import vectors_of

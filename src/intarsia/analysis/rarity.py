@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ParameterError
-from .reduction import FINE, WORK_SIDE, block_sums
-from .sums import running_sums
+from .sums import FINE, WORK_SIDE, block_sums, running_sums
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -22,8 +22,7 @@ from ..draws import below, draw
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from .features import Features, features, pose_array, posed
-from .reduction import block_sums, blocks
-from .usable import valid_windows
+from .sums import block_sums, blocks, valid_windows
 
 STAGE = 93  # keeps these draws apart from those of others
 # Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.light import Slope, slope_of
-from ..analysis.lines import Lines
-from ..analysis.reduction import block_sums, blocks
-from ..analysis.regions import Regions, regions_of
-from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
+from ..analysis.oriented import Lines
+from ..analysis.structure import Border, Regions, Structure, border_of, flat_colours, regions_of, structure_of
+from ..analysis.sums import block_sums, blocks
 from ..analysis.symmetry import all_allowed, allowed_isometries, times_apart
 from ..canvas import Canvas
 from ..courses.rectified import improved

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..analysis.lines import CLEAR
+from ..analysis.oriented import CLEAR
 from ..analysis.symmetry import SLACK
 from ..image import Kind
 from ..lattice.vectors import UNIT, vectors_of

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ..analysis.lines import Lines
+from ..analysis.oriented import Lines
 from ..geometry import Wrap
 from ..lattice.vectors import vectors_of
 from .facts import Facts

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.reduction import blocks
+from ..analysis.sums import blocks
 from ..draws import below, draw_many
 from ..exemplar import Exemplar
 from ..lazy import ndimage

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.stretched import RANGE
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..field import Field

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.usable import nearest
-from ..analysis.variance import principal_axes, spreads
+from ..analysis.sums import nearest, principal_axes, spreads
 from ..exemplar import Exemplar
 from ..kernels import kd_tree
 from ..lazy import ndimage

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 
 from ..analysis.correlation import autocorrelation, gaussian
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..lazy import ndimage
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy import fft
 
-from ..analysis.variance import principal_axes
+from ..analysis.sums import principal_axes
 from ..arrays import Array
 from ..errors import ParameterError
 from ..kernels import returns, windows

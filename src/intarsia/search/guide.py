@@ -12,9 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..analysis.features import pose_array
-from ..analysis.ranges import counted, ends
-from ..analysis.sums import running_sums, window_sums
-from ..analysis.usable import valid_windows
+from ..analysis.stretched import counted, ends
+from ..analysis.sums import running_sums, valid_windows, window_sums
 from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
