@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..disk.depth import dtype_of
-from ..disk.memory import check_fits
+from ..disk.limits import check_fits
 from ..files import write, write_bytes
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
@@ -191,7 +191,8 @@ class Batch:
         base, found, share = next(iter(order.pictures)), None, 0.1 / len(order.pictures)
         first = grown.render(base, run=drawing(0.9, 0.9 + share))
         if self.judging.wanted:
-            found = self.judging.of(grown, order.pictures[base], first, self._command(order, grown))
+            again = self._again(order, grown.method, grown.recipe["seed"])
+            found = self.judging.of(grown, order.pictures[base], first, again)
             about |= {"score": found.score.as_dict(), "missed": list(found.missed)}
             if self.judging.refused:
                 return
@@ -219,14 +220,11 @@ class Batch:
         self.report.note(f"{order.made_by(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s")
         explain(self.report, about, order.warnings)
 
-    def _command(self, order: Order, grown: Synthesis) -> str:
-        """The command that makes what was grown again; a map that was continued is known to its recipe alone."""
-        return self._again(order, grown.method, grown.recipe["seed"])
-
     def _again(self, order: Order, method: Method, seed: int) -> str:
+        """The command that makes an output again; a map that was continued is known to its recipe alone."""
         request, picture = self.request, next(iter(order.pictures.values()))
         if request.start is not None:
-            kept = {f.name: getattr(request, f.name) for f in FIELDS if f.recipe}
+            kept = {f.name: getattr(request, f.name) for f in FIELDS if f.of_exemplars}
             again = once_more(request, order.sets[:1], method, seed)
             files = tuple(next(iter(found.values())) for found in order.sets)
             return to_line(Request(

@@ -14,10 +14,10 @@ import numpy as np
 
 from ..arrays import Array, Int16, Int64, Mask, Pair
 from ..errors import MethodError
-from ..filtering.filters import blurred, mean_around
 from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector
+from ..lazy import ndimage
 from .wall_kernels import FACE as CUT
 
 
@@ -111,8 +111,8 @@ def levelled(faces: Array, pitch: int) -> Int16:
     """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
     side = max(3, 2 * pitch)
     part = faces > MORTAR.dull
-    count = mean_around(part.astype(np.float64), (side, side))
-    mean = mean_around(np.where(part, faces, 0).astype(np.float64), (side, side)) / np.maximum(count, 1e-6)
+    count = ndimage.uniform_filter(part.astype(np.float64), side)
+    mean = ndimage.uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
     factor = FACE / np.clip(mean, MORTAR.dull, FACE)
     return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
 
@@ -199,7 +199,7 @@ def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
     """Find beds, mortar and joints; MethodError where no course is whole."""
     height = len(picture)
     size = 3 if vector[0] ** 2 + vector[1] ** 2 > (FINDING.coarse * UNIT) ** 2 else 1
-    smooth = mean_around(picture.astype(np.int32), (size, size, 1))
+    smooth = ndimage.uniform_filter(picture.astype(np.int32), (size, size, 1))
     line = line_of(smooth, usable, vector)
     beds = _lines(line, usable.shape)
     for _ in range(FINDING.rounds):
@@ -472,7 +472,7 @@ def _costs(distances: list[int], usual: float) -> tuple[Int64, int]:
         return np.zeros(reach, np.int64), int(usual / 2)
     seen = np.array([d for d in distances if d < reach], np.int64)
     count = np.bincount(seen, minlength=reach).astype(np.float64)
-    density = blurred(count, (max(1.5, BOND.blur * usual),))
+    density = ndimage.gaussian_filter(count, max(1.5, BOND.blur * usual))
     common = int(np.argmax(density))
     cost = np.clip(-BOND.rare * np.log((density + 1e-9) / max(density.max(), 1e-9)), 0, BOND.unusual)
     low = max(float(np.quantile(np.array(distances), BOND.close)), 1.0)

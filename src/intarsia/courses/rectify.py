@@ -13,17 +13,17 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.fft import fft, rfft
 
 from ..analysis.features import features
-from ..analysis.reduction import factor_for, reduced
+from ..analysis.sums import factor_for, reduced
 from ..arrays import Array, Floats, Int32, Int64, Mask, Pair
 from ..exemplar import Exemplar
-from ..filtering.filters import blurred
-from ..filtering.fourier import fft, rfft
 from ..image import Plane
 from ..lattice.candidates import CorrelatedPictures, pictures
 from ..lattice.lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice
+from ..lazy import ndimage
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
@@ -439,7 +439,7 @@ def _flat(at: Int64) -> tuple[float, float, float]:
 
 def _lean(picture: Array, usable: Mask) -> int:
     """How far the joints between bricks lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
-    smooth = np.rint(blurred(picture.astype(np.float64), (1.5, 1.5, 0)) * 16).astype(np.int64)
+    smooth = np.rint(ndimage.gaussian_filter(picture.astype(np.float64), (1.5, 1.5, 0)) * 16).astype(np.int64)
     across, along = np.zeros(smooth.shape, np.int64), np.zeros(smooth.shape, np.int64)
     across[1:-1], along[:, 1:-1] = smooth[2:] - smooth[:-2], smooth[:, 2:] - smooth[:, :-2]
     square = (along * along).sum(axis=2)

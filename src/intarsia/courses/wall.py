@@ -20,16 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.usable import nearest
+from ..analysis.sums import nearest
 from ..arrays import Array, Int16, Int32, Int64, Laid, Pair
 from ..canvas import Canvas
 from ..draws import below, draw
 from ..errors import MethodError
 from ..exemplar import Exemplar
-from ..filtering.filters import highest
 from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Pairs, cell_of
+from ..lazy import ndimage
 from ..run import Run
 from . import wall_kernels
 from . import wall_kernels as kernels
@@ -265,7 +265,7 @@ class Wall:
         work = found.work
         rows = StackedRows.of(found.heights, canvas, found.upright, seed)
         layout = Stones(found, rows, seed)
-        rims = highest(work.faces, work.thickness // RIM * 2 + 1)
+        rims = ndimage.maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
         return cls._of(found.picture, found.usable, found.upright, work, layout, _weighted(found.picture, work, rims))
 
     @classmethod

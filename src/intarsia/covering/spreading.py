@@ -24,7 +24,7 @@ import numpy as np
 
 from ..analysis.features import Features, pose_array
 from ..analysis.popout import popout
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..arrays import Array, Pair, UInt8
 from ..canvas import Canvas
 from ..corrections import stack

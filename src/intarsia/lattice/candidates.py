@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.fft import dctn, idctn, next_fast_len, rfft2
 
 from ..analysis.correlation import autocorrelation, gaussian
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..arrays import Array, Floats, Int32, Int64, Mask
-from ..filtering.filters import HELD, blurred, highest
-from ..filtering.fourier import dctn, idctn, next_fast_len, rfft2
+from ..lazy import ndimage
 from .scoring_kernels import top_of
 
 MILLION = 1_000_000  # correlations are kept in millionths: rounding errors of transforms are far below
@@ -100,7 +100,7 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     if not given or pairs[middle] < 1:
         return None
     values = np.rint(MILLION * sum(given) / len(given))
-    smooth = np.rint(blurred(values, (1.0, 1.0), HELD))
+    smooth = np.rint(ndimage.gaussian_filter(values, 1.0, mode="nearest"))
     share = pairs / pairs[middle]
     weights = np.where(share >= READ, np.rint(1000 * np.sqrt(share)), 0)
     arrays = (values, smooth, weights, np.rint(1000 * share))
@@ -194,7 +194,7 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
 def _maxima(values: Array, among: Mask) -> Int64:
     """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
-    top = (highest(ranked, 3) == ranked) & (values > 0) & among
+    top = (ndimage.maximum_filter(ranked, 3) == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 

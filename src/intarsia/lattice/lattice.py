@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from ..analysis.features import features
-from ..analysis.reduction import factor_for, reduced
+from ..analysis.sums import factor_for, reduced
 from ..arrays import Int16, Int64, Mask
 from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Mask, Pair
-from ..filtering.filters import ndimage
 from ..geometry import spread
+from ..lazy import ndimage
 
 Wraps = tuple[bool, bool]
 

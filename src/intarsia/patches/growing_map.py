@@ -13,11 +13,11 @@ from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import below
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import ISOMETRIES, Wrap
 from ..kernels import windows
 from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
+from ..lazy import ndimage
 from ..search.candidates import Candidates
 from ..search.posed import PosedExemplars
 from ..search.windows import WindowGrid

@@ -14,17 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis.features import features
-from ..analysis.variance import variance
+from ..analysis.sums import variance
 from ..arrays import Array, Int64, Mask, Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import draw_many
 from ..errors import MethodError
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import laid
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
+from ..lazy import ndimage
 from ..run import Run
 from ..search.candidates import SHORT_LIST, Candidates, Search
 from ..search.distance_map import best_of_poses, distance_maps, full_scale

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..analysis.features import Features, features, pose_array
-from ..analysis.variance import variance
+from ..analysis.sums import variance
 from ..arrays import Array, Pair
 from ..exemplar import Exemplar
 from ..frames import matrices, positions

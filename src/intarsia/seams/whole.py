@@ -23,10 +23,10 @@ import numpy as np
 from ..analysis.features import pose_array
 from ..arrays import Array, Int32, Mask, Pair
 from ..exemplar import Exemplar
-from ..filtering.filters import grown
 from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
 from ..kernels.parts import boxes_of_parts
+from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run
 from ..search.posed import PosedExemplars
@@ -98,7 +98,7 @@ def _element(v: int, names: Array, part: tuple[slice, ...], mask: Mask) -> Eleme
     (h, w), n = names.shape, RING
     off = [part[0].start < RIM, part[1].start < RIM, part[0].stop > h - RIM, part[1].stop > w - RIM]
     big = np.pad(mask, n)
-    ring = grown(big, n) & ~big
+    ring = ndimage.binary_dilation(big, iterations=n) & ~big
     y, x = np.nonzero(ring)
     y, x = y + part[0].start - n, x + part[1].start - n
     free = (y >= 0) & (x >= 0) & (y < h) & (x < w)
@@ -339,7 +339,7 @@ class Mending:
         own[top : top + mine.shape[0], left : left + mine.shape[1]] = mine
         if min(own.shape) < 8:
             return []
-        y, x = np.nonzero(grown(own, 2) & ~own)
+        y, x = np.nonzero(ndimage.binary_dilation(own, iterations=2) & ~own)
         at, v = sewn.yx[where][y, x], sewn.variant[where][y, x]
         shifts, first, often = np.unique(
             np.stack([v, at[:, 0] - y, at[:, 1] - x], axis=1), axis=0, return_index=True, return_counts=True

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Int32, Int64, Mask, Pair
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .felzenszwalb import LEAST_PIXELS
 
 FINE = 16  # centroids are kept in 1/16 px: a unit; 8 and 32: no size differs by a tenth

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..arrays import Array, Int32, Mask
 from .basins_kernels import join_edges, smooth
 

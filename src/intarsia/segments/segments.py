@@ -20,10 +20,10 @@ import numpy as np
 
 from ..analysis.elements import element_size
 from ..analysis.features import features
-from ..analysis.reduction import factor_for, reduced
+from ..analysis.sums import factor_for, reduced
 from ..arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, zone
 from .felzenszwalb import DEVIATION, NOWHERE, PixelGraph, even_colours, smoothed
 

@@ -138,7 +138,7 @@ def _value(option: schema.Option, value: Any, words: Words, store: Store) -> Any
 def score_words(words: Words, picture: str) -> list[str]:
     """The words that score the picture of a result in its folder."""
     asked = words.request
-    shared = {f.name: getattr(asked, f.name) for f in fields_of_verb("score") if f.recipe}
+    shared = {f.name: getattr(asked, f.name) for f in fields_of_verb("score") if f.of_exemplars}
     saved = None if asked.save_map is None else MAP
     scored = Request("score", files=asked.files, output=picture, saved=saved, as_json=True, **shared)
     return to_argv(scored, joined=True)

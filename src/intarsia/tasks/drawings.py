@@ -16,7 +16,7 @@ from ..blocks.grid import phase_of
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane
-from ..judging.places import OFTEN, Often, Spot, joins_at, too_often, usage_of
+from ..judging.score import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Lattice
 from ..rendering.mixing import averaged

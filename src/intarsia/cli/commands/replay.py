@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError, ParameterError
-from ...request.pictures import asked_pictures
+from ...request.pictures import asked_pictures, with_pictures
 from ...request.request import Request
 from ...version import VERSION
 from ..help import HelpfulCommand
@@ -45,7 +45,9 @@ def replay(request: Request, report: Report) -> None:
         raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
     if "advected" in recipe:
         raise InputError(f"{picture} was moved by a flow that no recipe holds; run again the program that moved it.")
-    again = from_recipe(recipe, found_beside(recipe, request, report), picture)
+    found = found_beside(recipe, request, report)
+    recipe = with_pictures(recipe, dict(found.pictures), picture)
+    again = from_recipe(recipe, found, f"the recipe of {picture}")
     if recipe.get("intarsia") != VERSION:
         report.warn(
             f"{picture} was made by intarsia {recipe.get('intarsia', 'of unknown version')}, this is {VERSION}; "
