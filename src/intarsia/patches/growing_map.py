@@ -17,9 +17,8 @@ from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..kernels import windows
 from ..kernels.cuts import SeamPrice
-from ..search.candidates import Candidates
+from ..search.candidates import Candidates, WindowGrid
 from ..search.posed import PosedExemplars
-from ..search.windows import WindowGrid
 from ..sourcemap import HOLE, SourceMap
 from .continuation import depth_of
 from .fill_order import levels

@@ -26,8 +26,7 @@ from ..run import Run
 from ..search.candidates import Candidates, Search
 from ..search.distance_map import best_of_poses, distance_maps, full_scale
 from ..search.fourier import PatchSearch
-from ..search.guide import WindowGuide
-from ..search.guided import Guided, GuidedSearch, seam_unit
+from ..search.guide import Guided, GuidedSearch, WindowGuide, seam_unit
 from ..search.posed import isometry_ids, posed_exemplars
 from ..sourcemap import HOLE, SourceMap
 from .growing_map import GrowingMap, Window, random_patch, waves

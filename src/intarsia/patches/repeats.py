@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array
-from ..search import exhaustive_kernels
+from ..search import fourier_kernels
 from ..search.candidates import SHORT_LIST, Candidates, Prices, nearest
 from ..search.fourier import PatchSearch
 from ..search.fourier_kernels import FAR
@@ -62,7 +62,7 @@ def best_given(
             check()
             part = rows[first : first + CHUNK]
             part[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
-            exhaustive_kernels.measure(found.feats, found.known, search.variants.posed, part)
+            fourier_kernels.measure(found.feats, found.known, search.variants.posed, part)
             best = nearest(np.concatenate([best, part]))[:SHORT_LIST]
         again = replace(found, rows=best)
     return replace(again, usual=found.usual, permitted=True)

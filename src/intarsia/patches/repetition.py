@@ -22,10 +22,9 @@ from ..analysis.rarity import rarity
 from ..arrays import Array
 from ..geometry import ISOMETRIES
 from ..kernels import returns
-from ..search.candidates import Candidates, Prices, Search
+from ..search.candidates import Candidates, Prices, Search, WindowGrid
 from ..search.fourier import PatchSearch
 from ..search.posed import PosedExemplars, in_one_row
-from ..search.windows import WindowGrid
 from ..sourcemap import HOLE
 from . import repetition_kernels
 from .repeats import Table, best_given, is_little

@@ -9,11 +9,9 @@ from typing import Any, NamedTuple
 from ..canvas import Canvas
 from ..geometry import laid
 from ..guide import Guide
-from ..search.candidates import SHORT_LIST, Search
-from ..search.guide import WindowGuide
-from ..search.guided import Guided
+from ..search.candidates import SHORT_LIST, Search, WindowGrid
+from ..search.guide import Guided, WindowGuide
 from ..search.posed import PosedExemplars, isometry_ids
-from ..search.windows import WindowGrid
 from .fill_order import fill_order
 from .repetition import Repetition
 
