@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dctn, idctn
 
-from ..filtering.fourier import dctn, idctn
 from .correlation import gaussian, overlaps, products
 from .sums import factor_for, principal_axes, reduced
 

@@ -22,8 +22,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
-from ..filtering import fourier
 from ..kernels.paths import surest_line
 from .sums import block_sums, factor_for
 
@@ -87,16 +87,16 @@ def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[Array, Array, 
     radius = filters[0].shape[0] // 2
     mode: Literal["wrap", "symmetric"] = "wrap" if toroidal else "symmetric"
     padded = np.pad(picture.astype(np.int64), ((radius, radius), (radius, radius), (0, 0)), mode)
-    shape = tuple(fourier.next_fast_len(n) for n in padded.shape[:2])
+    shape = tuple(fft.next_fast_len(n) for n in padded.shape[:2])
     (h, w), channels = picture.shape[:2], range(picture.shape[2])
-    spectra = [fourier.fft2(padded[..., c].astype(np.float64), shape) for c in channels]
+    spectra = [fft.fft2(padded[..., c].astype(np.float64), shape) for c in channels]
     total, most, along = np.zeros((h, w), np.int64), np.zeros((h, w), np.int64), np.zeros((2, h, w), np.int64)
     for number, one in enumerate(filters):
-        answers = fourier.fft2(one, shape)
+        answers = fft.fft2(one, shape)
         squares = np.zeros((h, w))  # of whole numbers, far below 2**53
         for spectrum in spectra:
-            columns = fourier.ifft(spectrum * answers, axis=0, overwrite_x=True)[2 * radius : 2 * radius + h]
-            found = fourier.ifft(columns, axis=1, overwrite_x=True)[:, 2 * radius : 2 * radius + w]
+            columns = fft.ifft(spectrum * answers, axis=0, overwrite_x=True)[2 * radius : 2 * radius + h]
+            found = fft.ifft(columns, axis=1, overwrite_x=True)[:, 2 * radius : 2 * radius + w]
             for part in (found.real, found.imag):
                 whole = np.rint(part)
                 whole *= whole
@@ -192,6 +192,13 @@ class Lines(NamedTuple):
     def heights(self) -> list[int]:
         """How high the courses between them are in the mean, px."""
         return [round(int(gap.sum()) / gap.size) for gap in np.diff(self.at, axis=0)]
+
+    @property
+    def told(self) -> str:
+        """Which courses there are between them, in words."""
+        low, high = min(self.heights), max(self.heights)
+        size = f"{low} to {high}" if low < high else f"{low}"
+        return f"{len(self.at)} lines run across it between courses {size} px {('high', 'wide')[self.axis]}"
 
 
 def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines | None:

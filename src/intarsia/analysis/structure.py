@@ -1,4 +1,4 @@
-"""How edgy and how directed a texture is, whether it continues across its borders, and whether it is one.
+"""How directed a texture is, whether it continues across its borders, and whether it is one.
 
 For that its windows are sorted into two kinds. In one texture both kinds are mixed everywhere; of two textures, side by
 side, each kind keeps to a part of the picture of its own.
@@ -112,15 +112,12 @@ class Structure:
 
     Attributes
     ----------
-    kurtosis : float
-        Of the steps between neighbours: 3 for noise, far more where few strong edges lie on quiet ground.
     coherence : float
         0 to 1: how much all edges run in one direction.
     angle : float
         That direction, degrees: 0 to the right, 90 downwards.
     """
 
-    kurtosis: float
     coherence: float
     angle: float
 
@@ -142,20 +139,17 @@ def structure_of(picture: NDArray[np.int16], usable: Mask | None) -> Structure:
     """Measure the gradients of the sum of all channels."""
     total = picture.sum(axis=2, dtype=np.int64)
     if min(total.shape) < 3:
-        return Structure(0.0, 0.0, 0.0)
+        return Structure(0.0, 0.0)
     down, right = total[2:, 1:-1] - total[:-2, 1:-1], total[1:-1, 2:] - total[1:-1, :-2]
     if usable is not None:
         free = usable[2:, 1:-1] & usable[:-2, 1:-1] & usable[1:-1, 2:] & usable[1:-1, :-2]
         down, right = down[free], right[free]
     yy, xx, xy = (int((a * b).sum()) for a, b in ((down, down), (right, right), (down, right)))
     if yy + xx == 0:
-        return Structure(0.0, 0.0, 0.0)
-    fourth = sum(float((v * v * (v * v)).sum()) for v in (down >> 2, right >> 2))
-    second = sum(float(((v >> 2) * (v >> 2)).sum()) for v in (down, right))
-    kurtosis = 2 * down.size * fourth / max(second * second, 1.0)
+        return Structure(0.0, 0.0)
     coherence = math.hypot(xx - yy, 2 * xy) / (xx + yy)
     across = 0.5 * math.atan2(2 * xy, xx - yy)  # where the gradient points; edges run across it
-    return Structure(kurtosis, coherence, round(math.degrees(across) + 90, 1) % 180)
+    return Structure(coherence, round(math.degrees(across) + 90, 1) % 180)
 
 
 def border_of(picture: NDArray[np.int16], usable: Mask | None) -> Border:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MethodError
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]

@@ -19,7 +19,7 @@ from ..analysis.sums import spreads
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..field import Field
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .appearance import stack_of
 
 FAR = 16  # px beyond which it does not matter how far an outline is

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from ..analysis.features import features
 from ..analysis.sums import nearest, principal_axes, spreads
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..kernels import kd_tree
+from ..lazy import ndimage
 from ..search.sizes import elements
 from . import appearance_kernels as kernels
 from .appearance import (

@@ -29,8 +29,8 @@ from ..analysis.sums import block_sums, factor_for, window_sums
 from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import Wrap
+from ..lazy import ndimage
 from ..sourcemap import SourceMap
 from .parts import PARTS, TEXTURE, Part, measured, shown, sources_of, square_side
 from .sources import STEP, Reference, Sources

@@ -17,10 +17,10 @@ from ..analysis.sums import running_sums, valid_windows, window_sums
 from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import Wrap
 from ..guide import MAX_LABELS, Guide
 from ..image import Plane
+from ..lazy import ndimage
 from ..params import extent
 from .candidates import Search
 from .posed import PosedExemplars

@@ -22,8 +22,8 @@ from ..blend import Blend
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
-from ..filtering.filters import ndimage
 from ..geometry import Wrap
+from ..lazy import ndimage
 from ..methods.base import METHODS, Method, check_abilities, make, method_class, traits
 from ..params import AUTO, parameters
 from ..run import Run, run_of

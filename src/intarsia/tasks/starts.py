@@ -17,10 +17,10 @@ from ..arrays import marks
 from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..frames import UPRIGHT
 from ..geometry import Box, Wrap
 from ..image import MAX_SIDE
+from ..lazy import ndimage
 from ..sourcemap import HOLE, Source, SourceMap, identity
 from ..synthesis import Scene
 
