@@ -17,7 +17,7 @@ from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.image import Array
 from intarsia.seams.cost import seam_total
-from intarsia.tasks.starts import Margins
+from intarsia.tasks.completion import Margins
 from intarsia.testing.cases import as_depth, texture
 from intarsia.testing.maps import looked_up, which_of
 

@@ -18,8 +18,7 @@ from intarsia.image import Transfer
 from intarsia.methods.base import METHODS as METHODS_THERE
 from intarsia.seams.cost import energy
 from intarsia.tasks import completion
-from intarsia.tasks.completion import attempts, patch_for, thickness
-from intarsia.tasks.starts import grown_hole, scene_to_heal
+from intarsia.tasks.completion import attempts, grown_hole, patch_for, scene_to_heal, thickness
 from intarsia.testing.cases import as_depth, noise, texture
 from intarsia.testing.maps import looked_up, which_of
 

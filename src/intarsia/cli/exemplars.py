@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,9 @@ from ..image import Kind, Plane
 from ..rendering.normals import off_unit
 from ..request.recipe import inputs_of
 from ..request.request import Request
-from ..tasks.starts import grown_hole
+from ..synthesis import Plan, Scene
+from ..tasks.completion import grown_hole
+from ..tasks.requested import plan_of, scene_of
 from .adapt import Warn, adapted
 from .report import Report
 
@@ -133,54 +136,68 @@ def _signs(found: Set) -> tuple[Any, ...] | None:
 
 
 class Shelf:
-    """Reads exemplars when they are asked for and keeps the last, so that a long batch does not fill memory."""
+    """The exemplars of a request, and what is planned with them: read when asked for, known until it is forgotten.
 
-    def __init__(self, lots: list[list[Set]], request: Request, report: Report) -> None:
-        self.lots, self.request, self._report = lots, request, report
-        self._held: tuple[int, tuple[Exemplar, ...]] | None = None
+    ``sets`` are their files, those of donors behind the others.
+    """
 
-    def get(self, number: int) -> tuple[Exemplar, ...]:
-        """Return the exemplars of a lot, cropped and reduced as asked."""
-        if self._held is None or self._held[0] != number:
-            self._held = None
-            self._held = (number, tuple(self._read(found, number, n) for n, found in enumerate(self.lots[number])))
-        return self._held[1]
+    def __init__(self, sets: Sequence[Set], request: Request, report: Report) -> None:
+        self.sets, self.request, self._report = sets, request, report
 
-    def hole(self, number: int, base: Plane, name: str) -> NDArray[np.bool_]:
-        """Read the hole of the picture of a lot, whose base plane is `base`."""
-        holes = self.request.holes
-        return hole_of(holes[number if len(holes) > 1 else 0], self.lots[number][0], base, name)
+    def forget(self) -> None:
+        """Forget all that was read, so that a long batch does not fill memory."""
+        for name in ("exemplars", "scene", "plan"):
+            self.__dict__.pop(name, None)
 
-    def guide(self, lot: int) -> Guide:
-        """Read the label pictures of a lot and the target; those are as large as the exemplars, and cut as they are."""
+    @cached_property
+    def exemplars(self) -> tuple[Exemplar, ...]:
+        """The exemplars, cropped and reduced as asked."""
+        return tuple(self._read(found, n) for n, found in enumerate(self.sets))
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The exemplars, and the canvas with what is on it."""
+        hole = self.hole(self.exemplars[0].base, self.exemplars[0].name) if self.request.verb == "heal" else None
+        return scene_of(self.request, self.exemplars, hole, self.guide() if self.request.verb == "paint" else None)
+
+    @cached_property
+    def plan(self) -> Plan:
+        """By which method the scene is filled."""
+        return plan_of(self.request, self.scene)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of what is made of them."""
+        canvas, times = self.scene.canvas, self.request.magnify
+        return canvas.width * times, canvas.height * times
+
+    def hole(self, base: Plane, name: str) -> NDArray[np.bool_]:
+        """Read the hole of the picture, whose base plane is `base`."""
+        return hole_of(self.request.holes[0], self.sets[0], base, name)
+
+    def guide(self) -> Guide:
+        """Read the label pictures and the target; those are as large as the exemplars, and cut as they are."""
         labels, target_path = self.request.labels, self.request.target
         assert target_path is not None
-        check_each("--labels", len(labels), sum(map(len, self.lots)))
-        sources = labels if len(self.lots) == 1 else labels[lot : lot + 1]
-        paths = (*sources, target_path)
+        check_each("--labels", len(labels), len(self.sets))
+        paths = (*labels, target_path)
         planes = [files.read_plane(path, Kind.LABEL) for path in paths]
-        for path, plane, found, e in zip(sources, planes, self.lots[lot], self.get(lot), strict=False):
+        for path, plane, found, e in zip(labels, planes, self.sets, self.exemplars, strict=False):
             first, whole = next(iter(found.values())), self.request.crop is None and self.request.scale == 1
             size = e.base if whole else files.read_plane(first)
             if (plane.width, plane.height) != (size.width, size.height):
                 said = f"{plane.width}x{plane.height} px, {first} is {size.width}x{size.height}"
                 raise InputError(f"the labels {path} are {said}; make them equal.")
-        *beside, target = numbered(list(zip(paths, planes, strict=True)), self.warn)
+        *beside, target = numbered(list(zip(paths, planes, strict=True)), self._report.warn)
         asked = replace(self.request, avoid=None, toroidal=False)
-        alone = [Exemplar.of({"labels": plane}, name=path) for path, plane in zip(sources, beside, strict=True)]
+        alone = [Exemplar.of({"labels": plane}, name=path) for path, plane in zip(labels, beside, strict=True)]
         cut = [adapted(e, asked, lambda line: None).base for e in alone]
         return Guide(cut, target, self.request.weight, self.request.reach)
 
-    def warn(self, *lines: str) -> None:
-        """Tell of what may be wrong, once."""
-        for line in lines:
-            if line not in self._report.warnings:
-                self._report.warn(line)
-
-    def _read(self, found: Set, number: int, n: int) -> Exemplar:
+    def _read(self, found: Set, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> NDArray[np.bool_]:
             """What of a picture is filled anew, so that it does not matter what is there."""
-            return grown_hole(self.hole(number, base, name), self.request.grow or 0, Wrap(self.request.closing))
+            return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
 
         healed = self.request.holes and not n
 
@@ -195,15 +212,10 @@ class Shelf:
                     warn(f"{path} is no normal map, as it seems: its vectors are {off:.2f} off length 1 on average.")
             return adapted(exemplar, self.request, warn)
 
-        signs, before = None if _held is None or healed else _signs(found), list(self._report.warnings)
-
-        def tell(line: str) -> None:
-            if line not in before:
-                self._report.warn(line)
-
+        signs = None if _held is None or healed else _signs(found)
         if _held is None or signs is None:
-            return read(tell)
-        return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, tell)
+            return read(self._report.warn)
+        return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, self._report.warn)
 
 
 def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray[np.bool_]:

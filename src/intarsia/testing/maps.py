@@ -15,7 +15,7 @@ from ..geometry import ISOMETRIES, Wrap
 from ..image import Array
 from ..sourcemap import SourceMap
 from ..synthesis import Synthesis
-from ..tasks.replaying import replayed as made_again
+from ..tasks.requested import replayed as made_again
 
 
 def which_of(smap: SourceMap) -> NDArray[np.uint8]:

@@ -14,7 +14,7 @@ from ..methods.base import Ability
 from ..run import Run
 from ..sourcemap import SourceMap, identity
 from ..synthesis import Synthesis, synthesize
-from ..tasks.starts import with_hole
+from ..tasks.completion import with_hole
 from .cases import Case, noise, texture
 from .laws import Laws, of_those_that_claim
 from .maps import depth, laid_over, same_map, same_pixels, which_of

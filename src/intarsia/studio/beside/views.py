@@ -114,6 +114,6 @@ def _outcome(said: dict[str, Any], smap: SourceMap) -> Outcome:
     if key not in _held:
         _held.clear()
         asked, quiet = read_argv(said["words"]), Report(quiet=True)
-        exemplars = Shelf([sets_of(asked, quiet)], asked, quiet).get(0)
+        exemplars = Shelf(sets_of(asked, quiet), asked, quiet).exemplars
         _held[key] = outcome_of(exemplars, files.read(said["picture"], alpha=asked.alpha), map=smap)
     return _held[key]
