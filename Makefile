@@ -20,7 +20,7 @@ INTARSIA := $(BIN)/python -m intarsia
 .PHONY: help demo studio test test-long mutants lint format fuzz bench pictures tables clean clean-all
 
 help:
-	@echo "make demo      grow sample:stones, sample:brick and the material sample:setts to 1024x1024 into demo/"
+	@echo "make demo      grow sample:stones, sample:tiles and the material sample:setts to 1024x1024 into demo/"
 	@echo "make studio    open a page on this machine to see, grow, paint and keep; what is made lies in intarsia-studio/"
 	@echo "make test      check style and types, then run the tests"
 	@echo "make test-long run what make test leaves out: more cases of the slow tests"
@@ -60,11 +60,11 @@ demo: $(VENV)/.installed-studio
 	$(call check,-studio)
 	@mkdir -p demo
 	@$(INTARSIA) grow sample:stones -o demo/stones.png --size 1024 --force
-	@$(INTARSIA) grow sample:brick -o demo/brick.png --size 1024 --force
+	@$(INTARSIA) grow sample:tiles -o demo/tiles.png --size 1024 --seed 1 --force
 	@$(INTARSIA) grow sample:setts -o demo/setts.png --size 1024 --force
 	@echo "grown from built-in exemplars, 1024x1024 px each:"
 	@echo "  $(CURDIR)/demo/stones.png"
-	@echo "  $(CURDIR)/demo/brick.png"
+	@echo "  $(CURDIR)/demo/tiles.png"
 	@echo "  $(CURDIR)/demo/setts.png, a material with setts_normal.png, setts_roughness.png and setts_height.png"
 
 studio: $(VENV)/.installed-studio

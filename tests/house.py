@@ -19,7 +19,7 @@ ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
     {"errors", "geometry", "lazy", "version"},
-    {"arguments", "arrays", "disk", "filtering", "frames", "kernels"},
+    {"arguments", "arrays", "disk", "frames", "kernels"},
     {"draws", "field", "image", "run"},
     {"guide", "params"},
     {"blend"},
@@ -186,7 +186,6 @@ BUDGET = {
     "covering": 21_200,
     "disk": 5_400,
     "files": 16_900,
-    "filtering": 2_900,
     "giant": 10_700,
     "judging": 11_400,
     "kernels": 17_400,

@@ -16,7 +16,7 @@ from seams.naive_recut import NaiveMap
 
 import intarsia as ia
 from intarsia.analysis import features
-from intarsia.analysis.variance import variance
+from intarsia.analysis.sums import variance
 from intarsia.canvas import Canvas
 from intarsia.cli.app import cli
 from intarsia.covering.constraints import Constraints

@@ -21,8 +21,7 @@ from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import join_in, settings_of
 from intarsia.sourcemap import HOLE, identity
 from intarsia.tasks.completion import with_hole
-from intarsia.testing.cases import texture
-from intarsia.testing.maps import which_of
+from intarsia.testing.cases import texture, which_of
 
 
 class TestUses:

@@ -21,8 +21,7 @@ from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch
 from intarsia.search.guided import seam_unit
 from intarsia.sourcemap import HOLE
-from intarsia.testing.cases import texture
-from intarsia.testing.maps import which_of
+from intarsia.testing.cases import texture, which_of
 
 Pixels = NDArray[Any]
 METHODS = [

@@ -18,8 +18,7 @@ from intarsia.geometry import Wrap
 from intarsia.image import Array
 from intarsia.seams.cost import seam_total
 from intarsia.tasks.completion import Margins
-from intarsia.testing.cases import as_depth, texture
-from intarsia.testing.maps import looked_up, which_of
+from intarsia.testing.cases import as_depth, looked_up, texture, which_of
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5)
 SAMPLING = ia.PatchSampling(patch=6, overlap=4)

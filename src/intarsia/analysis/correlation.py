@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from ..errors import InputError
-from ..filtering import fourier
 from .sums import running_sums
 
 Floats = NDArray[np.float64]
@@ -122,8 +122,8 @@ def _mirrored(half: Floats) -> Floats:
 def products(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
     """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
     size = _padded(f, g, down, right)
-    transformed = fourier.rfft2(f, size)
-    both = np.abs(transformed) ** 2 if f is g else transformed * np.conj(fourier.rfft2(g, size))
+    transformed = fft.rfft2(f, size)
+    both = np.abs(transformed) ** 2 if f is g else transformed * np.conj(fft.rfft2(g, size))
     return _at_lags(both, size, down, right)
 
 
@@ -143,12 +143,12 @@ def _padded(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> li
     size = []
     for axis, lag in ((0, down), (1, right)):
         needed = max(f.shape[axis] - int(lag.min()), g.shape[axis] + int(lag.max()), f.shape[axis], g.shape[axis])
-        size.append(int(fourier.next_fast_len(needed, real=axis == 1)))
+        size.append(int(fft.next_fast_len(needed, real=axis == 1)))
     return size
 
 
 def _at_lags(spectrum: NDArray[Any], size: list[int], down: NDArray[Any], right: NDArray[Any]) -> Floats:
-    result: Floats = fourier.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
+    result: Floats = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
     return result
 
 
@@ -162,8 +162,8 @@ def _from_rectangles(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[An
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
     for c in range(f.shape[2]):
         own_f, own_g = f[..., c], g[..., c]
-        transformed = fourier.rfft2(own_f, size)
-        spectrum = spectrum + transformed * np.conj(transformed if f is g else fourier.rfft2(own_g, size))
+        transformed = fft.rfft2(own_f, size)
+        spectrum = spectrum + transformed * np.conj(transformed if f is g else fft.rfft2(own_g, size))
         sums_f, squares_f = (running_sums(own, np.float64) for own in (own_f, own_f * own_f))
         sums_g, squares_g = (
             (sums_f, squares_f) if f is g else (running_sums(own, np.float64) for own in (own_g, own_g * own_g))
@@ -207,8 +207,8 @@ def _from_masks(
 
 def _transformed(f: Floats, mask: Floats, size: list[int]) -> tuple[NDArray[Any], list[list[NDArray[Any]]]]:
     """The transforms of a mask, and of the values and squares of each channel."""
-    own = [[fourier.rfft2(part, size) for part in (f[..., c], f[..., c] * f[..., c])] for c in range(f.shape[2])]
-    return fourier.rfft2(mask, size), own
+    own = [[fft.rfft2(part, size) for part in (f[..., c], f[..., c] * f[..., c])] for c in range(f.shape[2])]
+    return fft.rfft2(mask, size), own
 
 
 def _span(lag: NDArray[Any], mine: int, other: int) -> Spans:

@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dctn, idctn
 
-from ..filtering.fourier import dctn, idctn
 from .correlation import gaussian, overlaps, products
-from .reduction import factor_for, reduced
-from .variance import principal_axes
+from .sums import factor_for, principal_axes, reduced
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -18,10 +18,8 @@ from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
-from .lines import HALF, Lines, from_middle, lines_of
-from .oriented import Outlines, outline_distance, outlines_of
-from .ranges import counted
-from .stretched import RANGE, at_base_size, labels_of, stretched, times, values_of, variance_of, weighted
+from .oriented import HALF, Lines, Outlines, from_middle, lines_of, outline_distance, outlines_of
+from .stretched import RANGE, at_base_size, counted, labels_of, stretched, times, values_of, variance_of, weighted
 from .sums import moving_sums
 
 OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane

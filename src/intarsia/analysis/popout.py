@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..draws import draw_many
 from . import popout_kernels
-from .reduction import FINE, factor_for, reduced
+from .sums import FINE, factor_for, reduced
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]

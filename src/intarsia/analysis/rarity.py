@@ -15,9 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ParameterError
-from .reduction import FINE, WORK_SIDE, block_sums
-from .sums import running_sums
+from .sums import FINE, WORK_SIDE, block_sums, running_sums
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -26,13 +24,12 @@ COMMON = 256  # the rarity of what is as common as the median
 MOST = 1024  # rarities end here: 4 times the median is simply unique
 NEIGHBOURS = 3  # k: the copy beside a repeat, or a pair of knots, must not make either common
 CELLS = 4  # a patch is described by 4 x 4 mean colours: what is seen of it at a glance
-SAMPLES = 1000  # patches compared where no step is given: n * n distances take time
-MAX_SAMPLES = 4096  # n * n distances must fit into memory
+SAMPLES = 1000  # patches compared: n * n distances take time
 FEW = 16  # fewer patches have no meaningful median
 VISIBLE = 1  # mean colours that differ less, in feature units, look equal: a thousandth of the range
 
 
-def rarity(features: NDArray[np.int16], patch: int, step: int | None = None) -> tuple[NDArray[np.int32], int]:
+def rarity(features: NDArray[np.int16], patch: int) -> tuple[NDArray[np.int32], int]:
     """Measure how striking the patches of an exemplar are.
 
     Parameters
@@ -41,8 +38,6 @@ def rarity(features: NDArray[np.int16], patch: int, step: int | None = None) -> 
         Any size; at most 64 channels.
     patch : int
         Side of a patch, px. Cut to the short side of the exemplar.
-    step : int, optional
-        Distance of neighbouring patches, px. None: the smallest that gives at most 1000 patches.
 
     Returns
     -------
@@ -51,41 +46,19 @@ def rarity(features: NDArray[np.int16], patch: int, step: int | None = None) -> 
         is as common as the median patch, 512 twice as far from its like, 1024 the most. All are 256 where
         fewer than 16 patches exist, or all look alike; so is a patch that overlaps too many others.
     step : int
-        The step of the grid, px.
-
-    Raises
-    ------
-    ParameterError
-        where `patch` or `step` is below 1, or `step` asks for more than 4096 patches.
+        The step of the grid, px: the smallest that gives at most 1000 patches.
     """
     height, width = features.shape[:2]
-    if patch < 1 or (step is not None and step < 1):
-        raise ParameterError(f"patch={patch}, step={step}: both must be at least 1 px.")
     patch = min(patch, height, width)
     room = height - patch + 1, width - patch + 1
-    factor = max(1, min(-(-max(height, width) // WORK_SIDE), patch // CELLS))
-    if step is None:
-        step = _step(room, factor)
-    else:
-        factor = max(f for f in range(1, factor + 1) if step % f == 0)
+    step = factor = max(1, min(-(-max(height, width) // WORK_SIDE), patch // CELLS))
+    while -(-room[0] // step) * -(-room[1] // step) > SAMPLES:
+        step += factor
     shape = -(-room[0] // step), -(-room[1] // step)
-    count = shape[0] * shape[1]
-    if count > MAX_SAMPLES:
-        raise ParameterError(
-            f"step={step} gives {count} patches; at most {MAX_SAMPLES}, choose {_step(room, 1)} px or more."
-        )
-    if count < FEW:
+    if shape[0] * shape[1] < FEW:
         return np.full(shape, COMMON, np.int32), step
     looks = _looks(features, patch // factor, step // factor, shape, factor)
     return _relative(_distances(looks), _apart(shape, step, patch), looks.shape[1]).reshape(shape), step
-
-
-def _step(room: tuple[int, int], factor: int) -> int:
-    """Find the smallest multiple of `factor` that gives at most SAMPLES patches."""
-    step = factor
-    while -(-room[0] // step) * -(-room[1] // step) > SAMPLES:
-        step += factor
-    return step
 
 
 def _looks(

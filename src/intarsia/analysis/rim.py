@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 
 Mask = NDArray[np.bool_]
 

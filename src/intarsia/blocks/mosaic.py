@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.usable import nearest
+from ..analysis.sums import nearest
 from ..arrays import Array, Laid
 from ..canvas import Canvas
 from ..draws import below, deck, draw

@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from ..disk.depth import dtype_of
-from ..disk.memory import check_fits
+from ..disk.limits import check_fits
 from ..errors import CancelledError, IntarsiaError, QualityError
 from ..files import write, write_bytes
 from ..files.sets import Material

@@ -77,10 +77,10 @@ def stem_of(found: Set) -> str:
     if first == "-":
         return "stdin"
     if first.startswith("sample:"):
-        return first.removeprefix("sample:").partition(files.layers.MARK)[0]
+        return first.removeprefix("sample:").partition(files.formats.LAYER)[0]
     if len(pictures) == 1:
-        return Path(files.layers.split(first)[0]).stem
-    first_file = Path(files.layers.split(first)[0])
+        return Path(files.formats.split_layer(first)[0]).stem
+    first_file = Path(files.formats.split_layer(first)[0])
     return files.sets.name_of(first)[0] or first_file.parent.name or first_file.stem
 
 

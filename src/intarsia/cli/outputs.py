@@ -52,7 +52,7 @@ def plane_files(out: str, planes: Mapping[str, str]) -> dict[str, str]:
 
 
 def _ending(path: str, otherwise: str) -> str:
-    ending = "" if path.startswith("sample:") else os.path.splitext(files.layers.split(path)[0])[1]
+    ending = "" if path.startswith("sample:") else os.path.splitext(files.formats.split_layer(path)[0])[1]
     try:
         files.format_of("x" + ending)
     except ParameterError:  # a format that is read but not written
@@ -85,7 +85,7 @@ def usual_files(
 
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
     """The ending of the exemplar, if its format loses nothing and holds the result; else one of which that is true."""
-    own = "" if path.startswith("sample:") else os.path.splitext(files.layers.split(path)[0])[1].lower()
+    own = "" if path.startswith("sample:") else os.path.splitext(files.formats.split_layer(path)[0])[1].lower()
     for ending in (own, ".png", ".exr"):
         kept = files.formats.SUFFIXES.get(ending)
         if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
@@ -128,7 +128,7 @@ def kept_files(folder: str, found: Set, exemplar: Exemplar, times: float, depth:
     kept = {name: plane for name in found if (plane := exemplar.picture(name)) is not None}
     out = {}
     for name, plane in kept.items():
-        file, layer = files.layers.split(found[name])
+        file, layer = files.formats.split_layer(found[name])
         own = stem_of(found) if len(kept) == 1 else Path(file).stem + (f"_{name}" if layer is not None else "")
         out[name] = os.path.join(folder, own + usual_ending(found[name], plane, times, depth))
     return out

@@ -179,9 +179,9 @@ def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
     """What JSON says of a choice; measurements only where they are asked for, as some take time."""
     out: dict[str, Any] = {"rule": choice.rule, "why": list(choice.why)}
     if explain:
-        from ..choosing.report import measurements
+        from ..choosing.facts import measurements
 
-        out["measurements"] = {name: m.as_dict() for name, m in measurements(choice.facts).items()}
+        out["measurements"] = measurements(choice.facts)
     return out
 
 

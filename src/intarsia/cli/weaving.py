@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..disk.memory import check_fits
+from ..disk.limits import check_fits
 from ..errors import CancelledError, ParameterError
 from ..files.formats import SUFFIXES
 from ..giant.cells import gigabytes

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filtering.filters import blurred
+from ..lazy import ndimage
 from .brickwork import Brickwork
 from .wall_kernels import FACE
 
@@ -134,7 +134,7 @@ def _costs(distances: list[int], usual: float) -> tuple[NDArray[np.int64], int]:
         return np.zeros(reach, np.int64), int(usual / 2)
     seen = np.array([d for d in distances if d < reach], np.int64)
     count = np.bincount(seen, minlength=reach).astype(np.float64)
-    density = blurred(count, (max(1.5, BOND.blur * usual),))
+    density = ndimage.gaussian_filter(count, max(1.5, BOND.blur * usual))
     common = int(np.argmax(density))
     cost = np.clip(-BOND.rare * np.log((density + 1e-9) / max(density.max(), 1e-9)), 0, BOND.unusual)
     low = max(float(np.quantile(np.array(distances), BOND.close)), 1.0)

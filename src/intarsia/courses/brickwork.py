@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import MethodError
-from ..filtering.filters import mean_around
 from ..kernels import paths
 from ..lattice.vectors import UNIT, Vector
+from ..lazy import ndimage
 from .mortar import FACE, levelled, model, mortar_at
 from .peaks import peaks
 
@@ -92,7 +92,7 @@ def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> B
     """Find beds, mortar and joints; MethodError where no course is whole."""
     height = len(picture)
     size = 3 if vector[0] ** 2 + vector[1] ** 2 > (FINDING.coarse * UNIT) ** 2 else 1
-    smooth = mean_around(picture.astype(np.int32), (size, size, 1))
+    smooth = ndimage.uniform_filter(picture.astype(np.int32), (size, size, 1))
     line = line_of(smooth, usable, vector)
     beds = _lines(line, usable.shape)
     for _ in range(FINDING.rounds):

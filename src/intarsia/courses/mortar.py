@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..filtering.filters import mean_around
+from ..lazy import ndimage
 
 FACE = 255  # what a pixel of a face counts; one of mortar counts 0
 class Mortar(NamedTuple):
@@ -69,8 +69,8 @@ def levelled(faces: Array, pitch: int) -> NDArray[np.int16]:
     """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
     side = max(3, 2 * pitch)
     part = faces > MORTAR.dull
-    count = mean_around(part.astype(np.float64), (side, side))
-    mean = mean_around(np.where(part, faces, 0).astype(np.float64), (side, side)) / np.maximum(count, 1e-6)
+    count = ndimage.uniform_filter(part.astype(np.float64), side)
+    mean = ndimage.uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
     factor = FACE / np.clip(mean, MORTAR.dull, FACE)
     return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import fft, rfft
 
 from ..arrays import Array
-from ..filtering.fourier import fft, rfft
 from ..lattice.correlation_map import CorrelatedPictures
 
 Floats = NDArray[np.float64]

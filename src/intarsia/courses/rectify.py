@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.reduction import factor_for, reduced
+from ..analysis.sums import factor_for, reduced
 from ..arrays import Array
 from ..exemplar import Exemplar
-from ..filtering.filters import blurred
 from ..image import Plane
 from ..lattice.correlation_map import pictures
+from ..lazy import ndimage
 from .phase import TURN, Phase, phases, samples
 
 WORK_SIDE = 256  # px: larger exemplars are reduced to it, to be looked at, as waves of 6 px are the shortest followed
@@ -115,7 +115,7 @@ def _flat(at: NDArray[np.int64]) -> tuple[float, float, float]:
 
 def _lean(picture: Array, usable: NDArray[np.bool_]) -> int:
     """How far the joints between bricks lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
-    smooth = np.rint(blurred(picture.astype(np.float64), (1.5, 1.5, 0)) * 16).astype(np.int64)
+    smooth = np.rint(ndimage.gaussian_filter(picture.astype(np.float64), (1.5, 1.5, 0)) * 16).astype(np.int64)
     across, along = np.zeros(smooth.shape, np.int64), np.zeros(smooth.shape, np.int64)
     across[1:-1], along[:, 1:-1] = smooth[2:] - smooth[:-2], smooth[:, 2:] - smooth[:, :-2]
     square = (along * along).sum(axis=2)

@@ -18,9 +18,9 @@ from ..analysis.features import course_lines, features
 from ..arrays import Array
 from ..errors import MethodError
 from ..exemplar import Exemplar
-from ..filtering.filters import filled, mean_around, worn
 from ..kernels import paths
 from ..lattice.vectors import UNIT
+from ..lazy import ndimage
 from .bricks import Bricks, bricks_of
 from .brickwork import FINDING, Brickwork, Line, spans_of, with_joints
 from .mortar import FACE, levelled, model
@@ -155,7 +155,7 @@ def _faces(work: Brickwork) -> int:
 def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwork:
     """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
     reach = max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
-    smooth = mean_around(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
+    smooth = ndimage.uniform_filter(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
     pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
     beds, best = np.empty((0, 0), np.int64), -1.0
     for cost in _fields(smooth, reach):
@@ -178,9 +178,9 @@ def _fields(smooth: Array, reach: int) -> list[NDArray[np.int64]]:
     """What pixels cost a bed, 0 to 255: where beds are dark, where they are bright."""
     light, side = smooth.sum(axis=2), 2 * reach + 1
     found = []
-    for depth in (filled(light, side) - light, light - worn(light, side)):
+    for depth in (ndimage.grey_closing(light, (side, side)) - light, light - ndimage.grey_opening(light, (side, side))):
         most = max(int(np.sort(depth, axis=None)[19 * (depth.size - 1) // 20]), 1)
-        sure = mean_around(np.minimum(depth, most) * FACE // most, (reach // 3 * 2 + 1,) * 2)
+        sure = ndimage.uniform_filter(np.minimum(depth, most) * FACE // most, reach // 3 * 2 + 1)
         found.append(np.asarray(FACE - sure, np.int64))
     return found
 

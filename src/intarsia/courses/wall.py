@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.usable import nearest
+from ..analysis.sums import nearest
 from ..arrays import Array, Laid
 from ..canvas import Canvas
 from ..errors import MethodError
 from ..exemplar import Exemplar
-from ..filtering.filters import highest
 from ..kernels import paths
 from ..lattice.vectors import UNIT, Pairs, cell_of
+from ..lazy import ndimage
 from ..run import Run
 from . import wall_kernels as kernels
 from .boards import Boards
@@ -127,7 +127,7 @@ class Wall:
         work = found.work
         rows = StackedRows.of(found.heights, canvas, found.upright, seed)
         layout = Stones(found, rows, seed)
-        rims = highest(work.faces, work.thickness // RIM * 2 + 1)
+        rims = ndimage.maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
         return cls._of(found.picture, found.usable, found.upright, work, layout, _weighted(found.picture, work, rims))
 
     @classmethod

@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from ..canvas import Canvas
 from ..exemplar import Exemplar
-from ..filtering import fourier
-from ..filtering.filters import grown, ndimage
 from ..geometry import widened
 from ..kernels.parts import boxes_of_parts
+from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run
 from ..seams.cut import Box, Cut
@@ -162,8 +162,8 @@ class Exchange:
         mine = self.map.joined[where] == show.part
         solid = ndimage.binary_fill_holes(mine)
         self.free[self._freed], self._freed = False, where
-        self.free[where] = grown(solid, SCALE.outside)
-        must = ~grown(~solid, SCALE.inside) * np.int32(MUST)
+        self.free[where] = ndimage.binary_dilation(solid, iterations=SCALE.outside)
+        must = ~ndimage.binary_dilation(~solid, iterations=SCALE.inside) * np.int32(MUST)
         unit = 2 * (show.box[2] + show.box[3]) * self.map.knee
         found = [self._placed(number, box, mine, must, int(self.dear[number]) * unit // 16) for number in self.fillers]
         best = min((place for place in found if place is not None), default=None)
@@ -235,5 +235,5 @@ def covered(mask: NDArray[np.bool_], mine: NDArray[np.bool_]) -> NDArray[np.int6
     At (y, x) the first pixel of `mine` lies over row y - h + 1 and column x - w + 1 of the mask.
     """
     size = [a + b - 1 for a, b in zip(mask.shape, mine.shape, strict=True)]
-    product = fourier.rfft2(mask.astype(np.float64), size) * fourier.rfft2(mine[::-1, ::-1].astype(np.float64), size)
-    return np.rint(fourier.irfft2(product, size)).astype(np.int64)
+    product = fft.rfft2(mask.astype(np.float64), size) * fft.rfft2(mine[::-1, ::-1].astype(np.float64), size)
+    return np.rint(fft.irfft2(product, size)).astype(np.int64)

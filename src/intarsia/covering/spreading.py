@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..canvas import Canvas
 from ..corrections import stack
 from ..exemplar import Exemplar

@@ -19,8 +19,7 @@ from ..disk.limits import check_cost, check_size, most_pixels, no_room
 from ..errors import InputError, IntarsiaError
 from ..image import Array
 from . import netpbm, png
-from .layers import channels_in
-from .source import PictureFile, damaged
+from .formats import PictureFile, channels_in, damaged
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""

@@ -1,4 +1,4 @@
-"""A plane becomes the bytes of a file; equal pixels and recipes give equal bytes."""
+"""A plane becomes the bytes of a file; equal pixels and recipes give equal bytes. And short words become pixels."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..disk.limits import MAX_CHANNELS
 from ..disk.whole import working_folder
-from ..errors import ParameterError, ResourceError
+from ..errors import ParameterError, ResourceError, legible
 from ..image import Array, Kind, Plane
-from .formats import FORMATS, SUFFIXES, Format
-from .layers import channel_names
+from .formats import FORMATS, SUFFIXES, Format, channel_names
 from .png import PNG_END
 
 MARK = "intarsia recipe: "
@@ -179,3 +179,14 @@ def _channel_names(channels: int) -> tuple[str, ...]:
     if channels > 4:
         return tuple(f"c{i:02d}" for i in range(channels))
     return {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels]
+
+
+def lettered(text: str, size: int) -> NDArray[np.uint8]:
+    """Return a line of text, letters about `size` px high, as coverage: (height, width), 255 where ink is."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    font, line = ImageFont.load_default(size), legible(text).encode("latin-1", "replace").decode("latin-1")
+    left, _, right, _ = (int(n) for n in font.getbbox(line))
+    paper = Image.new("L", (max(right - min(left, 0), 1), size + size // 2))
+    ImageDraw.Draw(paper).text((-min(left, 0), 0), line, fill=255, font=font)
+    return np.array(paper)

@@ -1,12 +1,25 @@
-"""Which picture formats there are, how their first bytes look, and what each of them can hold."""
+"""Which picture formats there are, how their first bytes look, and what each can hold; files, looked at with care.
+
+An EXR file may hold several planes as layers, each in channels such as normal.X; FILE.exr::normal is one of them.
+"""
 
 from __future__ import annotations
 
 import os
+import shutil
+import stat
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from ..disk.limits import MAX_CHANNELS
-from ..errors import ParameterError, printable
+from ..disk.limits import MAX_CHANNELS, no_room
+from ..disk.whole import ordinary, working_folder
+from ..errors import InputError, ParameterError, ResourceError, printable
+
+PathLike = str | os.PathLike[str]
 
 PNG_SIDE = 1_000_000
 """libpng reads and writes no longer sides."""
@@ -153,3 +166,167 @@ def _is_tga(head: bytes, size: int) -> bool:
         and head[12:14] != b"\0\0"
         and head[14:16] != b"\0\0"
     )
+
+
+HEAD = 1 << 16
+MAX_WHOLE = 1 << 32
+"""Formats that are read into memory whole may have this many bytes."""
+
+_RECEIVED: dict[str, Any] = {}  # what came of the standard input, and which object that was
+
+_SUFFIX = {"jpeg": ".jpg", "tiff": ".tif"}
+
+
+@dataclass(frozen=True)
+class PictureFile:
+    """A picture file that may be opened: what to call it, its format, where its bytes are, and how many."""
+
+    name: str
+    format: str
+    path: Path | None
+    held: bytes | None
+    size: int
+
+    def head(self) -> bytes:
+        """The first 64 KiB."""
+        if self.held is not None:
+            return self.held[:HEAD]
+        assert self.path is not None
+        return _first_bytes(self.path, self.name, HEAD)
+
+    def data(self) -> bytes:
+        """All bytes."""
+        if self.held is not None:
+            return self.held
+        assert self.path is not None
+        data = _first_bytes(self.path, self.name, MAX_WHOLE + 1)
+        if len(data) > MAX_WHOLE:
+            raise InputError(f"{self.name} is larger than {MAX_WHOLE >> 30} GiB; crop it, or save it as TIFF or EXR.")
+        return data
+
+    @contextmanager
+    def plain_path(self, data: bytes | None = None) -> Iterator[str]:
+        """Lend a path with the true ending and no surprising characters, for libraries that judge by name."""
+        held = self.held if data is None else data
+        with working_folder() as folder:
+            target = os.path.join(folder, "picture" + _SUFFIX.get(self.format, "." + self.format))
+            if held is not None:
+                try:
+                    Path(target).write_bytes(held)
+                except OSError as e:
+                    reason = (e.strerror or str(e)).lower()
+                    raise ResourceError(
+                        f"there is no room for a copy of {self.name} in {folder} ({reason}); free some, or set TMPDIR."
+                    ) from None
+            else:
+                assert self.path is not None
+                _lend(os.path.abspath(self.path), target)
+            yield target
+
+
+def damaged(name: str, why: str) -> InputError:
+    """Say in one line that a file cannot be decoded."""
+    why = " ".join(str(why).split())[:160].rstrip(".")
+    return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
+
+
+def look(source: str | os.PathLike[str] | bytes) -> PictureFile:
+    """Find out what a path or some bytes hold; never waits, whatever lies there."""
+    if isinstance(source, bytes | bytearray | memoryview):
+        return _known_picture("the data", None, bytes(source), len(source))
+    text = os.fspath(source)
+    if text == "-":
+        data = _standard_input()
+        return _known_picture("the standard input", None, data, len(data))
+    path, name = Path(text), printable(text)
+    if not text:
+        raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
+    size = ordinary(path, name)
+    return _known_picture(name, path, None, size)
+
+
+def _standard_input() -> bytes:
+    """Read the standard input, or return again what came of it: who plans and then works asks for it twice."""
+    if sys.stdin is None:
+        raise InputError("the standard input is closed; name a file.")
+    if _RECEIVED.get("from") is not sys.stdin:
+        _RECEIVED.update({"from": sys.stdin, "data": sys.stdin.buffer.read(MAX_WHOLE + 1)})
+    data: bytes = _RECEIVED["data"]
+    if len(data) > MAX_WHOLE:
+        raise InputError(f"the standard input is larger than {MAX_WHOLE >> 30} GiB; name a file.")
+    return data
+
+
+def _known_picture(name: str, path: Path | None, held: bytes | None, size: int) -> PictureFile:
+    if size == 0:
+        raise InputError(f"{name} is empty (0 bytes); copy or save it again.")
+    head = held[:HEAD] if held is not None else _first_bytes(path or Path(), name, HEAD)
+    kind, seems = sniff(head[:4096], size)
+    if kind is None:
+        raise InputError(f"{name} seems to be {seems}; only {READABLE} are read, so convert it first.")
+    return PictureFile(name, kind, path, held, size)
+
+
+def _first_bytes(path: Path, name: str, limit: int) -> bytes:
+    try:
+        # Not blocking: should the file have become a pipe since it was looked at, this returns at once.
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with os.fdopen(number, "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise InputError(f"{name} is no ordinary file; name a picture file.")
+            return file.read(min(limit, os.fstat(file.fileno()).st_size))
+    except MemoryError:
+        raise no_room(name) from None
+    except OSError as e:
+        raise InputError(f"{name} cannot be read ({(e.strerror or str(e)).lower()}); check the permissions.") from None
+
+
+def _lend(path: str, target: str) -> None:
+    try:
+        os.symlink(path, target)
+    except OSError:  # no links here, as on some Windows machines
+        shutil.copyfile(path, target)
+
+
+LAYER = "::"
+"""What stands between the name of a file and that of a layer."""
+
+_PLAIN = "RGBAXYZ"
+"""Channels that have no names of their own, in their order; those of one letter only are a picture without a name."""
+
+
+def split_layer(path: PathLike) -> tuple[PathLike, str | None]:
+    """Return the file that a path names, and the layer in it, None where none is named."""
+    file, mark, layer = os.fspath(path).rpartition(LAYER)
+    return (file, layer) if mark and file.lower().endswith(".exr") else (path, None)
+
+
+def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
+    """Return which channels of these names are a layer, red before green, x before y; InputError where none is."""
+    own = [i for i, name in enumerate(names) if layer_of(name) == layer]
+    if not own:
+        known = ", ".join(dict.fromkeys(filter(None, map(layer_of, names)))) or "none"
+        raise InputError(f"{file}: the file has no such layer; its layers are {known}.")
+    last = [names[i].rpartition(".")[2].upper() for i in own]
+    if not all(len(letter) == 1 and letter in _PLAIN for letter in last):
+        return own
+    if sorted(last) == ["A", "Y"]:
+        return [own[last.index("Y")], own[last.index("A")]]
+    return [i for _, i in sorted(zip(map(_PLAIN.index, last), own, strict=True))]
+
+
+def channel_names(name: str, channels: int, vectors: bool) -> list[str]:
+    """Name the channels of a plane that is to be a layer."""
+    if vectors:
+        letters = ["X", "Y", "Z"]
+    elif channels > 4:
+        letters = [f"c{i:02d}" for i in range(channels)]
+    else:
+        letters = [["Y"], ["Y", "A"], ["R", "G", "B"], ["R", "G", "B", "A"]][channels - 1]
+    return [f"{name}.{letter}" for letter in letters]
+
+
+def layer_of(channel: str) -> str:
+    """The layer of a channel; one that has more than a letter for a name is a layer of its own."""
+    layer, dot, own = channel.rpartition(".")
+    return layer if dot else "" if len(own) == 1 else own

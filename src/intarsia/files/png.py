@@ -15,8 +15,7 @@ import numpy as np
 from ..disk.limits import check_size
 from ..errors import InputError
 from ..image import Array
-from .formats import PNG_SIDE
-from .source import damaged
+from .formats import PNG_SIDE, damaged
 
 PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"
 

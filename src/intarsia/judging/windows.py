@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.reduction import block_sums, blocks
+from ..analysis.sums import block_sums, blocks
 from ..arrays import Array
 
 SIDE = 8  # px of a window, in the reduced picture

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft2
 
-from ..filtering.filters import highest
-from ..filtering.fourier import next_fast_len, rfft2
+from ..lazy import ndimage
 from .correlation_map import CorrelatedPictures, CorrelationMap
 from .shift_kernels import top_of
 
@@ -93,7 +93,7 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
 def _maxima(values: NDArray[Any], among: NDArray[np.bool_]) -> Int64:
     """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
-    top = (highest(ranked, 3) == ranked) & (values > 0) & among
+    top = (ndimage.maximum_filter(ranked, 3) == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 

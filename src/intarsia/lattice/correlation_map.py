@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dctn, idctn
 
 from ..analysis.correlation import autocorrelation, gaussian
-from ..analysis.variance import spreads
-from ..filtering.filters import HELD, blurred
-from ..filtering.fourier import dctn, idctn
+from ..analysis.sums import spreads
+from ..lazy import ndimage
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -99,7 +99,7 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     if not given or pairs[middle] < 1:
         return None
     values = np.rint(MILLION * sum(given) / len(given))
-    smooth = np.rint(blurred(values, (1.0, 1.0), HELD))
+    smooth = np.rint(ndimage.gaussian_filter(values, 1.0, mode="nearest"))
     share = pairs / pairs[middle]
     weights = np.where(share >= READ, np.rint(1000 * np.sqrt(share)), 0)
     arrays = (values, smooth, weights, np.rint(1000 * share))

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filtering.filters import HELD, blurred
+from ..lazy import ndimage
 from .candidates import UNIT, canonical, distinct
 from .correlation_map import CorrelationMap
 from .scoring_kernels import NOTHING, fit_step, means, rings
@@ -199,7 +199,7 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
     sigma = FITTING.blur * length
     if residual <= FITTING.loose * length or sigma < FITTING.sigma:
         return vectors
-    wider = np.rint(blurred(found.values.astype(np.float64), (sigma, sigma), HELD)).astype(np.int32)
+    wider = np.rint(ndimage.gaussian_filter(found.values.astype(np.float64), sigma, mode="nearest")).astype(np.int32)
     one = fit(found, vectors, wider)
     if one is None or one.residual >= residual:
         return vectors

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.reduction import factor_for, reduced
+from ..analysis.sums import factor_for, reduced
 from ..errors import ParameterError
 from .candidates import candidates, distinct, waves_of
 from .correlation_map import CorrelatedPictures, CorrelationMap, correlation_map, pictures

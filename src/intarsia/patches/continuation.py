@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ..arrays import Laid
 from ..canvas import Canvas
-from ..filtering.filters import ndimage
 from ..geometry import Wrap
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
+from ..lazy import ndimage
 from ..sourcemap import HOLE, Source, SourceMap
 
 Mask = NDArray[np.bool_]

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filtering.filters import ndimage
 from ..geometry import spread
+from ..lazy import ndimage
 
 Place = tuple[int, int]
 Mask = NDArray[np.bool_]

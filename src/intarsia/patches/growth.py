@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.variance import variance
+from ..analysis.sums import variance
 from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import draw_many

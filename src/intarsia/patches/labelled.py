@@ -11,8 +11,8 @@ from ..arrays import Array
 from ..blend import Blend
 from ..canvas import Canvas
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..guide import Guide
+from ..lazy import ndimage
 from ..search.guide import numbered_labels
 from ..sourcemap import HOLE, SourceMap
 from .growth import Growth, Turn

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import Features, features, pose_array
-from ..analysis.variance import variance
+from ..analysis.sums import variance
 from ..exemplar import Exemplar
 from ..frames import matrices, positions
 from ..geometry import ISOMETRIES, Box

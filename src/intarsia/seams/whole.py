@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..exemplar import Exemplar
-from ..filtering.filters import grown
 from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
 from ..kernels.parts import boxes_of_parts
+from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run
 from ..segments.wholes import wholes
@@ -266,7 +266,7 @@ class Mending:
         own[top : top + mine.shape[0], left : left + mine.shape[1]] = mine
         if min(own.shape) < 8:
             return []
-        y, x = np.nonzero(grown(own, 2) & ~own)
+        y, x = np.nonzero(ndimage.binary_dilation(own, iterations=2) & ~own)
         at, v = sewn.yx[where][y, x], sewn.variant[where][y, x]
         shifts, first, often = np.unique(
             np.stack([v, at[:, 0] - y, at[:, 1] - x], axis=1), axis=0, return_index=True, return_counts=True

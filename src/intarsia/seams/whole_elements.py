@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
-from ..filtering.filters import grown
 from ..kernels.parts import boxes_of_parts
+from ..lazy import ndimage
 from ..search.posed import PosedExemplars
 from ..segments.wholes import Wholes
 
@@ -79,7 +79,7 @@ def _element(v: int, names: Array, part: tuple[slice, ...], mask: NDArray[np.boo
     (h, w), n = names.shape, RING
     off = [part[0].start < RIM, part[1].start < RIM, part[0].stop > h - RIM, part[1].stop > w - RIM]
     big = np.pad(mask, n)
-    ring = grown(big, n) & ~big
+    ring = ndimage.binary_dilation(big, iterations=n) & ~big
     y, x = np.nonzero(ring)
     y, x = y + part[0].start - n, x + part[1].start - n
     free = (y >= 0) & (x >= 0) & (y < h) & (x < w)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from .posed import PosedExemplars
 from .reduce_kernels import Correlated, Fee
-from .transforms import Correlator
 
 SHORT_LIST = 16  # candidates kept of every search, where a method does not ask for more
 
@@ -56,15 +55,10 @@ class Reduced:
     slots: Array
     squares: list[Array]
     spectra: dict[tuple[int, int], Array]
-    templates: Array
-    masks: Array
 
     def only(self, which: Any) -> Reduced:
         """Return some of the windows, by an index of NumPy; the spectra stay those of all."""
-        return replace(
-            self, energies=self.energies[which], slots=self.slots[which], templates=self.templates[which],
-            masks=self.masks[which],
-        )  # fmt: skip
+        return replace(self, energies=self.energies[which], slots=self.slots[which])
 
     def correlated(self, v: int, values: Array, valid: Array) -> Correlated:
         """Put correlations with a variant, `values` (n, rows, columns), beside what turns them into distances."""
@@ -105,19 +99,3 @@ class Search(Protocol):
 
     def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
-
-
-class ReducedSearch(Search, Protocol):
-    """A search that compares reduced pictures: what ranking their positions needs of it.
-
-    ``axes``: of the reduced features; ``scale``: what a step of them is worth; ``clip``: their largest number;
-    ``wholes``: the reduced pictures themselves; ``flat_valid``, ``offsets``: all positions of all variants in one row.
-    """
-
-    axes: Array
-    scale: float
-    clip: int
-    wholes: list[Array]
-    flat_valid: Array
-    offsets: Array
-    correlator: Correlator

@@ -30,15 +30,13 @@ def measure(feats: Any, known: Any, posed: Any, rows: Any) -> None:
 
 @kernel
 def complete(
-    correlated: Any, axes: int, scale: float, feats: Any, known: Any, posed: Any, found: Any, counts: Any, slacks: Any,
-    smallest: Any,
-) -> None:  # fmt: skip
+    correlated: Any, axes: int, scale: float, feats: Any, known: Any, posed: Any, found: Any, counts: Any
+) -> None:
     """Measure what the short-lists of n windows may have missed, so that the best of one variant is among `found`.
 
     The reduced pictures are rounded to whole numbers along `axes` directions: the true distance, times `scale`,
     is at least that of the reduced pictures less 1 for every known cell and axis (as norms). Positions that may
-    be nearer than the best found are measured exactly. `found` (n, K, 4) stays sorted. The reduced distances by the
-    correlations are wrong by `slacks` (n,) at most; `smallest` (n, rows) of every row is not above any of them.
+    be nearer than the best found are measured exactly. `found` (n, K, 4) stays sorted.
     """
     correlations, squares, slots, energies, valid, variant = correlated
     flat, table = posed
@@ -53,11 +51,9 @@ def complete(
         row_spans(known[k], spans)
         doubt = np.sqrt(float(known[k].sum()) * axes)
         best = found[k, 0, 0]
-        more = 2.0 + slacks[k] - energies[k]
+        more = 2.0 - energies[k]  # correlations round to whole numbers, so distances are wrong by less than 1
         limit = (np.sqrt(float(best)) * scale + doubt) ** 2 + more
         for y in range(valid.shape[0]):
-            if smallest[k, y] > limit + energies[k]:
-                continue
             cor, own, ok = correlations[k, y], squares[slots[k], y], valid[y]
             for x in range(valid.shape[1]):  # in doubles: sums of large patches are beyond what floats hold
                 if np.float64(own[x]) - 2.0 * np.float64(cor[x]) > limit or not ok[x]:

@@ -10,16 +10,15 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
+from scipy import fft
 
-from ..analysis.variance import principal_axes
+from ..analysis.sums import principal_axes
 from ..arrays import Array
 from ..errors import ParameterError
-from ..filtering import fourier
 from ..kernels import returns, windows
-from . import fourier_kernels, near
+from . import exhaustive_kernels, fourier_kernels
 from . import reduce_kernels as reduce
 from .candidates import SHORT_LIST, Candidates, Prices, Reduced
 from .posed import PosedExemplars, in_one_row
@@ -62,10 +61,9 @@ class PatchSearch:
         self.correlator = Correlator(pictures, self.cells)
         self.coarse = self.correlator.shapes
         (h, w), sizes = self.cells, [p.shape[1:] for p in pictures]
-        self.wholes = [p.astype(np.int16) for p in pictures] if exact else []
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
         energies = [(p.astype(np.float64) ** 2).sum(axis=0) for p in pictures]
-        squares = [fourier.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
+        squares = [fft.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
         self._limit(variants.valid)
         self._masks = Masks(self.coarse, squares, [v.shape for v in self.valid])
 
@@ -136,10 +134,10 @@ class PatchSearch:
         `among` is asked with the number of a window and its candidates: where it answers with a flat uint8 table like
         ``flat_valid``, the candidates are the best of its patches instead.
         """
-        n, reduced = len(feats), self.reduce(feats, known, self.exact)
+        n, reduced = len(feats), self.reduce(feats, known)
         best, found = np.empty((n, self.listed, 4), np.int64), np.empty((n, self.listed, 4), np.int64)
         counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
-        correlations = self._correlated(reduced)
+        correlations = {v: self.correlations(v, reduced) for v, valid in enumerate(self.valid) if valid.size}
         self._rank(feats, known, reduced, correlations, prices, (best, counts, usual, found))
         for k in range(n) if among else ():
             table = among(k, found[k, : counts[k]]) if among and counts[k] >= 0 else None
@@ -152,26 +150,19 @@ class PatchSearch:
         return Candidates.of_all(found, counts, list(map(self.full, usual.tolist())), feats, known)
 
     def _rank(
-        self, feats: Array, known: Array, reduced: Reduced, correlations: dict[int, Any], prices: Prices,
+        self, feats: Array, known: Array, reduced: Reduced, correlations: dict[int, Array], prices: Prices,
         out: tuple[Array, Array, Array, Array],
     ) -> None:  # fmt: skip
         """Short-list positions by their correlations, and measure them: into (best, counts, usual, found)."""
-        if self.exact:
-            near.rank(self, feats, known, reduced, correlations, prices, out)
-            return
         best, counts, usual, found = out
-        listed = Listed(best, counts, usual)
-        for v, correlation in correlations.items():
-            if self.valid[v].size:
-                mine = reduced.correlated(v, correlation, self.valid[v])
-                fourier_kernels.short_list(mine, prices.of(v), listed)
+        listed, posed = Listed(best, counts, usual), self.variants.posed
+        every = [reduced.correlated(v, c, self.valid[v]) for v, c in correlations.items() if self.valid[v].size]
+        for mine in every:
+            fourier_kernels.short_list(mine, prices.of(mine.variant), listed)
         among = fourier_kernels.Among(self.flat_valid, self.offsets)
-        fourier_kernels.refine_all(feats, known, self.variants.posed, among, best, counts, self.factor, found)
-
-    def _correlated(self, reduced: Reduced) -> dict[int, Any]:
-        if self.exact:
-            return near.correlate_near(self, reduced)
-        return {v: self.correlations(v, reduced) for v in range(len(self.coarse)) if self.valid[v].size}
+        fourier_kernels.refine_all(feats, known, posed, among, best, counts, self.factor, found)
+        for mine in every if self.exact else ():
+            exhaustive_kernels.complete(mine, len(self.axes), self.scale, feats, known, posed, found, counts)
 
     def windows(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> tuple[Array, Array]:
         """Read what the windows that begin at `at` hold: features (n, h, w, C), and where there are any."""
@@ -180,15 +171,14 @@ class PatchSearch:
         windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at, feats, known)
         return feats, known
 
-    def reduce(self, feats: Array, known: Array, near_by: bool = False) -> Reduced:
-        """Reduce windows (n, h, w, C) as the exemplars are; `near_by`: correlations need not round to whole numbers."""
+    def reduce(self, feats: Array, known: Array) -> Reduced:
+        """Reduce windows (n, h, w, C) as the exemplars are."""
         templates = np.empty((len(feats), len(self.axes), *self.cells), np.float32)
         masks = np.empty((len(feats), *self.cells), np.float32)
         energies = reduce.coarse_templates(feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks)
         slots, squares = self._masks.slots(masks)
-        if not near_by:
-            templates = templates.astype(self.correlator.precision(energies), copy=False)
-        return Reduced(energies, slots, squares, self.correlator.spectra(templates), templates, masks)
+        templates = templates.astype(self.correlator.precision(energies), copy=False)
+        return Reduced(energies, slots, squares, self.correlator.spectra(templates))
 
     def full(self, coarse: int) -> int:
         """Return a distance of reduced pictures in units of the exact distance."""

@@ -82,7 +82,7 @@ def patch_distances(correlation: Any, energies: Any, energy: int, valid: Any, ou
             whole = np.int32(np.floor(cor[x] + HALF))
             value = np.int32(own[x] + np.int32(energy) - np.int32(2) * whole)
             d[x] = value if ok[x] else NONE
-    step = usual_step(h, w)
+    step = max(1, int(np.sqrt(h * w / 500.0)))
     sample = np.empty(((h + step - 1) // step) * ((w + step - 1) // step), np.int32)
     n = 0
     for y in range(0, h, step):
@@ -90,18 +90,6 @@ def patch_distances(correlation: Any, energies: Any, energy: int, valid: Any, ou
             if out[y, x] != NONE:
                 sample[n] = out[y, x]
                 n += 1
-    return usual_of(sample, n)
-
-
-@kernel
-def usual_step(h: int, w: int) -> int:
-    """How far apart the positions are, about 500, by which a usual distance is told."""
-    return max(1, int(np.sqrt(h * w / 500.0)))
-
-
-@kernel
-def usual_of(sample: Any, n: int) -> int:
-    """The usual distance by the first `n` of int32 distances, -1 if there are none."""
     if n == 0:
         return -1
     mean = np.int64(0)

@@ -12,16 +12,15 @@ from dataclasses import replace
 import numpy as np
 
 from ..analysis.features import pose_array
-from ..analysis.ranges import counted, ends
-from ..analysis.sums import running_sums, window_sums
-from ..analysis.usable import valid_windows
+from ..analysis.stretched import counted, ends
+from ..analysis.sums import running_sums, valid_windows, window_sums
 from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import Wrap
 from ..guide import MAX_LABELS, Guide
 from ..image import Plane
+from ..lazy import ndimage
 from ..params import extent
 from .candidates import Search
 from .posed import PosedExemplars

@@ -2,20 +2,6 @@
 
 What a transform in floating point is wrong by is bounded by the norms of what it correlates. Single precision is used
 where that bound fits, for most windows of most textures, and double precision elsewhere: the numbers are the same.
-
-The exact search takes single precision further: it does not round, but is told by what each window is wrong at most
-(:meth:`Correlator.near`). The proof, with u the unit of rounding and all norms roots of sums of squares:
-
-1. A transform is a series of passes, each an orthogonal matrix but for a factor. A pass that is wrong by c u of its
-   norm adds c u to the share by which the whole is wrong; :func:`passes` adds them up. Let d be the sum of both axes.
-2. So the window's spectrum T is wrong by d u |T|, the picture's P by u |P| (made in doubles, then rounded), and each
-   product by sqrt(8) u and u for every sum. The sum over all frequencies is at most (d + 1 + sqrt(8) + K) u |P| |T|
-   (Cauchy-Schwarz), and no number is wrong by more than that after an exact transform back: with |P| |T| = N |p| |t|
-   and its factor 1 / N, by (d + 1 + sqrt(8) + K) u |p| |t|.
-3. The transform back, with two factors, is wrong by (d + 2) u of the norm of all that it returns, which is that of the
-   products / sqrt(N): measured. No single number is wrong by more than the norm of all errors.
-
-What is left out are products of errors, of the order of (100 u)**2: 1 % on top is far more.
 """
 
 from __future__ import annotations
@@ -26,10 +12,10 @@ from threading import Lock, local
 from typing import Any
 
 import numpy as np
+from scipy import fft
 
 from ..arrays import Array
-from ..filtering import fourier
-from . import fourier_kernels, near_kernels, reduce_kernels
+from . import fourier_kernels, reduce_kernels
 
 ROUNDING = 3e-7
 """By which share of the two norms a correlation in single precision may be wrong, at most: so much for windows far
@@ -49,7 +35,7 @@ class Correlator:
     def __init__(self, pictures: list[Array], cells: tuple[int, int]) -> None:
         self.pictures = pictures
         self.shapes = [
-            (fourier.next_fast_len(p.shape[1], real=False), fourier.next_fast_len(p.shape[2], real=True))
+            (fft.next_fast_len(p.shape[1], real=False), fft.next_fast_len(p.shape[2], real=True))
             for p in pictures
         ]
         self.norms = [math.sqrt(float((p.astype(np.float64) ** 2).sum())) for p in pictures]
@@ -69,39 +55,11 @@ class Correlator:
 
         Only the first `rows` are made.
         """
-        return self._back(self._product(v, spectra), self.shapes[v], rows)
-
-    def _product(self, v: int, spectra: dict[tuple[int, int], Array]) -> Array:
         mine = spectra[self.shapes[v]]
         product = np.empty((len(mine), self.shapes[v][0], mine.shape[4]), mine.dtype)
         fourier_kernels.correlate(self._transformed(mine.dtype.type)[v], mine, product)
-        return product
-
-    def _back(self, product: Array, shape: tuple[int, int], rows: int) -> Array:
-        inner = fourier.ifft(product, axis=1, overwrite_x=True)[:, :rows]
-        return np.asarray(fourier.irfft(inner, shape[1], axis=2))
-
-    def near(self, v: int, spectra: dict[tuple[int, int], Array], rows: int, norms: Array) -> tuple[Array, Array]:
-        """Do what :meth:`correlations` does, in the floats of the spectra; say by what each window may be wrong.
-
-        `norms` (n,) of the windows: roots of their sums of squares. Proven, not measured: see :func:`passes`.
-        """
-        product, shape = self._product(v, spectra), self.shapes[v]
-        parts = product.view(product.real.dtype)
-        wrong = near_kernels.wrong(parts, norms, *self.wrong(v, parts.dtype))
-        return self._back(product, shape, rows), wrong
-
-    def wrong(self, v: int, kind: Any) -> tuple[float, float]:
-        """Return by what correlations with picture `v` are wrong, in floats of a kind.
-
-        By which share of a window's norm, and by which share of the norm of all that the last transforms return,
-        times the root of its size.
-        """
-        shape, unit = self.shapes[v], 1.01 * float(np.finfo(kind).eps) / 2.0
-        way = passes(shape[0]) + passes(shape[1])
-        picture = 1.0 if kind == np.float32 else way  # in single precision it is rounded after a transform in doubles
-        share = way + picture + math.sqrt(8.0) + len(self.pictures[v])
-        return unit * share * self.norms[v], unit * (way + 2.0) / math.sqrt(math.prod(shape))
+        inner = fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
+        return np.asarray(fft.irfft(inner, self.shapes[v][1], axis=2))
 
     def spectra(self, templates: Array) -> dict[tuple[int, int], Array]:
         """Transform windows (n, K, rows, columns), floats of their :meth:`precision`, padded as the pictures are."""
@@ -112,7 +70,7 @@ class Correlator:
         with self._lock:
             if kind not in self._made:
                 self._made[kind] = [
-                    fourier.rfft2(p.astype(np.float64), shape).astype(kind)
+                    fft.rfft2(p.astype(np.float64), shape).astype(kind)
                     for p, shape in zip(self.pictures, self.shapes, strict=True)
                 ]
             return self._made[kind]
@@ -123,7 +81,7 @@ class Correlator:
         Their rows come first, which are few. Down the columns most is padding: p short transforms of the rows,
         each turned by what its frequencies differ, do the work of a long one (decimation in frequency).
         """
-        rows = fourier.rfft(templates, shape[1], axis=3)
+        rows = fft.rfft(templates, shape[1], axis=3)
         parts = next(p for p in (4, 2, 1) if shape[0] % p == 0 and shape[0] // p >= rows.shape[2])
         size = (*rows.shape[:2], parts, shape[0] // parts, rows.shape[3])
         name = f"{shape}{rows.dtype}"
@@ -133,7 +91,7 @@ class Correlator:
             setattr(self._padded, name, padded)
         padded = padded[: len(rows)]
         fourier_kernels.turn(rows, _turns(shape[0], parts, rows.shape[2]).astype(rows.dtype, copy=False), padded)
-        return np.asarray(fourier.fft(padded, axis=3, overwrite_x=True))
+        return np.asarray(fft.fft(padded, axis=3, overwrite_x=True))
 
 
 class Masks:
@@ -160,8 +118,8 @@ class Masks:
         if slot is None:
             slot = self._known[key] = len(self._known)
             for v, (shape, (rows, columns)) in enumerate(zip(self.padded, self.shapes, strict=True)):
-                product = self.spectra[v] * np.conj(fourier.rfft2(mask.astype(np.float64), shape))
-                self._squares[v][slot] = np.rint(fourier.irfft2(product, shape)[:rows, :columns])
+                product = self.spectra[v] * np.conj(fft.rfft2(mask.astype(np.float64), shape))
+                self._squares[v][slot] = np.rint(fft.irfft2(product, shape)[:rows, :columns])
         return slot
 
     def _forget(self) -> None:
@@ -173,22 +131,3 @@ class Masks:
 @cache
 def _turns(length: int, parts: int, rows: int) -> Array:
     return np.asarray(np.exp(-2j * np.pi / length * np.outer(np.arange(parts), np.arange(rows))))
-
-
-@cache
-def passes(length: int) -> float:
-    """By how many units of rounding a transform of this length is wrong at most, as a share of norms.
-
-    A pass over a factor p takes p numbers to p sums and turns each: a turn costs sqrt(5) and 1 for what the table of
-    turns is rounded by, p = 2 one addition. Passes over 4 and 8 have fewer turns than their twos. For odd p each sum
-    has (p + 1) / 2 terms for sines and cosines, each wrong by that much and 2 more; sums of p numbers are sqrt(p) of
-    their norm, sines and cosines together sqrt(2).
-    """
-    total, p = 0.0, 2
-    while length > 1:
-        while length % p:
-            p += 1
-        length //= p
-        total += 3.3 + (1.0 if p == 2 else ((p + 1) / 2 + 2) * math.sqrt(2 * p) + 1.0)
-    return total
-

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .felzenszwalb import NOWHERE
 
 Int32 = NDArray[np.int32]

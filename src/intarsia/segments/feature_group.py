@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .felzenszwalb import LEAST_PIXELS
 
 Int32 = NDArray[np.int32]

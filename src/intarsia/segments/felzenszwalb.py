@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from .felzenszwalb_kernels import join_edges, smooth
 
 Mask = NDArray[np.bool_]

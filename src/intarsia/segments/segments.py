@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ..analysis.elements import element_size
 from ..analysis.features import features
-from ..analysis.reduction import factor_for, reduced
+from ..analysis.sums import factor_for, reduced
 from ..exemplar import Exemplar
 from .clusters import GroupTree, group_tree
 from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, zone

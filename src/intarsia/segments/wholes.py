@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..exemplar import Exemplar
-from ..filtering.filters import HELD, depths, filled, highest, worn
+from ..lazy import ndimage
 from ..search import sizes
 from . import basins_kernels
 from .felzenszwalb import even_colours, smoothed
@@ -113,8 +113,8 @@ def reliefs(soft: Array, size: float) -> list[Array]:
     edges = _shares(np.sqrt((down * down + right * right).sum(axis=2).astype(np.float64)))
     light = soft.sum(axis=2)
     side = 2 * int(min(max(round(size * SHAPE.thin), 2), 13)) + 1
-    dark = _shares(filled(light, side, HELD) - light)
-    bright = _shares(light - worn(light, side, HELD))
+    dark = _shares(ndimage.grey_closing(light, (side, side), mode="nearest") - light)
+    bright = _shares(light - ndimage.grey_opening(light, (side, side), mode="nearest"))
     mixed = (0.35 * edges + 0.65 * joints for joints in (dark, bright))
     return [np.rint(relief * 256).astype(np.int64) for relief in (edges, *mixed)]
 
@@ -185,11 +185,11 @@ def _inside(labels: Array, scores: Array, relief: Array, side: float) -> NDArray
         edge[b] |= differs
     edge |= (labels == 0) & (relief > SHAPE.strong * 256 * 1.25)
     deep = max(SHAPE.deep * side, 4.0)
-    depth = depths(~edge, math.ceil(deep) + 1)
+    depth = ndimage.distance_transform_edt(~edge) if edge.any() else np.full(edge.shape, np.inf)
     sure = np.clip(scores / 0.35, 0, 1)[labels]
     sure[labels == 0] = SHAPE.rest
     inside = np.rint(UNIT * np.clip((depth - 1) / deep, 0, 1) * sure)
-    joint = np.clip((highest(relief, 3) / 256 - SHAPE.strong) / SHAPE.strong, 0, 1)
+    joint = np.clip((ndimage.maximum_filter(relief, 3) / 256 - SHAPE.strong) / SHAPE.strong, 0, 1)
     between = (labels == 0) & (depth < 5)
     joint = np.rint(UNIT * np.where(between, np.maximum(joint, 0.7), joint * (depth <= 1)))
     return np.where((joint > 0) & (joint > inside), JOINT + joint, inside).astype(np.uint8)

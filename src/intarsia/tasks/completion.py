@@ -26,10 +26,10 @@ from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import InputError, IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
-from ..filtering.filters import ndimage
 from ..frames import UPRIGHT
 from ..geometry import Wrap
 from ..image import MAX_SIDE
+from ..lazy import ndimage
 from ..methods.base import METHODS, Method, check_abilities, make, method_class, traits
 from ..params import AUTO, parameters
 from ..run import Run, run_of

@@ -14,12 +14,12 @@ from ..analysis.features import features
 from ..arrays import Array
 from ..blocks.grid import phase_of
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import Wrap
 from ..image import Plane
-from ..judging.places import OFTEN, Often, Spot, joins_at, too_often, usage_of
+from ..judging.score import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.lattice import Lattice
 from ..lattice.vectors import UNIT
+from ..lazy import ndimage
 from ..rendering.mixing import averaged
 from ..segments.segments import Segments, segments
 from .scoring import Outcome

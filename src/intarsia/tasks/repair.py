@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..analysis.usable import valid_windows
+from ..analysis.sums import valid_windows
 from ..arguments import MOST_PASSES, PASSES, expect, whole_within
 from ..canvas import Canvas
 from ..errors import InputError, ParameterError

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arguments import expect
 from ..errors import InputError, legible
-from ..files.lettering import lettered
+from ..files.encode import lettered
 from ..files.png import encode_png
 from ..image import Plane
 from ..judging.score import Score, Worth

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.reduction import block_sums
 from ..analysis.structure import SEAMLESS, border_of
-from ..analysis.variance import spreads
+from ..analysis.sums import block_sums, spreads
 from ..arguments import called, chosen, size_of, whole_within
 from ..blend import Blend, Levelling
 from ..canvas import Canvas

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analysis.features import features
-from ...analysis.usable import valid_windows
+from ...analysis.sums import valid_windows
 from ...arrays import Array, Laid
 from ...blocks.wrapping import STRAIN, Place, beside, returning, unfit
 from ...canvas import Canvas

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
 
 from ...analysis.sums import running_sums
 from ...arrays import Array
-from ...filtering.fourier import fft, ifft, irfft, next_fast_len, rfft
 
 ERROR = 1e-5  # of two lengths' product: far above what rounding in single precision does to a sum of products
 MOST = 0.9  # share of a picture's variance in its main colours

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ...arrays import Array
 from ...errors import ParameterError
-from ...filtering.filters import ndimage
 from ...kernels import windows
 from ...kernels.windows import Posed
+from ...lazy import ndimage
 from ...search import fourier_kernels, guided_kernels
 from ...search.candidates import SHORT_LIST, Candidates, Prices
 from ...search.guide import WindowGuide

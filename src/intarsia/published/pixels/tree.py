@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analysis.variance import principal_axes
+from ...analysis.sums import principal_axes
 from ...kernels import kd_tree
 from ...kernels.kd_tree import LEAF, Tree
 from . import tree_kernels

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...analysis.features import features
-from ...analysis.reduction import factor_for, reduced
+from ...analysis.sums import factor_for, reduced
 from ...exemplar import Exemplar
 from ...segments.feature_group import DISC, FINE, Group
 from ...segments.felzenszwalb import even_colours

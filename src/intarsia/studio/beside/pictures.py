@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...disk.preview import looked_at
+from ...disk.depth import looked_at
 from ...image import Kind, Plane, Transfer
 
 Pixels = NDArray[np.uint8]

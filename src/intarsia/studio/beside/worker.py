@@ -72,7 +72,7 @@ def main(limit: int = 0, nice: int = 0) -> None:
     import warnings
 
     warnings.simplefilter("ignore")
-    from ...disk.memory import make_room
+    from ...disk.limits import make_room
 
     make_room()
     todo: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
