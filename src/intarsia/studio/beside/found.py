@@ -12,7 +12,7 @@ from ... import files
 from ...analysis.light import flattened
 from ...canvas import Canvas
 from ...choosing.facts import Facts
-from ...cli.adapt import cropped
+from ...cli.exemplars import cropped
 from ...cli.outputs import usual_ending
 from ...courses.rectify import straight_of
 from ...covering.exchange import striking
