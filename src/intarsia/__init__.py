@@ -36,7 +36,7 @@ _HOMES = {
     "IntarsiaError": "errors",
     "Kind": "image",
     "Levelling": "blend",
-    "Margins": "tasks.starts",
+    "Margins": "tasks.completion",
     "MethodError": "errors",
     "Mixing": "blend",
     "NearRegular": "methods.near_regular",
@@ -161,12 +161,11 @@ if TYPE_CHECKING:
     from .sourcemap import SourceMap
     from .synthesis import Synthesis, synthesize
     from .tasks.advection import advect
-    from .tasks.completion import extend, heal
+    from .tasks.completion import Margins, extend, heal
     from .tasks.inspection import Findings, analyze
     from .tasks.repair import repair
     from .tasks.report import report
     from .tasks.scoring import score
-    from .tasks.starts import Margins
     from .tasks.tileable import tile
     from .tasks.warming import warm
 
