@@ -14,8 +14,7 @@ from ... import files
 from ...analysis.light import flattened
 from ...canvas import Canvas
 from ...choosing.facts import Facts
-from ...cli.adapt import cropped
-from ...cli.exemplars import Shelf, sets_of
+from ...cli.exemplars import Shelf, cropped, sets_of
 from ...cli.help import read_argv
 from ...cli.outputs import usual_ending
 from ...cli.report import Report
@@ -25,8 +24,7 @@ from ...errors import InputError
 from ...exemplar import Exemplar
 from ...geometry import Wrap
 from ...image import Kind, Plane
-from ...segments.things import things
-from ...segments.wholes import wholes
+from ...segments.wholes import things, wholes
 from ...sourcemap import SourceMap
 from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pieces, ramp, used
@@ -267,5 +265,5 @@ def _joins(said: dict[str, Any], smap: SourceMap, step: int) -> Pixels:
 def _outcome(saved: str, picture: str, *words: str) -> Outcome:
     """Judge a result as the command `score` does, once."""
     asked, quiet = read_argv(list(words)), Report(quiet=True)
-    exemplars = Shelf([sets_of(asked, quiet)], asked, quiet).get(0)
+    exemplars = Shelf(sets_of(asked, quiet), asked, quiet).exemplars
     return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=SourceMap.load(saved))
