@@ -51,7 +51,7 @@ HOMES = {
 }
 """The only packages that may import a library. numba is for kernels alone."""
 
-HIDING = {"kernels/cache.py": {"pickle"}}
+HIDING = {"kernels/compiling.py": {"pickle"}}
 """What compiled kernels are kept as; opened after its place, its length and its digest are found right."""
 
 FILE_LINES, FUNCTION_LINES, KERNEL_LINES = 500, 60, 90

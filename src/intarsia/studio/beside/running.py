@@ -34,7 +34,7 @@ def command(said: dict[str, Any], tell: Tell) -> Answer:
 @contextmanager
 def _saying_how_long(tell: Tell) -> Iterator[None]:
     """Once a command must compile: tell about how many seconds that takes, fewer where one grew before."""
-    from ...kernels.announcing import no_longer, on_first_compilation
+    from ...kernels.cache import no_longer, on_first_compilation
 
     def announce() -> None:
         tell(ready=MORE if _grown else FIRST)
