@@ -10,17 +10,14 @@ Source: no paper; our own rule, chosen by eye and by measurement on 12 photograp
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 
+from ..arrays import Array, Float64, Int16, Mask
 from .correlation import gaussian, overlaps, products
 from .sums import factor_for, principal_axes, reduced
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 DIRECTIONS = 12  # of a half circle, 15 degrees each
 LEAST_SIDE = 8  # a smaller one has no lags to look at; halved and doubled: the same on 92 textures
@@ -73,7 +70,7 @@ class ElementSize:
     reduction: int = 1
 
 
-def element_size(features: NDArray[np.int16], usable: Mask | None = None) -> ElementSize:
+def element_size(features: Int16, usable: Mask | None = None) -> ElementSize:
     """Measure the size of the elements of a texture.
 
     Parameters
@@ -118,7 +115,7 @@ def _guess(short: int) -> ElementSize:
     return ElementSize(quarter, quarter, quarter, (0,) * DIRECTIONS, 0)
 
 
-def _usable_box(features: NDArray[np.int16], usable: Mask | None) -> tuple[NDArray[np.int16], Mask | None]:
+def _usable_box(features: Int16, usable: Mask | None) -> tuple[Int16, Mask | None]:
     """Cut away border rows and columns without a usable pixel."""
     if usable is None or bool(usable.all()):
         return features, None
@@ -129,7 +126,7 @@ def _usable_box(features: NDArray[np.int16], usable: Mask | None) -> tuple[NDArr
     return features[box], usable[box]
 
 
-def _first_component(colours: NDArray[Any], weight: Floats | None) -> Floats | None:
+def _first_component(colours: Array, weight: Float64 | None) -> Float64 | None:
     """Project colours on the direction in which they differ most, as whole numbers; None where all are equal.
 
     Channels count by their own contrast, not by the weights that features give to colours (green most): in a
@@ -149,11 +146,11 @@ def _first_component(colours: NDArray[Any], weight: Floats | None) -> Floats | N
     deviation = np.maximum(deviation, LOOKED.noise * deviation.max())
     correlation = covariance / np.outer(deviation, deviation)
     vector = principal_axes(correlation, 1)[1][0]
-    component: Floats = np.rint((colours.astype(np.float64) - mean) @ (vector / deviation) * CONTRAST)
+    component: Float64 = np.rint((colours.astype(np.float64) - mean) @ (vector / deviation) * CONTRAST)
     return component
 
 
-def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
+def _band_pass(picture: Float64, weight: Float64 | None, wide: float) -> Float64:
     """Take away pixel noise (Gaussian, sigma 1) and slow light (Gaussian, sigma `wide`).
 
     Gaussians with mirrored borders are products in the cosine transform; any width costs the same. With a
@@ -161,7 +158,7 @@ def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     """
     narrow, broad = (gaussian(picture.shape, sigma) for sigma in (1.0, wide))
     if weight is None:
-        passed: Floats = idctn(dctn(picture) * (narrow - broad))
+        passed: Float64 = idctn(dctn(picture) * (narrow - broad))
         return passed
     value, mass = dctn(picture * weight), dctn(weight)
     result = np.zeros_like(picture)
@@ -170,7 +167,7 @@ def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     return result * weight
 
 
-def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floats | None:
+def _autocorrelation(picture: Float64, weight: Float64 | None, reach: int) -> Float64 | None:
     """Correlate a picture with itself, moved by up to `reach` px each way: an array with 1 at its centre.
 
     Unbiased: every lag is divided by the number of pixel pairs that it compares. Lags that compare next to
@@ -184,11 +181,11 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
         return None
     few = pairs < LEAST_SHARE * pairs[reach, reach]
     correlation = np.where(few, 1.0, product / np.maximum(pairs, 1.0) / here)
-    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, LOOKED.smooth))
+    smooth: Float64 = idctn(dctn(correlation) * gaussian(correlation.shape, LOOKED.smooth))
     return smooth
 
 
-def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
+def _between(picture: Float64, y: Float64, x: Float64) -> Float64:
     """Read a picture between its pixels, bilinearly. (scipy.ndimage takes longer to import than all of this.)"""
     top, left = (np.clip(at.astype(np.int64), 0, n - 2) for at, n in zip((y, x), picture.shape, strict=True))
     down, right = y - top, x - left
@@ -197,7 +194,7 @@ def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
     return np.asarray(upper * (1 - down) + lower * down)
 
 
-def _first_dips(correlation: Floats) -> list[int]:
+def _first_dips(correlation: Float64) -> list[int]:
     """Find the first minimum below 0.1 along each of 12 directions: lags in px, 0 for none."""
     reach = correlation.shape[0] // 2
     angle = np.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arguments import expect
+from ..arrays import Float64, Mask
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
@@ -33,8 +33,6 @@ COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE:
 EVEN = 1e-12  # variance of log luminance: what rounding leaves of one brightness
 ALIKE = 1e-10  # terms that so few parts do not tell apart count as one; products of doubles are exact to 1e-15
 GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms differ by a bit between machines
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -112,7 +110,7 @@ def clipped(before: Plane, after: Plane) -> float:
     return float((white[1] & ~white[0]).mean())
 
 
-def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
+def _seen_light(exemplar: Exemplar) -> tuple[Float64, Mask]:
     """Linear light of the colours (H, W, 1 or 3), and which px are there to be seen."""
     base = exemplar.base
     samples = to_linear(base)
@@ -129,11 +127,11 @@ def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
 class UnevenLight(NamedTuple):
     """Slow changes of light: divided by the gain, a picture is even; multiplied by it, it is lit again."""
 
-    gain: Floats  # (H, W), 1 on average
+    gain: Float64  # (H, W), 1 on average
     strength: float  # R^2, 0 to 1: how much of the variance of log luminance is light; below 0.1 none to speak of
 
 
-def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
+def uneven_light(light: Float64, visible: Mask) -> UnevenLight:
     """Find slow changes of light in scene-linear colours (H, W, 1 or 3), which are 0 where nothing is visible.
 
     What is fitted is the mean luminance of PARTS parts along each side, at most one a px: the dark px of joints and
@@ -150,7 +148,7 @@ def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
     return UnevenLight(gain, strength)
 
 
-def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
+def _surface(luminance: Float64, visible: Mask) -> tuple[Float64, float]:
     """Fit a polynomial of x and y, a slope and a vignette, to the logarithm: the surface around its mean, and R^2.
 
     Legendre polynomials keep the normal equations well behaved on sides of any length.
@@ -178,7 +176,7 @@ def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
     return surface, max(0.0, 1.0 - float(left @ left) / total)
 
 
-def _averaged(layers: Floats, known: Mask) -> tuple[Floats, Floats]:
+def _averaged(layers: Float64, known: Mask) -> tuple[Float64, Float64]:
     """Means over parts of which most is known: of all layers but the last (n, parts), and of the last."""
     height, width = known.shape
     down, across = min(PARTS, height), min(PARTS, width)

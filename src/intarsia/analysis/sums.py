@@ -10,11 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Int16, Int64, Mask
 from ..errors import MethodError
 from ..lazy import ndimage
-
-Array = NDArray[Any]
-Mask = NDArray[np.bool_]
 
 WORK_SIDE = 512  # px: what is slow is looked at on copies no larger,
 LEAST_SHORT = 64  # px: but a long thin exemplar is not reduced below this
@@ -33,7 +31,7 @@ def blocks(picture: Array, factor: int) -> Array:
     return whole.reshape(rows, factor, columns, factor, *picture.shape[2:])
 
 
-def block_sums(picture: Array, factor: int) -> NDArray[np.int64]:
+def block_sums(picture: Array, factor: int) -> Int64:
     """Add up the blocks of factor x factor px of a picture (H, W, ...): (rows, columns, ...)."""
     parts = blocks(picture, factor)
     bands = parts[:, 0].astype(np.int64)
@@ -45,7 +43,7 @@ def block_sums(picture: Array, factor: int) -> NDArray[np.int64]:
     return sums
 
 
-def reduced(features: NDArray[np.int16], usable: Mask | None, factor: int) -> tuple[NDArray[np.int64], Mask | None]:
+def reduced(features: Int16, usable: Mask | None, factor: int) -> tuple[Int64, Mask | None]:
     """Average blocks of features (H, W, C): colours in 1/16, and which count, those of which half is usable."""
     if factor == 1:
         return features.astype(np.int64) * FINE, usable

@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Uint8
 from ..disk.limits import MAX_CHANNELS
 from ..disk.whole import working_folder
 from ..errors import ParameterError, ResourceError, legible
-from ..image import Array, Kind, Plane
+from ..image import Kind, Plane
 from .formats import FORMATS, SUFFIXES, Format, channel_names
 from .png import PNG_END
 
@@ -181,7 +181,7 @@ def _channel_names(channels: int) -> tuple[str, ...]:
     return {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels]
 
 
-def lettered(text: str, size: int) -> NDArray[np.uint8]:
+def lettered(text: str, size: int) -> Uint8:
     """Return a line of text, letters about `size` px high, as coverage: (height, width), 255 where ink is."""
     from PIL import Image, ImageDraw, ImageFont
 

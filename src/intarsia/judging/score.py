@@ -22,11 +22,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.sums import block_sums, factor_for, window_sums
-from ..arrays import Array
+from ..arrays import Array, Int16
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -42,7 +41,7 @@ WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
 """The least total of each word: nothing that a grader called broken is clean (docs/score.md)."""
 AROUND = 32  # px: an output that wraps is looked at so far beyond its borders
 
-Pictures = Sequence[NDArray[np.int16]]
+Pictures = Sequence[Int16]
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,7 @@ def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
     return _judged(known, drawn(pictures, smap), smap.wrap).score
 
 
-def drawn(pictures: Pictures, smap: SourceMap) -> NDArray[np.int16]:
+def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
     """Return the output in features (H, W, C): every pixel as its exemplar has it."""
     if smap.which is None:
         return np.asarray(pictures[0][smap.yx[..., 0], smap.yx[..., 1]])
@@ -172,7 +171,7 @@ class Known(NamedTuple):
     reference: Reference
     worst: dict[str, float]
 
-    def reduced(self, output: NDArray[np.int16]) -> NDArray[np.int16]:
+    def reduced(self, output: Int16) -> Int16:
         """An output as the exemplars are looked at, held in their range, for which distances are exact."""
         pictures = self.reference.pictures
         low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
@@ -192,7 +191,7 @@ def known_of(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
     return Known(factor, reference, measured(reference, tiles, sources_of(reference, tiles), by_tiles))
 
 
-def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap) -> Judged:
+def _judged(known: Known, output: Int16, wrap: Wrap) -> Judged:
     factor, reference, worst = known
     looks, told_by = list[Look](), list[dict[str, float]]()
     for (y, x), picture in _corners(known.reduced(output), wrap):
@@ -207,7 +206,7 @@ def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap) -> Judged:
     return Judged(Score(parts, reference.grain), tuple(looks), factor)
 
 
-def _corners(output: NDArray[np.int16], wrap: Wrap) -> list[tuple[tuple[int, int], NDArray[np.int16]]]:
+def _corners(output: Int16, wrap: Wrap) -> list[tuple[tuple[int, int], Int16]]:
     """The output, a little beyond where it wraps, or the corners of a large one; and where each begins."""
     around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
     output = np.pad(output, (*around, (0, 0)), "wrap")

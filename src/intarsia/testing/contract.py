@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis.strategies import SearchStrategy
-from numpy.typing import NDArray
 
+from ..arrays import Mask
 from ..blend import Blend, Levelling
 from ..canvas import Canvas
 from ..errors import CancelledError, ParameterError
@@ -123,7 +123,7 @@ class Laws:
 HOLES = ("right half", "middle", "scattered", "corners", "all")
 
 
-def hole_of(name: str, height: int, width: int, seed: int) -> NDArray[np.bool_]:
+def hole_of(name: str, height: int, width: int, seed: int) -> Mask:
     """Return which pixels of a canvas are holes."""
     y, x = np.mgrid[:height, :width]
     shapes = {
