@@ -16,10 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from ..disk.limits import MAX_CHANNELS, no_room
-from ..disk.whole import ordinary, working_folder
+from ..disk.whole import PathLike, ordinary, working_folder
 from ..errors import InputError, ParameterError, ResourceError, printable
-
-PathLike = str | os.PathLike[str]
 
 PNG_SIDE = 1_000_000
 """libpng reads and writes no longer sides."""
@@ -66,7 +64,7 @@ FORMATS = (
 SUFFIXES = {suffix: f for f in FORMATS for suffix in f.suffixes}
 
 
-def format_of(path: str | os.PathLike[str]) -> Format:
+def format_of(path: PathLike) -> Format:
     """Tell by its ending which format a file will be written in."""
     text = os.fspath(path)
     suffix = os.path.splitext(text)[1].lower()
@@ -230,7 +228,7 @@ def damaged(name: str, why: str) -> InputError:
     return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
 
 
-def look(source: str | os.PathLike[str] | bytes) -> PictureFile:
+def look(source: PathLike | bytes) -> PictureFile:
     """Find out what a path or some bytes hold; never waits, whatever lies there."""
     if isinstance(source, bytes | bytearray | memoryview):
         return _known_picture("the data", None, bytes(source), len(source))
