@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ..arrays import Array, Float64, Mask
+from ..arrays import Array, Floats, Mask
 from .sums import running_sums
 
 Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
@@ -24,7 +24,7 @@ Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
 FLAT = 1e-9  # of the largest variance: less is rounding, and says nothing
 
 
-def gncc(f: Array, g: Array) -> Float64:
+def gncc(f: Array, g: Array) -> Floats:
     """Correlate two pictures at every offset, each offset over the pixels that then overlap.
 
     Parameters
@@ -45,7 +45,7 @@ def gncc(f: Array, g: Array) -> Float64:
 
 def autocorrelation(
     picture: Array, usable: Mask | None = None, reach: tuple[int, int] | None = None
-) -> tuple[Float64, Float64]:
+) -> tuple[Floats, Floats]:
     """Correlate a picture with itself, and count the pixels that each offset compares.
 
     Parameters
@@ -73,17 +73,17 @@ def autocorrelation(
     return _mirrored(half), _mirrored(pairs)
 
 
-def _centred(picture: Array) -> Float64:
+def _centred(picture: Array) -> Floats:
     """A picture (H, W, C) without each channel's mean: correlations do not change, rounding errors shrink."""
     floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
     return np.asarray(floats - floats.mean(axis=(0, 1)))
 
 
-def _mirrored(half: Float64) -> Float64:
+def _mirrored(half: Floats) -> Floats:
     return np.concatenate([half[:0:-1, ::-1], half])
 
 
-def products(f: Float64, g: Float64, down: Array, right: Array) -> Float64:
+def products(f: Floats, g: Floats, down: Array, right: Array) -> Floats:
     """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
     size = _padded(f, g, down, right)
     transformed = fft.rfft2(f, size)
@@ -91,18 +91,18 @@ def products(f: Float64, g: Float64, down: Array, right: Array) -> Float64:
     return _at_lags(both, size, down, right)
 
 
-def overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Float64:
+def overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Floats:
     """Count the pixels (H, W) that lie on one another for every lag (down, right)."""
     return np.asarray(np.multiply.outer(shape[0] - np.abs(down), shape[1] - np.abs(right)), np.float64)
 
 
-def gaussian(shape: tuple[int, ...], sigma: float) -> Float64:
+def gaussian(shape: tuple[int, ...], sigma: float) -> Floats:
     """Return by what the cosine transform of a picture (H, W) is multiplied to blur it, its borders mirrored."""
     decay = [np.pi * np.arange(n) / n for n in shape]
     return np.asarray(np.exp(-0.5 * sigma * sigma * (decay[0][:, None] ** 2 + decay[1] ** 2)))
 
 
-def _padded(f: Float64, g: Float64, down: Array, right: Array) -> list[int]:
+def _padded(f: Floats, g: Floats, down: Array, right: Array) -> list[int]:
     """The smallest fast transform in which no wanted lag meets another."""
     size = []
     for axis, lag in ((0, down), (1, right)):
@@ -111,12 +111,12 @@ def _padded(f: Float64, g: Float64, down: Array, right: Array) -> list[int]:
     return size
 
 
-def _at_lags(spectrum: Array, size: list[int], down: Array, right: Array) -> Float64:
-    result: Float64 = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
+def _at_lags(spectrum: Array, size: list[int], down: Array, right: Array) -> Floats:
+    result: Floats = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
     return result
 
 
-def _from_rectangles(f: Float64, g: Float64, down: Array, right: Array) -> Float64:
+def _from_rectangles(f: Floats, g: Floats, down: Array, right: Array) -> Floats:
     """Eq. 3.13 where all pixels count: one transform per channel, all other sums by running sums."""
     spans_f = _span(down, f.shape[0], g.shape[0]), _span(right, f.shape[1], g.shape[1])
     spans_g = _span(-down, g.shape[0], f.shape[0]), _span(-right, g.shape[1], f.shape[1])
@@ -142,7 +142,7 @@ def _from_rectangles(f: Float64, g: Float64, down: Array, right: Array) -> Float
     return _ratio(above, below, FLAT * n * largest)
 
 
-def _from_mask(picture: Array, mask: Float64, down: Array, right: Array) -> tuple[Float64, Float64]:
+def _from_mask(picture: Array, mask: Floats, down: Array, right: Array) -> tuple[Floats, Floats]:
     """Eq. 3.13 of a picture with itself where some pixels do not count: overlaps are no rectangles, all is transformed.
 
     Also returns how many pixels each offset compares.
@@ -152,7 +152,7 @@ def _from_mask(picture: Array, mask: Float64, down: Array, right: Array) -> tupl
     size = _padded(f, f, down, right)
     counted = fft.rfft2(mask, size)
 
-    def product(one: Array, other: Array) -> Float64:
+    def product(one: Array, other: Array) -> Floats:
         return _at_lags(one * np.conj(other), size, down, right)
 
     n = np.rint(product(counted, counted))
@@ -174,17 +174,17 @@ def _span(lag: Array, mine: int, other: int) -> Spans:
     return np.maximum(lag, 0), np.minimum(lag + other, mine)
 
 
-def _inside(total: Float64, rows: Spans, columns: Spans) -> Float64:
+def _inside(total: Floats, rows: Spans, columns: Spans) -> Floats:
     """Sum what is inside every rectangle of `rows` and `columns`, by running sums."""
     bands = total[rows[1]] - total[rows[0]]
-    result: Float64 = bands[:, columns[1]] - bands[:, columns[0]]
+    result: Floats = bands[:, columns[1]] - bands[:, columns[0]]
     return result
 
 
-def _clamped(values: Float64) -> Float64:
+def _clamped(values: Floats) -> Floats:
     return np.maximum(values, 0.0, out=values)
 
 
-def _ratio(above: Float64, below: Float64, flat: Float64) -> Float64:
+def _ratio(above: Floats, below: Floats, flat: Floats) -> Floats:
     counts = below > flat
     return np.clip(np.where(counts, above / np.where(counts, below, 1.0), 0.0), -1.0, 1.0)

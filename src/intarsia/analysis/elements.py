@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.fft import dctn, idctn
 
-from ..arrays import Array, Float64, Int16, Mask
+from ..arrays import Array, Floats, Int16, Mask
 from .correlation import gaussian, overlaps, products
 from .sums import factor_for, principal_axes, reduced
 
@@ -126,7 +126,7 @@ def _usable_box(features: Int16, usable: Mask | None) -> tuple[Int16, Mask | Non
     return features[box], usable[box]
 
 
-def _first_component(colours: Array, weight: Float64 | None) -> Float64 | None:
+def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
     """Project colours on the direction in which they differ most, as whole numbers; None where all are equal.
 
     Channels count by their own contrast, not by the weights that features give to colours (green most): in a
@@ -146,11 +146,11 @@ def _first_component(colours: Array, weight: Float64 | None) -> Float64 | None:
     deviation = np.maximum(deviation, LOOKED.noise * deviation.max())
     correlation = covariance / np.outer(deviation, deviation)
     vector = principal_axes(correlation, 1)[1][0]
-    component: Float64 = np.rint((colours.astype(np.float64) - mean) @ (vector / deviation) * CONTRAST)
+    component: Floats = np.rint((colours.astype(np.float64) - mean) @ (vector / deviation) * CONTRAST)
     return component
 
 
-def _band_pass(picture: Float64, weight: Float64 | None, wide: float) -> Float64:
+def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     """Take away pixel noise (Gaussian, sigma 1) and slow light (Gaussian, sigma `wide`).
 
     Gaussians with mirrored borders are products in the cosine transform; any width costs the same. With a
@@ -158,7 +158,7 @@ def _band_pass(picture: Float64, weight: Float64 | None, wide: float) -> Float64
     """
     narrow, broad = (gaussian(picture.shape, sigma) for sigma in (1.0, wide))
     if weight is None:
-        passed: Float64 = idctn(dctn(picture) * (narrow - broad))
+        passed: Floats = idctn(dctn(picture) * (narrow - broad))
         return passed
     value, mass = dctn(picture * weight), dctn(weight)
     result = np.zeros_like(picture)
@@ -167,7 +167,7 @@ def _band_pass(picture: Float64, weight: Float64 | None, wide: float) -> Float64
     return result * weight
 
 
-def _autocorrelation(picture: Float64, weight: Float64 | None, reach: int) -> Float64 | None:
+def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floats | None:
     """Correlate a picture with itself, moved by up to `reach` px each way: an array with 1 at its centre.
 
     Unbiased: every lag is divided by the number of pixel pairs that it compares. Lags that compare next to
@@ -181,11 +181,11 @@ def _autocorrelation(picture: Float64, weight: Float64 | None, reach: int) -> Fl
         return None
     few = pairs < LEAST_SHARE * pairs[reach, reach]
     correlation = np.where(few, 1.0, product / np.maximum(pairs, 1.0) / here)
-    smooth: Float64 = idctn(dctn(correlation) * gaussian(correlation.shape, LOOKED.smooth))
+    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, LOOKED.smooth))
     return smooth
 
 
-def _between(picture: Float64, y: Float64, x: Float64) -> Float64:
+def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
     """Read a picture between its pixels, bilinearly. (scipy.ndimage takes longer to import than all of this.)"""
     top, left = (np.clip(at.astype(np.int64), 0, n - 2) for at, n in zip((y, x), picture.shape, strict=True))
     down, right = y - top, x - left
@@ -194,7 +194,7 @@ def _between(picture: Float64, y: Float64, x: Float64) -> Float64:
     return np.asarray(upper * (1 - down) + lower * down)
 
 
-def _first_dips(correlation: Float64) -> list[int]:
+def _first_dips(correlation: Floats) -> list[int]:
     """Find the first minimum below 0.1 along each of 12 directions: lags in px, 0 for none."""
     reach = correlation.shape[0] // 2
     angle = np.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS

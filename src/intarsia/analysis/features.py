@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from ..arrays import Array, Int16, Int32, Uint8
+from ..arrays import Array, Int16, Int32, UInt8
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
@@ -47,7 +47,7 @@ class Features:
     courses: int | None = None
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
-    def brightness(self, feats: Int16, known: Uint8) -> int:
+    def brightness(self, feats: Int16, known: UInt8) -> int:
         """Sum of a window's squared features where it is known, counted from black."""
         above = (feats[:, :, : self.base].astype(np.int64) - self.black[: self.base]) * known[:, :, None]
         return int((above * above).sum())

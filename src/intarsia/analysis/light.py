@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arguments import expect
-from ..arrays import Float64, Mask
+from ..arrays import Floats, Mask
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
@@ -110,7 +110,7 @@ def clipped(before: Plane, after: Plane) -> float:
     return float((white[1] & ~white[0]).mean())
 
 
-def _seen_light(exemplar: Exemplar) -> tuple[Float64, Mask]:
+def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
     """Linear light of the colours (H, W, 1 or 3), and which px are there to be seen."""
     base = exemplar.base
     samples = to_linear(base)
@@ -127,11 +127,11 @@ def _seen_light(exemplar: Exemplar) -> tuple[Float64, Mask]:
 class UnevenLight(NamedTuple):
     """Slow changes of light: divided by the gain, a picture is even; multiplied by it, it is lit again."""
 
-    gain: Float64  # (H, W), 1 on average
+    gain: Floats  # (H, W), 1 on average
     strength: float  # R^2, 0 to 1: how much of the variance of log luminance is light; below 0.1 none to speak of
 
 
-def uneven_light(light: Float64, visible: Mask) -> UnevenLight:
+def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
     """Find slow changes of light in scene-linear colours (H, W, 1 or 3), which are 0 where nothing is visible.
 
     What is fitted is the mean luminance of PARTS parts along each side, at most one a px: the dark px of joints and
@@ -148,7 +148,7 @@ def uneven_light(light: Float64, visible: Mask) -> UnevenLight:
     return UnevenLight(gain, strength)
 
 
-def _surface(luminance: Float64, visible: Mask) -> tuple[Float64, float]:
+def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
     """Fit a polynomial of x and y, a slope and a vignette, to the logarithm: the surface around its mean, and R^2.
 
     Legendre polynomials keep the normal equations well behaved on sides of any length.
@@ -176,7 +176,7 @@ def _surface(luminance: Float64, visible: Mask) -> tuple[Float64, float]:
     return surface, max(0.0, 1.0 - float(left @ left) / total)
 
 
-def _averaged(layers: Float64, known: Mask) -> tuple[Float64, Float64]:
+def _averaged(layers: Floats, known: Mask) -> tuple[Floats, Floats]:
     """Means over parts of which most is known: of all layers but the last (n, parts), and of the last."""
     height, width = known.shape
     down, across = min(PARTS, height), min(PARTS, width)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Float64, Int16, Int32, Int64, Mask
+from ..arrays import Floats, Int16, Int32, Int64, Mask
 from .sums import FINE, WORK_SIDE, block_sums, running_sums
 
 COMMON = 256  # the rarity of what is as common as the median
@@ -75,7 +75,7 @@ def _looks(
     return means.reshape(shape[0] * shape[1], -1)
 
 
-def _distances(looks: Int64) -> Float64:
+def _distances(looks: Int64) -> Floats:
     """Square distances between all patches.
 
     Colours of 16 + 4 bit, at most 16 x 64 of them: all sums stay below 2**51, so that float64 holds every
@@ -83,7 +83,7 @@ def _distances(looks: Int64) -> Float64:
     """
     x = looks.astype(np.float64)
     own = np.einsum("ij,ij->i", x, x)
-    result: Float64 = x @ x.T
+    result: Floats = x @ x.T
     result *= -2.0
     result += own[:, None]
     result += own
@@ -97,7 +97,7 @@ def _apart(shape: tuple[int, int], step: int, patch: int) -> Mask:
     return (y[:, None, :, None] | x[None, :, None, :]).reshape(count, count)
 
 
-def _relative(squares: Float64, apart: Mask, colours: int) -> Int32:
+def _relative(squares: Floats, apart: Mask, colours: int) -> Int32:
     """Compare every patch's distance to its k-th nearest with the median of all."""
     squares[~apart] = np.inf
     rows = np.arange(len(squares))

@@ -24,13 +24,12 @@ from ..analysis.sums import block_sums, blocks
 from ..analysis.symmetry import all_allowed, allowed_isometries
 from ..arrays import Int16
 from ..canvas import Canvas
-from ..courses.rectified import improved
-from ..courses.rectify import Straight
+from ..courses.rectify import Straight, improved
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..image import Kind
-from ..lattice.lattice import Lattice, Lattices
-from ..lattice.vectors import UNIT, cell_of, lattices_of, vectors_of
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import Lattice, Lattices, cell_of, lattices_of, vectors_of
 from ..lattice.verdict import told_by_peaks
 from ..lazy import lazy
 from ..search.sizes import elements

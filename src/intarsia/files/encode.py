@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Uint8
+from ..arrays import Array, UInt8
 from ..disk.limits import MAX_CHANNELS
 from ..disk.whole import working_folder
 from ..errors import ParameterError, ResourceError, legible
@@ -181,7 +181,7 @@ def _channel_names(channels: int) -> tuple[str, ...]:
     return {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels]
 
 
-def lettered(text: str, size: int) -> Uint8:
+def lettered(text: str, size: int) -> UInt8:
     """Return a line of text, letters about `size` px high, as coverage: (height, width), 255 where ink is."""
     from PIL import Image, ImageDraw, ImageFont
 

@@ -22,7 +22,7 @@ from ..errors import InputError, ParameterError, printable, said
 from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
 from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
-from .formats import LAYER, PathLike, look, split_layer
+from .formats import LAYER, look, split_layer
 from .sets import layered, name_of, uses_directx
 
 

@@ -13,7 +13,7 @@ from ..arguments import MATERIALS
 from ..disk.whole import PathLike
 from ..errors import InputError, ParameterError, printable
 from .decode import opened
-from .formats import LAYER, SUFFIXES, PathLike, layer_of, look, split_layer
+from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
 
 WORDS = {
     "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",

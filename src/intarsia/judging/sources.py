@@ -20,8 +20,8 @@ import numpy as np
 
 from ..arrays import Array, Int16, Mask
 from ..draws import draw
-from ..lattice.lattice import find_lattice
-from ..lattice.vectors import UNIT, Vector
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import Vector, find_lattice
 from .windows import ALL, SIDE, Windows
 
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px

@@ -12,14 +12,14 @@ from hypothesis.strategies import DrawFn
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from ..arrays import Array, Int32, Mask, Uint8
+from ..arrays import Array, Int32, Mask, UInt8
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, Wrap
 from ..methods.base import Ability, Method
 from ..run import Run
 from ..sourcemap import SourceMap
 from ..synthesis import Synthesis, synthesize
-from ..tasks.replaying import replayed as made_again
+from ..tasks.requested import replayed as made_again
 
 DEPTHS = ("uint8", "uint16", "float32")
 LONGEST = 45
@@ -35,7 +35,7 @@ def noise(height: int, width: int, seed: int) -> NDArray[np.uint64]:
     return np.asarray(z ^ (z >> np.uint64(32)), np.uint64)
 
 
-def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> Uint8:
+def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> UInt8:
     """Return a procedural texture (height, width, channels): soft blobs of some 6 px under a little noise.
 
     Made of whole numbers only, so it is the same on every machine.
@@ -52,7 +52,7 @@ def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> Uint8:
     return np.stack(layers, axis=2).astype(np.uint8)
 
 
-def as_depth(pixels: Uint8, dtype: str) -> Array:
+def as_depth(pixels: UInt8, dtype: str) -> Array:
     """Return 8-bit pixels in another depth: 16 bits times 257, floats over 255."""
     if dtype == "uint16":
         return pixels.astype(np.uint16) * np.uint16(257)
@@ -143,12 +143,12 @@ def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
     )
 
 
-def which_of(smap: SourceMap) -> Uint8:
+def which_of(smap: SourceMap) -> UInt8:
     """Return the exemplar number of every pixel, also where the map leaves it out."""
     return np.zeros((smap.height, smap.width), np.uint8) if smap.which is None else smap.which
 
 
-def pose_of(smap: SourceMap) -> Uint8:
+def pose_of(smap: SourceMap) -> UInt8:
     """Return the isometry of every pixel, also where the map leaves it out."""
     return np.zeros((smap.height, smap.width), np.uint8) if smap.pose is None else smap.pose
 
