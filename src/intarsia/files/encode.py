@@ -116,7 +116,8 @@ def encode_layers(planes: Mapping[str, Plane], recipe: str | None = None) -> byt
     """
     check_layers("the file", planes)
     text = MARK + recipe if recipe is not None and holds_recipe(SUFFIXES[".exr"], recipe) else None
-    names = [c for n, p in planes.items() for c in channel_names(n, p.channels, p.kind is Kind.NORMAL)]
+    own = {n: "XYZ" if p.kind is Kind.NORMAL else channel_names(p.channels) for n, p in planes.items()}
+    names = [f"{name}.{letter}" for name, letters in own.items() for letter in letters]
     types = [_OIIO[p.pixels.dtype.name] for p in planes.values() for _ in range(p.channels)]
     pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in planes.values()], axis=2)
     return _bytes_by_oiio("exr", pixels, text, None, (names, types))
@@ -146,11 +147,10 @@ def _bytes_by_oiio(
     spec = oiio.ImageSpec(width, height, channels, _OIIO.get(pixels.dtype.name, pixels.dtype.name))
     spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
     spec.attribute("DateTime", "")  # equal pixels, equal bytes
-    if name == "tiff":
+    if name in ("tiff", "exr"):
         spec.attribute("compression", "zip")
     if name == "exr":
-        spec.attribute("compression", "zip")
-        spec.channelnames = _channel_names(channels)
+        spec.channelnames = tuple(channel_names(channels))
     if layers is not None:
         spec.channelnames, spec.channelformats = tuple(layers[0]), tuple(map(oiio.TypeDesc, layers[1]))
     if text is not None:
@@ -172,13 +172,6 @@ def _bytes_by_oiio(
     if name == "png" and not data.endswith(PNG_END):  # libpng tells nobody that the disk is full
         raise ResourceError(f"{tempfile.gettempdir()} is full; make room there, or set TMPDIR.")
     return data
-
-
-def _channel_names(channels: int) -> tuple[str, ...]:
-    # EXR sorts channels by name: more than four must sort as they count.
-    if channels > 4:
-        return tuple(f"c{i:02d}" for i in range(channels))
-    return {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels]
 
 
 def lettered(text: str, size: int) -> UInt8:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from scipy.ndimage import distance_transform_cdt
 from ..arrays import Array, Int32, Mask, UInt8
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, Wrap
+from ..image import Plane
 from ..methods.base import Ability, Method
 from ..run import Run
 from ..sourcemap import SourceMap
@@ -104,6 +105,11 @@ class Case:
             start=start,
             run=Run(threads),
         )
+
+    def painted(self, plane: Callable[[int, Exemplar], Plane]) -> Case:
+        """The same request, with other base planes: by the number of an exemplar, and the exemplar."""
+        made = (Exemplar.of(plane(n, e), usable=e.usable, toroidal=e.toroidal) for n, e in enumerate(self.exemplars))
+        return replace(self, exemplars=tuple(made))
 
 
 def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:

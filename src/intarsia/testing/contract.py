@@ -259,11 +259,8 @@ class MethodContract(StartLaws):
 
         def law(case: Case) -> None:
             first = case.exemplars[0].base.samples[0, 0]
-            flat = []
-            for e in case.exemplars:
-                plane = e.base.like(np.broadcast_to(first, e.base.samples.shape))
-                flat.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-            out = replace(case, exemplars=tuple(flat)).grow(self.method)
+            flat = case.painted(lambda _, e: e.base.like(np.broadcast_to(first, e.base.samples.shape)))
+            out = flat.grow(self.method)
             assert (out.render(feather=feather).samples == first).all()
 
         self.for_all(law, 5)
@@ -419,15 +416,15 @@ class MethodContract(StartLaws):
         """Law 13: 8 bits, the same times 257 in 16 bits, and over 255 in floats give the same map; of data, too."""
 
         def law(case: Case) -> None:
-            kind, maps = (Kind.COLOUR, Kind.DATA)[case.seed % 2], []
+            digests = set()
             for dtype in ("uint8", "uint16", "float32", "float64"):
-                deep = []
-                for n, e in enumerate(case.exemplars):
+
+                def plane(n: int, e: Exemplar, dtype: str = dtype) -> Plane:
                     pixels = as_depth(texture(e.height, e.width, e.base.channels, n), dtype)
-                    plane = Plane(pixels, kind, Transfer.SRGB)
-                    deep.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-                maps.append(replace(case, exemplars=tuple(deep)).grow(self.method).map)
-            assert len({m.digest for m in maps}) == 1
+                    return Plane(pixels, (Kind.COLOUR, Kind.DATA)[case.seed % 2], Transfer.SRGB)
+
+                digests.add(case.painted(plane).grow(self.method).map.digest)
+            assert len(digests) == 1
 
         self.for_all(law)
 
@@ -441,13 +438,13 @@ class MethodContract(StartLaws):
             for power in (-30, -5, 3, 30):
                 factor, maps = (1 + case.seed % 97 / 10) * 10.0 ** (power - (power == 30)), []
                 for scale in (1.0, factor):
-                    planes = []
-                    for n, e in enumerate(case.exemplars):
+
+                    def plane(n: int, e: Exemplar, scale: float = scale) -> Plane:
                         levels = texture(e.height, e.width, e.base.channels, n)
                         levels[e.height // 2, e.width // 2 - 1 : e.width // 2 + 1, :] = [[0], [255]]
-                        plane = Plane((levels * (scale / 255)).astype(np.float32), Kind.DATA)
-                        planes.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-                    maps.append(replace(case, exemplars=tuple(planes)).grow(self.method).map)
+                        return Plane((levels * (scale / 255)).astype(np.float32), Kind.DATA)
+
+                    maps.append(case.painted(plane).grow(self.method).map)
                 assert same_map(*maps), factor
 
         self.for_all(law, 2)
