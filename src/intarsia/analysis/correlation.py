@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ..arrays import Array, Floats, Mask
+from ..arrays import Array, Floats, Mask, Pair
 from .sums import running_sums
 
 Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
@@ -44,7 +44,7 @@ def gncc(f: Array, g: Array) -> Floats:
 
 
 def autocorrelation(
-    picture: Array, usable: Mask | None = None, reach: tuple[int, int] | None = None
+    picture: Array, usable: Mask | None = None, reach: Pair | None = None
 ) -> tuple[Floats, Floats]:
     """Correlate a picture with itself, and count the pixels that each offset compares.
 

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..arrays import Array, Int16, Int32, Mask
+from ..arrays import Array, Int16, Int32, Mask, Pair
 from ..draws import draw_many
 from . import popout_kernels
 from .sums import FINE, factor_for, reduced
@@ -128,7 +128,7 @@ def _widened(spots: Array) -> Array:
     return np.rint(out * FIXED).astype(np.int64)
 
 
-def _relative(spots: Array, at: Array, apart: int, size: tuple[int, int]) -> Array:
+def _relative(spots: Array, at: Array, apart: int, size: Pair) -> Array:
     """How far every spot's likes are, 256 = the median; none is nearer than `apart` px (on a torus of `size`)."""
     numbers = np.array(draw_many(0, STAGE, 0, at), np.uint64)
     chosen = np.argsort(numbers, kind="stable")[:REFERENCES]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Floats, Int16, Int32, Int64, Mask
+from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from .sums import FINE, WORK_SIDE, block_sums, running_sums
 
 COMMON = 256  # the rarity of what is as common as the median
@@ -59,7 +59,7 @@ def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
 
 
 def _looks(
-    features: Int16, patch: int, step: int, shape: tuple[int, int], factor: int
+    features: Int16, patch: int, step: int, shape: Pair, factor: int
 ) -> Int64:
     """Describe every patch by the mean colours of its cells: an array (patches, cells * channels), in 1/FINE.
 
@@ -90,7 +90,7 @@ def _distances(looks: Int64) -> Floats:
     return result
 
 
-def _apart(shape: tuple[int, int], step: int, patch: int) -> Mask:
+def _apart(shape: Pair, step: int, patch: int) -> Mask:
     """Say which pairs of patches lie half a patch or more apart in some axis: others share what they show."""
     y, x = (2 * step * np.abs(np.subtract.outer(np.arange(n), np.arange(n))) >= patch for n in shape)
     count = shape[0] * shape[1]

@@ -16,7 +16,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..arrays import Array, Int64
+from ..arrays import Array, Int64, Pair
 from ..draws import below, draw
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
@@ -194,7 +194,7 @@ def _histogram(down: Array, right: Array, steps: Array) -> Array:
 
 
 def resolved_isometries(
-    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: tuple[int, int]
+    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: Pair
 ) -> str | tuple[int, ...]:
     """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
     return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

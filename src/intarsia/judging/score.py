@@ -25,7 +25,7 @@ import numpy as np
 
 from ..analysis.features import features
 from ..analysis.sums import block_sums, factor_for, window_sums
-from ..arrays import Array, Int16
+from ..arrays import Array, Int16, Pair
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -114,7 +114,7 @@ class Score:
 class Look:
     """A part of an output that was looked at: row and column where it begins, in px, and what its windows show."""
 
-    begin: tuple[int, int]
+    begin: Pair
     sources: tuple[Sources, ...]
 
 
@@ -206,7 +206,7 @@ def _judged(known: Known, output: Int16, wrap: Wrap) -> Judged:
     return Judged(Score(parts, reference.grain), tuple(looks), factor)
 
 
-def _corners(output: Int16, wrap: Wrap) -> list[tuple[tuple[int, int], Int16]]:
+def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
     """The output, a little beyond where it wraps, or the corners of a large one; and where each begins."""
     around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
     output = np.pad(output, (*around, (0, 0)), "wrap")
@@ -223,9 +223,6 @@ MOST = 3  # places that are told of,
 MANY = 60  # but no further one where so many places of the output are told of already
 OFTEN = 2.5  # times the mean: what is shown less often is nothing to tell of
 RETURNS = 3  # places of the output that show it, at least
-
-Size = tuple[int, int]
-
 
 @dataclass(frozen=True)
 class Spot:
@@ -246,7 +243,7 @@ class Often:
     spots: tuple[Spot, ...]
 
 
-def joins_at(judged: Judged, size: Size) -> Array:
+def joins_at(judged: Judged, size: Pair) -> Array:
     """How much joins cost around every place of an output of `size`, 0 to 1: as much as any two windows differ.
 
     Returns (rows, columns) of squares of 8 px, or of so many times more as the output was looked at reduced.
@@ -269,7 +266,7 @@ def joins_at(judged: Judged, size: Size) -> Array:
     return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
 
 
-def too_often(judged: Judged, exemplars: Sequence[Size], output: Size, most: int = MOST) -> tuple[Often, ...]:
+def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair, most: int = MOST) -> tuple[Often, ...]:
     """Look for the places of the exemplars that are shown far more often than others, the most used first."""
     first = [look.sources[0] for look in judged.looks if look.sources]
     if not first:
@@ -293,7 +290,7 @@ def too_often(judged: Judged, exemplars: Sequence[Size], output: Size, most: int
     return tuple(found)
 
 
-def usage_of(judged: Judged, exemplars: Sequence[Size]) -> list[Array]:
+def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
     """How often pixels of each exemplar are shown, as far as windows tell, of what they would be on average.
 
     Where a map is known, it tells this exactly. The rest of an exemplar that is looked at reduced counts as 0.
@@ -317,7 +314,7 @@ def usage_of(judged: Judged, exemplars: Sequence[Size]) -> list[Array]:
     return [picture / mean for picture in out] if mean else out
 
 
-def _rows(sources: Sources, factor: int, exemplars: Sequence[Size]) -> list[tuple[int, int, int]]:
+def _rows(sources: Sources, factor: int, exemplars: Sequence[Pair]) -> list[tuple[int, int, int]]:
     """Where each exemplar begins in the table of windows, how high and how wide it is there."""
     windows, out, begin = sources.level.windows, list[tuple[int, int, int]](), 0
     for size in exemplars:
@@ -328,7 +325,7 @@ def _rows(sources: Sources, factor: int, exemplars: Sequence[Size]) -> list[tupl
     return out
 
 
-def _place(sources: Sources, at: tuple[int, int], factor: int, exemplars: Sequence[Size]) -> tuple[int, Spot]:
+def _place(sources: Sources, at: Pair, factor: int, exemplars: Sequence[Pair]) -> tuple[int, Spot]:
     """The exemplar, and the place in it, of the square of the table that begins at `at`."""
     windows, (row, column) = sources.level.windows, at
     rows = _rows(sources, factor, exemplars)
@@ -344,7 +341,7 @@ def _radius(sources: Sources, factor: int) -> float:
     return (square_side(windows.table) * windows.stride + SIDE) * windows.factor * factor / 2
 
 
-def _spots(judged: Judged, at: tuple[int, int], output: Size) -> list[Spot]:
+def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
     """The places of the output that show the square of the table that begins at `at`."""
     out = list[Spot]()
     for look in judged.looks:

@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Array, Int16, Mask
+from ..arrays import Array, Int16, Mask, Pair
 from ..draws import draw
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, find_lattice
@@ -81,7 +81,7 @@ class Periods:
         return np.asarray(np.maximum(np.abs(off_y), np.abs(off_x)) <= within)
 
     @property
-    def shifts(self) -> Iterator[tuple[int, int]]:
+    def shifts(self) -> Iterator[Pair]:
         """The periods, and both diagonals of a cell, in whole px, none of them upward."""
         (a, b), *other = self.vectors
         every = [(a, b), *other, *((a + s * c, b + s * d) for c, d in other for s in (1, -1))]
@@ -191,7 +191,7 @@ def _nearest(number: Array, by: int) -> Array:
     return np.asarray((2 * sign * number + sign * by) // (2 * sign * by))
 
 
-def _apart(picture: Array, usable: Mask | None, shift: tuple[int, int]) -> float | None:
+def _apart(picture: Array, usable: Mask | None, shift: Pair) -> float | None:
     """How much a picture differs from itself, moved: 0 not at all, 1 as unrelated places do; None where that is far."""
     (rows, columns), size = shift, picture.shape[:2]
     if any(abs(move) * FAR[1] >= n * FAR[0] for move, n in zip(shift, size, strict=True)):
@@ -259,7 +259,7 @@ class Sources:
             out.append(np.where(inside, change, 0))
         return np.stack(out)
 
-    def _kept(self, step: tuple[int, int]) -> Mask:
+    def _kept(self, step: Pair) -> Mask:
         """Where a window shows what lies whole periods of the exemplar away from what the one before leads to."""
         windows, periods = self.level.windows, self.level.periods
         if periods is None:
@@ -277,7 +277,7 @@ class Sources:
         return np.bincount(at[:, 0] * table.shape[1] + at[:, 1], minlength=table.size).reshape(table.shape)
 
 
-def continued(level: Level, number: Array, step: tuple[int, int]) -> tuple[Array, Array]:
+def continued(level: Level, number: Array, step: Pair) -> tuple[Array, Array]:
     """What every window would show if the one before it, by `step`, went on; -1 off the exemplar. And where one is."""
     windows = level.windows
     rows, columns = number.shape

@@ -12,7 +12,7 @@ from hypothesis.strategies import DrawFn
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from ..arrays import Array, Int32, Mask, UInt8
+from ..arrays import Array, Int32, Mask, Pair, UInt8
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, Wrap
 from ..image import Plane
@@ -88,7 +88,7 @@ class Case:
     """One request to a method."""
 
     exemplars: tuple[Exemplar, ...]
-    size: tuple[int, int]
+    size: Pair
     seed: int
     wrap: Wrap
 

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis.strategies import SearchStrategy
 
-from ..arrays import Mask
+from ..arrays import Mask, Pair
 from ..blend import Blend, Levelling
 from ..canvas import Canvas
 from ..errors import CancelledError, ParameterError
@@ -92,7 +92,7 @@ class Laws:
         """Return the requests on which the laws are tested."""
         return (chosen if self.few else cases)(self.method, least=self.least)
 
-    def rim(self, exemplars: Sequence[Exemplar], size: tuple[int, int]) -> int:
+    def rim(self, exemplars: Sequence[Exemplar], size: Pair) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
         resolved = self.method.resolved(exemplars, Canvas(*size))
         return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
