@@ -21,9 +21,8 @@ from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.judging.parts import mean_step, sources_of
-from intarsia.judging.reference import ASKED, Level
 from intarsia.judging.score import drawn, known_of
-from intarsia.judging.sources import STEP
+from intarsia.judging.sources import ASKED, STEP, Level
 from intarsia.judging.windows import nearest
 from intarsia.seams.cost import seam_total
 from intarsia.sourcemap import SourceMap

@@ -128,6 +128,7 @@ def grown(folder: Path, *words: str) -> list[Step]:
 def test_a_pixel_goes_this_way(tmp_path: Path) -> None:
     ia.write(tmp_path / "brick.png", np.asarray(ia.read("sample:pebbles").base.pixels)[:160, :160])
     ways = steps("## The way of one pixel")
+    assert len(ways) <= 20  # who needs more stations to tell the way has a house that is too large
     made = grown(tmp_path)
     assert [step for step in made if step in ways] == ways
 
@@ -138,9 +139,9 @@ def test_with_image_quilting_it_goes_this_way(tmp_path: Path) -> None:
     made = grown(tmp_path, "--method", "image-quilting")
     assert [step for step in made if step in ways] == ways
     usual = steps("## The way of one pixel")
-    left_out = [*usual[9:11], usual[14]]
+    left_out = [usual[n - 1] for n in (5, 6, 9, 11, 13, 14, 15)]
     assert not set(left_out) & set(made)
-    rest = [step for step in usual[12:] if step not in left_out and step not in usual[15:26]]
+    rest = [step for step in usual if step not in left_out]
     assert [step for step in made if step in rest] == rest
 
 

@@ -145,7 +145,7 @@ class Plane:
         return np.array(self.pixels, dtype=dtype) if copy or dtype else self.pixels
 
     def _repr_png_(self) -> bytes:
-        from .disk.preview import preview_png
+        from .disk.depth import preview_png
 
         return preview_png(self.pixels, self.kind, self.transfer is Transfer.LINEAR)
 

@@ -12,7 +12,10 @@ at the top. They write::
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from scipy import ndimage as ndimage
 
 
 class lazy:
@@ -25,3 +28,7 @@ class lazy:
         value = getattr(importlib.import_module(self._name), attribute)
         self.__dict__[attribute] = value
         return value
+
+
+if not TYPE_CHECKING:  # what many files ask for, and few commands
+    ndimage = lazy("scipy.ndimage")

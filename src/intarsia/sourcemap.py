@@ -168,7 +168,7 @@ class SourceMap:
 
     def save(self, path: str | Path) -> None:
         """Write the map as .npz, arrays under their names; replaces the file whole or not at all."""
-        from .disk.writing import write_bytes
+        from .disk.whole import write_bytes
 
         expect_path(path)
         write_bytes(path, self.to_bytes(), force=True)

@@ -8,7 +8,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.analysis.features import course_lines, features
-from intarsia.analysis.lines import HALF, Lines, from_middle
+from intarsia.analysis.oriented import HALF, Lines, from_middle
 from intarsia.analysis.stretched import variance_of
 from intarsia.exemplar import Exemplar
 from intarsia.kernels.paths import surest_line

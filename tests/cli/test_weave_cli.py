@@ -18,7 +18,7 @@ from giant.giants import files_below, needs
 import intarsia as ia
 from intarsia.cli.app import cli
 from intarsia.cli.exits import Interrupted
-from intarsia.disk import memory
+from intarsia.disk import limits
 from intarsia.files import read_plane, read_recipe
 from intarsia.giant.exports import HeldStore, TiffStore, TileStore
 from intarsia.testing import as_depth, texture
@@ -78,8 +78,8 @@ def test_a_picture_is_what_the_other_stores_are(here: Path) -> None:
 
 def test_a_picture_that_does_not_fit_into_memory_is_refused(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before anything is drawn; a TIFF of this size goes."""
-    enough = memory.SURE * (memory.taken() + (40 << 20))
-    monkeypatch.setattr(memory, "_limits", lambda: iter([(int(enough), "one has")]))
+    enough = limits.SURE * (limits.taken() + (40 << 20))
+    monkeypatch.setattr(limits, "_limits", lambda: iter([(int(enough), "one has")]))
     before = sorted(os.listdir(here))
     done = run("wall.png", "-o", "o.png", "--size", "2000", "--threads", "1", *LAID)
     assert done.exit_code == 1

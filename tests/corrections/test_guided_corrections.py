@@ -25,8 +25,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
 from intarsia.search.guide import codes_of
-from intarsia.testing.cases import noise, texture
-from intarsia.testing.maps import same_map
+from intarsia.testing.cases import noise, same_map, texture
 
 FULL = 1020 * 16
 METHOD = ia.ParallelControllable()

@@ -17,7 +17,7 @@ from corpus import pillow
 import intarsia as ia
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
-from intarsia.files import read_plane, source, write
+from intarsia.files import formats, read_plane, write
 from intarsia.testing import texture
 
 PICTURE = texture(20, 24, 3, 1)
@@ -61,7 +61,7 @@ def test_what_a_killed_run_left_is_gone_after_the_next(temporary: Path) -> None:
         write("a.png", PICTURE)
 
     def a_copy() -> None:
-        with source.look(pillow("png", PICTURE)).plain_path():
+        with formats.look(pillow("png", PICTURE)).plain_path():
             die()
 
     write("b.png", PICTURE)

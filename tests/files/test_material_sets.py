@@ -18,7 +18,7 @@ from intarsia.analysis.features import features
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.geometry import ISOMETRIES
-from intarsia.testing.maps import pose_of
+from intarsia.testing.cases import pose_of
 
 
 def run(line: str, code: int = 0) -> Result:

@@ -18,7 +18,7 @@ from intarsia import read
 from intarsia.arguments import MATERIALS, PAINTED
 from intarsia.errors import InputError
 from intarsia.files import group, read_plane, sample
-from intarsia.files.samples import FOLDER
+from intarsia.files.read import FOLDER
 from intarsia.image import Kind
 from intarsia.rendering.normals import off_unit
 

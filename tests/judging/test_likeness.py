@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia.analysis.features import posed
 from intarsia.cli.app import cli
-from intarsia.files.samples import sample
-from intarsia.judging.likeness import unlike
-from intarsia.judging.reference import Reference
-from intarsia.judging.sources import STEP, Sources
+from intarsia.files.read import sample
+from intarsia.judging.parts import unlike
+from intarsia.judging.sources import STEP, Reference, Sources
 from intarsia.judging.windows import poses
 from intarsia.synthesis import as_exemplars
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.judging.parts import measured, sources_of
-from intarsia.judging.reference import Periods, Reference
+from intarsia.judging.sources import Periods, Reference
 
 SQUARE = Periods(((24 * 256, 0), (0, 32 * 256)), 128)
 SLANTED = Periods(((20 * 256 + 77, 5 * 256), (-3 * 256, 28 * 256 - 31)), 0)

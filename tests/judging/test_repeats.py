@@ -10,8 +10,7 @@ from judging.naive_parts import shown_again as plain
 from judging.naive_windows import blobs
 
 from intarsia.judging.parts import _again, shown_again
-from intarsia.judging.reference import Reference
-from intarsia.judging.sources import Sources
+from intarsia.judging.sources import Reference, Sources
 
 
 def told(at: np.ndarray) -> Any:

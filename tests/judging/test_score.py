@@ -16,8 +16,8 @@ from scipy.ndimage import gaussian_filter
 import intarsia as ia
 from intarsia.cli.app import cli
 from intarsia.judging.parts import PARTS, TEXTURE
-from intarsia.judging.reference import Reference
 from intarsia.judging.score import Score, Worth
+from intarsia.judging.sources import Reference
 from intarsia.seams.cost import energy
 from intarsia.sourcemap import HOLE
 from intarsia.tasks.scoring import outcome_of

@@ -7,8 +7,7 @@ import pytest
 from judging.naive_windows import blobs
 from numpy.typing import NDArray
 
-from intarsia.judging.reference import Level, Reference
-from intarsia.judging.sources import STEP, Sources
+from intarsia.judging.sources import STEP, Level, Reference, Sources
 
 EXEMPLAR = blobs(96, 96, 3)
 

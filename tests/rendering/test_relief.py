@@ -12,7 +12,7 @@ import intarsia as ia
 from intarsia import Kind, Plane
 from intarsia.analysis import features
 from intarsia.rendering.normals import NormalCoding
-from intarsia.testing.maps import pose_of, unbroken
+from intarsia.testing.cases import pose_of, unbroken
 
 F = NDArray[np.float64]
 

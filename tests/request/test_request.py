@@ -15,7 +15,7 @@ import pytest
 
 import intarsia
 from intarsia.cli.help import read_argv
-from intarsia.errors import ParameterError
+from intarsia.errors import InputError, ParameterError
 from intarsia.methods.base import METHODS, method_class
 from intarsia.request.argv import once_more, parameter_text, settings_of, to_argv
 from intarsia.request.as_json import from_json, to_json
@@ -167,13 +167,29 @@ def test_a_recipe_is_a_request_again() -> None:
     """What is given now goes before what it says."""
     was = plain("grow", crop=(1, 2, 3, 4), scale=4, avoid=(255, 0, 1), weights=(("normal", 2.0),), magnify=2)
     given = Request("replay", picture="p.png", out="o.png", files=("a.png", "c.png"), scale=2)
-    again = from_recipe(RECIPE | {"inputs": inputs_of(was), "depth": "16"}, given, "p.png")
+    again = from_recipe(RECIPE | {"inputs": inputs_of(was), "depth": "16"}, given, "the recipe")
     assert (again.verb, again.size, again.seed, again.wrap, again.feather) == ("grow", (80, 60), 9, "x", 2)
-    assert {f.name: getattr(again, f.name) for f in FIELDS if f.recipe} == {
-        f.name: 2 if f.name == "scale" else getattr(was, f.name) for f in FIELDS if f.recipe
+    assert {f.name: getattr(again, f.name) for f in FIELDS if f.of_exemplars} == {
+        f.name: 2 if f.name == "scale" else getattr(was, f.name) for f in FIELDS if f.of_exemplars
     }
     assert (again.depth, again.out, again.method) == ("16", "o.png", "image-quilting")
     assert settings_of(again.chosen)["patch"] == (6, 8)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": "random"}, {"seed": "7"}, {"seed": None}, {"size": 40}, {"size": [40, "x"]}, {"wrap": "round"},
+        {"start": "0", "rim": "wide"}, {"repair": 1.5}, {"edge": -1, "heal": {"grow": 1}}, {"heal": {}}, {"tile": {}},
+        {"extend": [1, 2, 3]}, {"extend": [1, 2, 3, "x"]}, {"guide": {"weight": 1}}, {"exemplars": []},
+        {"inputs": {"crop": [1, 2, 3]}}, {"inputs": {"magnify": 0}}, {"inputs": 3}, {"depth": "12"}, {"blend": {}},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_a_damaged_recipe_is_called_so(change: dict[str, Any]) -> None:
+    given = Request("replay", picture="p.png", out="o.png", files=("a.png",))
+    with pytest.raises(InputError, match=r"^the recipe is damaged|^the recipe cannot be followed"):
+        from_recipe(RECIPE | change, given, "the recipe")
 
 
 def test_python_runs_the_command_where_a_call_would_say_less() -> None:
@@ -183,7 +199,8 @@ def test_python_runs_the_command_where_a_call_would_say_less() -> None:
     assert read_argv(words[1:]) == request
 
 
-LINE = '    tint: str | None = asked(Colour(), "--tint", "Give it a tint. It is faint.", LOOK, {"grow"}, recipe=True)\n'
+TOLD = "Give it a tint. It is faint."
+LINE = f'    tint: str | None = asked(Colour(), "--tint", "{TOLD}", LOOK, {{"grow"}}, recipe="inputs.tint")\n'
 SCRIPT = """
 from click.testing import CliRunner
 from intarsia.cli.app import cli
@@ -193,20 +210,20 @@ from intarsia.request.as_json import from_json, to_json
 from intarsia.request.python import to_python
 from intarsia.request.recipe import from_recipe, inputs_of
 from intarsia.request.request import Request
-from intarsia.studio import schema
+from intarsia.studio import words
 
 help = CliRunner().invoke(cli, ["grow", "--help"]).stdout
 assert "--tint #RRGGBB" in help and "Give it a tint." in help
-option = schema.options("grow")["tint"]
+option = words.options("grow")["tint"]
 assert (option["kind"], option["help"]) == ("colour", "Give it a tint. It is faint.")
-assert "tint" not in schema.options("heal")
+assert "tint" not in words.options("heal")
 request = read_argv(["grow", "a.png", "--tint", "#0102ff"])
 assert request.tint == (1, 2, 255)
 assert to_line(request) == "intarsia grow a.png --tint '#0102ff'"
 assert from_json("grow", to_json(request), files=("a.png",)) == request
 assert inputs_of(request) == {"tint": "#0102ff"}
 recipe = %r | {"inputs": inputs_of(request)}
-assert from_recipe(recipe, Request("replay", files=("a.png",), out="o.png"), "p.png").tint == (1, 2, 255)
+assert from_recipe(recipe, Request("replay", files=("a.png",), out="o.png"), "it").tint == (1, 2, 255)
 assert "'--tint=#0102ff'" in to_python(request, {})
 """
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from torture import TORTURE
 
 from intarsia.analysis.features import features
-from intarsia.analysis.variance import principal_axes
+from intarsia.analysis.sums import principal_axes
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.search.candidates import Candidates, Prices

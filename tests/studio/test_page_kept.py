@@ -12,7 +12,7 @@ from studio.browser import Desk, desk
 from studio.served import studio
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, expect
+    from playwright.sync_api import Browser, Route, expect
 else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
@@ -49,6 +49,44 @@ def test_a_reload_and_the_way_back_lead_to_what_was_looked_at(page: Desk) -> Non
     page.room("Gallery")
     page.room("Grow")
     expect(one).to_be_visible()
+
+
+HEARD = """job => new Promise(done => {
+  new BroadcastChannel("intarsia").postMessage({ kind: "job", told: job });
+  setTimeout(done, 300);
+})"""
+"""What the page does when it hears of a job: no message that comes before all is loaded makes it forget its address."""
+
+
+def test_a_job_that_is_heard_of_before_the_page_has_all_leaves_the_address_as_it_is(page: Desk) -> None:
+    """A score comes seconds after its job: a reload may just have had the exemplars then, and not yet the jobs."""
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    page.grown()
+    job = page.page.url.rpartition("/")[2]
+
+    def late(route: Route) -> None:
+        page.page.evaluate(HEARD, page.served.get(f"/api/jobs/{job}"))
+        route.continue_()
+
+    page.page.route("**/api/jobs", late)
+    page.page.reload()
+    expect(page.page.locator(".names")).to_contain_text("seed 0")
+    assert page.page.url.endswith(f"#grow/{job}")
+
+
+def test_a_job_that_the_address_names_is_looked_at_as_soon_as_it_is_heard_of(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    page.grown()
+    job = page.page.url.rpartition("/")[2]
+    page.page.route("**/api/jobs", lambda route: route.fulfill(json=[]))
+    page.page.reload()
+    expect(page.page.locator(".names")).to_contain_text("Exemplar")
+    page.page.evaluate(HEARD, page.served.get(f"/api/jobs/{job}"))
+    expect(page.page.locator(".names")).to_contain_text("seed 0")
 
 
 def painted(page: Desk) -> list[np.ndarray]:

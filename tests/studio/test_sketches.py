@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import threading
+import asyncio
 import time
-from typing import TYPE_CHECKING
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
 from studio.browser import Desk
 from studio.served import Served, opened, pixels, png
+
+from intarsia.studio.processes import FailedError
+from intarsia.studio.showing import AGAIN, Pictures, Sketches
 
 if TYPE_CHECKING:
     from playwright.sync_api import expect
@@ -46,27 +50,62 @@ def test_what_a_method_cannot_serve_has_no_sketch(served: Served, small: str) ->
     assert served.client.get(address("0" * 16, "auto")).status_code == 404
 
 
-def test_jobs_go_first(served: Served) -> None:
-    """A sketch that is asked for while a job runs comes after it; one that is under way is given up, and begun anew."""
+class Slow:
+    """A process whose first sketch takes until it is cancelled; it notes what happens to it, in order."""
+
+    def __init__(self) -> None:
+        self.noted, self.stopped = list[str](), asyncio.Event()
+
+    async def ask(self, do: str, wanted: Any, **given: Any) -> Any:
+        if not await wanted():
+            raise FailedError("nobody waits for this any more.")
+        self.noted.append("begun")
+        if self.noted.count("begun") == 1:
+            await self.stopped.wait()
+            raise FailedError("cancelled", 130)
+        self.noted.append("made")
+        return {}, b"a sketch"
+
+    def cancel(self) -> None:
+        self.noted.append("given up")
+        self.stopped.set()
+
+
+def test_a_sketch_that_is_under_way_gives_way_to_a_job_and_is_made_anew_after_it() -> None:
+    slow, busy = Slow(), False
+
+    async def wanted() -> bool:
+        return True
+
+    async def asked() -> None:
+        nonlocal busy
+        sketches = Sketches(cast(Any, SimpleNamespace(paths_of=lambda row: [])), Pictures(), lambda: busy)
+        sketches.process = cast(Any, slow)
+        answer = asyncio.ensure_future(sketches.get({"id": "0"}, "repeat", wanted))
+        while not slow.noted:
+            await asyncio.sleep(0.01)
+        busy = True
+        await slow.stopped.wait()
+        with pytest.raises(TimeoutError):  # as long as the job runs nothing is begun
+            await asyncio.wait_for(asyncio.shield(answer), 3 * AGAIN)
+        assert slow.noted == ["begun", "given up"]
+        busy = False
+        assert await answer == b"a sketch"
+        assert slow.noted == ["begun", "given up", "begun", "made"]
+
+    asyncio.run(asyncio.wait_for(asked(), 60))
+
+
+def test_a_sketch_that_is_asked_for_while_a_job_runs_comes_after_it(served: Served) -> None:
     fresh = [served.exemplar(fresh=png(pixels(seed=n + 40, height=100, width=110)))["id"] for n in range(2)]
-    served.client.get(address(fresh[0], "repeat"))
-    done: dict[str, float] = {}
-
-    def ask(method: str) -> None:
-        assert served.client.get(address(fresh[0], method)).status_code == 200
-        done[method] = time.time()
-
-    under_way = threading.Thread(target=ask, args=("wei-levoy",))
-    under_way.start()
-    time.sleep(0.5)
-    job = served.job("grow", [fresh[1]], method="wei-levoy", size="240x240")
-    later = threading.Thread(target=ask, args=("image-quilting",))
-    later.start()
+    job = served.job("grow", [fresh[0]], method="wei-levoy", size="240x240")
+    while served.get(f"/api/jobs/{job['id']}")["state"] == "queued":
+        time.sleep(0.01)
+    served.bytes(address(fresh[1], "image-quilting"))
+    done = time.time()
     ended = served.ended(job)
     assert ended["state"] == "done"
-    for thread in (under_way, later):
-        thread.join(120)
-    assert min(done.values()) > ended["ended"]
+    assert done > ended["ended"]
 
 
 def test_nobody_waits_for_a_sketch_that_is_not_wanted(served: Served) -> None:

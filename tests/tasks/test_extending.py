@@ -17,9 +17,8 @@ from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.image import Array
 from intarsia.seams.cost import seam_total
-from intarsia.tasks.starts import Margins
-from intarsia.testing.cases import as_depth, texture
-from intarsia.testing.maps import looked_up, which_of
+from intarsia.tasks.completion import Margins
+from intarsia.testing.cases import as_depth, looked_up, texture, which_of
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5)
 SAMPLING = ia.PatchSampling(patch=6, overlap=4)

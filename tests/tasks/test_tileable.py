@@ -18,8 +18,7 @@ from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.methods.base import METHODS, Ability, method_class
 from intarsia.tasks.tileable import _fine_grained, closing_size, half_shifted, repeated, scene_to_tile
-from intarsia.testing.cases import as_depth, texture
-from intarsia.testing.maps import looked_up
+from intarsia.testing.cases import as_depth, looked_up, texture
 from unweighed import meeting
 
 ONE = ia.Run(1)

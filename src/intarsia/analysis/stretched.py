@@ -1,6 +1,8 @@
 """Planes as whole numbers: stretched to the range of all exemplars, weighted, at the size of the base plane.
 
-All steps are integer arithmetic, or single IEEE operations.
+Numbers have one unit for all exemplars, and what lies far off is cut: heights may be metres, millimetres or shares, and
+hold a hole of -1e30, and what the rest looks like must still be seen. No 8-bit picture is ever cut, so that such a
+picture and its floats give the same features (law 13). All steps are integer arithmetic, or single IEEE operations.
 """
 
 from __future__ import annotations
@@ -9,22 +11,59 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int32, Mask
 from ..errors import ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, resized
 from ..image import Kind, Plane
-from ..rendering.colour import code_values
-from .ranges import ends
-from .reduction import block_sums
-from .variance import spreads
+from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
+from .sums import block_sums, spreads
+
+MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
+
+
+def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[list[Int32], int]:
+    """Return planes of one name as whole numbers (H, W, C) that can be compared, and what 0 is in them.
+
+    Floats are counted in units of their own size, taken from their usable pixels (masks are those of the base, and
+    may be a multiple or fraction of a plane's size). Where they hold nothing but whole codes of 16 bits within 0 to 1,
+    those are returned, as for integers.
+    """
+    if not any(map(has_own_unit, planes)):
+        return [code_values(p) for p in planes], 0
+    masks = [... if m is None else resized(m, (p.height, p.width)) for m, p in zip(usable, planes, strict=True)]
+    colours = planes[0].channels - planes[0].alpha
+    seen = [code_shares(p.samples[..., :colours])[m] for p, m in zip(planes, masks, strict=True)]
+    if not any(s.size for s in seen):
+        return [code_values(p) for p in planes], 0
+    unit = Unit.of(np.concatenate([s.ravel() for s in seen]))
+    if not unit.origin and -16 <= unit.exponent <= 0:
+        codes = [WHITE.count(s) for s in seen]
+        if all((unit.count(s) == c << unit.bits - unit.exponent).all() for s, c in zip(seen, codes, strict=True)):
+            unit = WHITE
+    return [code_values(p, unit) for p in planes], int(unit.count(np.zeros(1))[0])
+
+
+def ends(values: Sequence[Array]) -> tuple[int, int]:
+    """Return least and greatest of whole numbers, or less where a few of them lie very far from the rest.
+
+    Where they span over 256 times what is left without one of a thousand at either end, that range is returned,
+    widened by itself on both sides.
+    """
+    low, high = min(int(v.min()) for v in values), max(int(v.max()) for v in values)
+    if high - low <= MOST_SPREAD:
+        return low, high
+    least, most = map(int, inner_range(np.concatenate([v.ravel() for v in values])))
+    within = most - least
+    if 0 < within * MOST_SPREAD < high - low:
+        return max(low, least - within), min(high, most + within)
+    return low, high
+
 
 RANGE = 1023
 LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
 MAX_LABELS = 16
 FARTHEST = 256 * RANGE  # black lies at most so far from the exemplar's own range: sums of its squares stay whole
-
-Int32 = NDArray[np.int32]
 
 
 def labels_of(planes: list[Plane]) -> Int32 | None:

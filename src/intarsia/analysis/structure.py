@@ -1,15 +1,14 @@
-"""How edgy and how directed a texture is, and whether it continues in itself across its borders."""
+"""How directed a texture is, whether it continues in itself across its borders, and whether it holds names."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Mask = NDArray[np.bool_]
+from ..arrays import Array, Int16, Mask
+
 SEAMLESS = 1.3  # the step over the border may be so many times that between neighbours inside
 
 
@@ -19,15 +18,12 @@ class Structure:
 
     Attributes
     ----------
-    kurtosis : float
-        Of the steps between neighbours: 3 for noise, far more where few strong edges lie on quiet ground.
     coherence : float
         0 to 1: how much all edges run in one direction.
     angle : float
         That direction, degrees: 0 to the right, 90 downwards.
     """
 
-    kurtosis: float
     coherence: float
     angle: float
 
@@ -45,27 +41,24 @@ class Border:
         return max(self.rows, self.columns) <= SEAMLESS
 
 
-def structure_of(picture: NDArray[np.int16], usable: Mask | None) -> Structure:
+def structure_of(picture: Int16, usable: Mask | None) -> Structure:
     """Measure the gradients of the sum of all channels."""
     total = picture.sum(axis=2, dtype=np.int64)
     if min(total.shape) < 3:
-        return Structure(0.0, 0.0, 0.0)
+        return Structure(0.0, 0.0)
     down, right = total[2:, 1:-1] - total[:-2, 1:-1], total[1:-1, 2:] - total[1:-1, :-2]
     if usable is not None:
         free = usable[2:, 1:-1] & usable[:-2, 1:-1] & usable[1:-1, 2:] & usable[1:-1, :-2]
         down, right = down[free], right[free]
     yy, xx, xy = (int((a * b).sum()) for a, b in ((down, down), (right, right), (down, right)))
     if yy + xx == 0:
-        return Structure(0.0, 0.0, 0.0)
-    fourth = sum(float((v * v * (v * v)).sum()) for v in (down >> 2, right >> 2))
-    second = sum(float(((v >> 2) * (v >> 2)).sum()) for v in (down, right))
-    kurtosis = 2 * down.size * fourth / max(second * second, 1.0)
+        return Structure(0.0, 0.0)
     coherence = math.hypot(xx - yy, 2 * xy) / (xx + yy)
     across = 0.5 * math.atan2(2 * xy, xx - yy)  # where the gradient points; edges run across it
-    return Structure(kurtosis, coherence, round(math.degrees(across) + 90, 1) % 180)
+    return Structure(coherence, round(math.degrees(across) + 90, 1) % 180)
 
 
-def border_of(picture: NDArray[np.int16], usable: Mask | None) -> Border:
+def border_of(picture: Int16, usable: Mask | None) -> Border:
     """Compare the step over each pair of opposite borders with the usual step along that axis."""
     shares = []
     for axis in (0, 1):
@@ -82,7 +75,7 @@ def border_of(picture: NDArray[np.int16], usable: Mask | None) -> Border:
     return Border(*shares)
 
 
-def flat_colours(samples: NDArray[Any], most: int, equal: int) -> bool:
+def flat_colours(samples: Array, most: int, equal: int) -> bool:
     """Say whether samples (H, W, C) are of 2 to `most` colours in patches: `equal` neighbours of 10 are alike."""
     codes = np.zeros(samples.shape[:2], np.uint64)
     for c in range(samples.shape[2]):

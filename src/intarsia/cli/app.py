@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import click
 
-from ..disk.memory import make_room
+from ..disk.limits import make_room
 from ..version import VERSION
 from .exits import begun, guarded
 

@@ -12,10 +12,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.reduction import blocks
+from ..analysis.sums import blocks
 from ..draws import below, draw_many
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from ..run import Run
 from .correction_kernels import as_positions, pixels
 from .descent import REACH, RULES, Corrections, subpass

@@ -12,8 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.usable import nearest
-from ..analysis.variance import principal_axes
+from ..analysis.sums import nearest, principal_axes
 from ..exemplar import Exemplar
 from . import appearance_kernels as kernels
 from .correction_kernels import MIDDLE

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.stretched import RANGE
-from ..analysis.variance import spreads
+from ..analysis.sums import spreads
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..field import Field
-from ..filtering.filters import ndimage
+from ..lazy import ndimage
 from .appearance import stack_of
 
 FAR = 16  # px beyond which it does not matter how far an outline is

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.usable import nearest
-from ..analysis.variance import principal_axes, spreads
+from ..analysis.sums import nearest, principal_axes, spreads
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..kernels import kd_tree
+from ..lazy import ndimage
 from ..search.sizes import elements
 from . import appearance_kernels as kernels
 from .appearance import (

@@ -12,29 +12,25 @@ That elements are exchanged within their outlines is this project's own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy import fft
 
+from ..arrays import Array, Int64, Mask, Pair
 from ..canvas import Canvas
 from ..exemplar import Exemplar
-from ..filtering import fourier
-from ..filtering.filters import grown, ndimage
 from ..geometry import widened
 from ..kernels.parts import boxes_of_parts
+from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run
-from ..seams.cut import Box, Cut
-from ..seams.whole import MUST, RULE, Mending
-from ..seams.whole_elements import RING, Elements
-from ..segments.things import things
-from ..segments.wholes import wholes
+from ..seams.graphcut import Box, Cut
+from ..seams.whole import MUST, RING, RULE, Elements, Mending
+from ..segments.wholes import things, wholes
 from ..sourcemap import SourceMap
 from .covering import Covering, Laying
-from .showings import COUNTING, Show, Staying, asked_for
-
-Array = NDArray[Any]
+from .striking import COUNTING, Show, Staying, asked_for
 
 
 class Scale(NamedTuple):
@@ -94,7 +90,7 @@ def exchanged(
     return work.growth.map(smap.blend) if done else smap
 
 
-def striking(exemplar: Exemplar) -> NDArray[np.int64]:
+def striking(exemplar: Exemplar) -> Int64:
     """How much each element of an exemplar strikes, in 1/256 of what is usual; 0: not more than others."""
     found, seen = wholes(exemplar), things(exemplar)
     assert found is not None
@@ -109,7 +105,7 @@ def striking(exemplar: Exemplar) -> NDArray[np.int64]:
 class Exchange:
     """A finished map whose striking elements are exchanged where they are too many."""
 
-    def __init__(self, work: Covering, elements: Elements, strikes: NDArray[np.int64]) -> None:
+    def __init__(self, work: Covering, elements: Elements, strikes: Int64) -> None:
         self.work, self.sewn, self.elements = work, work.sewing, elements
         self.map = Mending(self.sewn, elements)
         self.map.number()
@@ -162,8 +158,8 @@ class Exchange:
         mine = self.map.joined[where] == show.part
         solid = ndimage.binary_fill_holes(mine)
         self.free[self._freed], self._freed = False, where
-        self.free[where] = grown(solid, SCALE.outside)
-        must = ~grown(~solid, SCALE.inside) * np.int32(MUST)
+        self.free[where] = ndimage.binary_dilation(solid, iterations=SCALE.outside)
+        must = ~ndimage.binary_dilation(~solid, iterations=SCALE.inside) * np.int32(MUST)
         unit = 2 * (show.box[2] + show.box[3]) * self.map.knee
         found = [self._placed(number, box, mine, must, int(self.dear[number]) * unit // 16) for number in self.fillers]
         best = min((place for place in found if place is not None), default=None)
@@ -189,9 +185,9 @@ class Exchange:
         fits &= self._within(number, box, fits.shape)
         if not fits.any():
             return None
-        known = dict[tuple[int, int], int]()
+        known = dict[Pair, int]()
 
-        def price(at: tuple[int, int]) -> int:
+        def price(at: Pair) -> int:
             if at not in known:
                 known[at] = self._cut(self._place(number, box, at), box, must).change
             return known[at]
@@ -208,7 +204,7 @@ class Exchange:
         return self._place(number, box, (y, x), price((y, x)) + more)
 
     @staticmethod
-    def _place(number: int, box: Box, at: tuple[int, int], price: int = 0) -> Place:
+    def _place(number: int, box: Box, at: Pair, price: int = 0) -> Place:
         """The place that an index of `covered` stands for, where the element was wider by its ring."""
         return Place(price, number, box[2] - 1 + RING - at[0], box[3] - 1 + RING - at[1])
 
@@ -229,11 +225,11 @@ class Exchange:
         return self.sewn.cut(box, pick, 0, saved=lambda box, pick: must)
 
 
-def covered(mask: NDArray[np.bool_], mine: NDArray[np.bool_]) -> NDArray[np.int64]:
+def covered(mask: Mask, mine: Mask) -> Int64:
     """How many pixels of `mine` (h, w) a mask (m, n) covers, for every way it may lie: (m + h - 1, n + w - 1).
 
     At (y, x) the first pixel of `mine` lies over row y - h + 1 and column x - w + 1 of the mask.
     """
     size = [a + b - 1 for a, b in zip(mask.shape, mine.shape, strict=True)]
-    product = fourier.rfft2(mask.astype(np.float64), size) * fourier.rfft2(mine[::-1, ::-1].astype(np.float64), size)
-    return np.rint(fourier.irfft2(product, size)).astype(np.int64)
+    product = fft.rfft2(mask.astype(np.float64), size) * fft.rfft2(mine[::-1, ::-1].astype(np.float64), size)
+    return np.rint(fft.irfft2(product, size)).astype(np.int64)

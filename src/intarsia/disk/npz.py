@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, IntarsiaError, ParameterError, legible, printable
 from .limits import check_cost, no_room
-from .writing import ordinary
+from .whole import ordinary
 
 LONGEST = 1 << 24
 """Most bytes of what a map says of itself."""

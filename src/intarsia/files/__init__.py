@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from ..disk.limits import DEFAULT_PIXELS, MAX_PIXELS, allowing
-from ..disk.writing import check_writable, write_bytes
+from ..disk.whole import check_writable, write_bytes
 from .encode import encode
 from .formats import Format, format_of
-from .read import read, read_mask, read_plane, read_set
-from .recipe import read_recipe, recipe_path
-from .samples import sample, sample_names
+from .read import read, read_mask, read_plane, read_set, sample, sample_names
 from .sets import describe, group, materials
-from .write import check_depth, check_layered, preview, write
+from .write import check_depth, check_layered, preview, read_recipe, recipe_path, write
 
 __all__ = [
     "DEFAULT_PIXELS",

@@ -1,12 +1,24 @@
-"""Which picture formats there are, how their first bytes look, and what each of them can hold."""
+"""Which picture formats there are, how their first bytes look, and what each can hold; files, looked at with care.
+
+An EXR file may hold several planes as layers, each in channels such as normal.X; FILE.exr::normal is one of them.
+"""
 
 from __future__ import annotations
 
 import os
+import shutil
+import stat
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from ..disk.limits import MAX_CHANNELS
-from ..errors import ParameterError, printable
+from ..disk.depth import DTYPE_OF_DEPTH
+from ..disk.limits import MAX_CHANNELS, no_room
+from ..disk.whole import PathLike, ordinary, working_folder
+from ..errors import InputError, ParameterError, ResourceError, printable
 
 PNG_SIDE = 1_000_000
 """libpng reads and writes no longer sides."""
@@ -30,8 +42,7 @@ class Format:
     @property
     def depths(self) -> str:
         """The depths it holds, in words."""
-        words = {"uint8": "8", "uint16": "16", "float16": "half", "float32": "float"}
-        held = [words[d] for d in self.dtypes if d in words]
+        held = [depth for depth, dtype in DTYPE_OF_DEPTH.items() if dtype in self.dtypes]
         unit = " bit" if held[-1] in ("8", "16") else ""
         return " or ".join(held) + unit
 
@@ -53,7 +64,7 @@ FORMATS = (
 SUFFIXES = {suffix: f for f in FORMATS for suffix in f.suffixes}
 
 
-def format_of(path: str | os.PathLike[str]) -> Format:
+def format_of(path: PathLike) -> Format:
     """Tell by its ending which format a file will be written in."""
     text = os.fspath(path)
     suffix = os.path.splitext(text)[1].lower()
@@ -63,56 +74,45 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     return SUFFIXES[suffix]
 
 
-_MAGIC = (
-    ("png", b"\x89PNG\r\n\x1a\n"),
-    ("jpeg", b"\xff\xd8\xff"),
-    ("tiff", b"II*\x00"),
-    ("tiff", b"MM\x00*"),
-    ("tiff", b"II+\x00\x08\x00"),
-    ("tiff", b"MM\x00+\x00\x08"),
-    ("exr", b"v/1\x01"),
-    ("hdr", b"#?RADIANCE"),
-    ("hdr", b"#?RGBE"),
-    ("gif", b"GIF87a"),
-    ("gif", b"GIF89a"),
-)
-_REFUSED = (
-    (b"PK\x03\x04", "a zip archive"),
-    (b"PK\x05\x06", "a zip archive"),
-    (b"%PDF", "a PDF"),
-    (b"%!PS", "PostScript"),
-    (b"\xc5\xd0\xd3\xc6", "PostScript"),
-    (b"8BPS", "a Photoshop file"),
-    (b"\x1f\x8b", "a gzip archive"),
-    (b"7z\xbc\xaf", "a 7z archive"),
-    (b"Rar!", "a RAR archive"),
-    (b"BZh", "a bzip2 archive"),
-    (b"\xfd7zXZ", "an xz archive"),
-    (b"(\xb5/\xfd", "a zstd archive"),
-    (b"\x00\x00\x00\x0cjP", "JPEG 2000"),
-    (b"\xffO\xffQ", "JPEG 2000"),
-    (b"\x00\x00\x00\x0cJXL", "JPEG XL"),
-    (b"\xff\n", "JPEG XL"),
-    (b"DDS ", "a DDS texture"),
-    (b"\xabKTX", "a KTX texture"),
-    (b"gimp xcf", "a GIMP file"),
-    (b"SIMPLE  =", "FITS"),
-    (b"SDPX", "DPX"),
-    (b"XPDS", "DPX"),
-    (b"qoif", "QOI"),
-    (b"P7", "PAM"),
-    (b"\x93NUMPY", "a NumPy array"),
-    (b"\x7fELF", "a program"),
-    (b"MZ", "a program"),
-    (b"\x00\x00\x01\x00", "an icon"),
-    (b"FORM", "IFF"),
-    (b"BLENDER", "a Blender file"),
-)
+_MAGIC: dict[str, bytes | tuple[bytes, ...]] = {
+    "png": b"\x89PNG\r\n\x1a\n",
+    "jpeg": b"\xff\xd8\xff",
+    "tiff": (b"II*\x00", b"MM\x00*", b"II+\x00\x08\x00", b"MM\x00+\x00\x08"),
+    "exr": b"v/1\x01",
+    "hdr": (b"#?RADIANCE", b"#?RGBE"),
+    "gif": (b"GIF87a", b"GIF89a"),
+}
+_REFUSED: dict[str, bytes | tuple[bytes, ...]] = {
+    "a zip archive": (b"PK\x03\x04", b"PK\x05\x06"),
+    "a PDF": b"%PDF",
+    "PostScript": (b"%!PS", b"\xc5\xd0\xd3\xc6"),
+    "a Photoshop file": b"8BPS",
+    "a gzip archive": b"\x1f\x8b",
+    "a 7z archive": b"7z\xbc\xaf",
+    "a RAR archive": b"Rar!",
+    "a bzip2 archive": b"BZh",
+    "an xz archive": b"\xfd7zXZ",
+    "a zstd archive": b"(\xb5/\xfd",
+    "JPEG 2000": (b"\x00\x00\x00\x0cjP", b"\xffO\xffQ"),
+    "JPEG XL": (b"\x00\x00\x00\x0cJXL", b"\xff\n"),
+    "a DDS texture": b"DDS ",
+    "a KTX texture": b"\xabKTX",
+    "a GIMP file": b"gimp xcf",
+    "FITS": b"SIMPLE  =",
+    "DPX": (b"SDPX", b"XPDS"),
+    "QOI": b"qoif",
+    "PAM": b"P7",
+    "a NumPy array": b"\x93NUMPY",
+    "a program": (b"\x7fELF", b"MZ"),
+    "an icon": b"\x00\x00\x01\x00",
+    "IFF": b"FORM",
+    "a Blender file": b"BLENDER",
+}
 
 
 def sniff(head: bytes, size: int) -> tuple[str | None, str]:
     """Tell a format by the first bytes of a file: its name or None, and what the file seems to be in words."""
-    for name, magic in _MAGIC:
+    for name, magic in _MAGIC.items():
         if head.startswith(magic):
             return name, name
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
@@ -121,7 +121,7 @@ def sniff(head: bytes, size: int) -> tuple[str | None, str]:
         return "pnm", "pnm"
     if head[:2] == b"BM" and head[14:18] in (n.to_bytes(4, "little") for n in (12, 16, 40, 52, 56, 64, 108, 124)):
         return "bmp", "bmp"
-    for magic, words in _REFUSED:
+    for words, magic in _REFUSED.items():
         if head.startswith(magic):
             return None, words
     if head[4:8] == b"ftyp":
@@ -153,3 +153,163 @@ def _is_tga(head: bytes, size: int) -> bool:
         and head[12:14] != b"\0\0"
         and head[14:16] != b"\0\0"
     )
+
+
+HEAD = 1 << 16
+MAX_WHOLE = 1 << 32
+"""Formats that are read into memory whole may have this many bytes."""
+
+_RECEIVED: dict[str, Any] = {}  # what came of the standard input, and which object that was
+
+_SUFFIX = {"jpeg": ".jpg", "tiff": ".tif"}
+
+
+@dataclass(frozen=True)
+class PictureFile:
+    """A picture file that may be opened: what to call it, its format, where its bytes are, and how many."""
+
+    name: str
+    format: str
+    path: Path | None
+    held: bytes | None
+    size: int
+
+    def head(self) -> bytes:
+        """The first 64 KiB."""
+        if self.held is not None:
+            return self.held[:HEAD]
+        assert self.path is not None
+        return _first_bytes(self.path, self.name, HEAD)
+
+    def data(self) -> bytes:
+        """All bytes."""
+        if self.held is not None:
+            return self.held
+        assert self.path is not None
+        data = _first_bytes(self.path, self.name, MAX_WHOLE + 1)
+        if len(data) > MAX_WHOLE:
+            raise InputError(f"{self.name} is larger than {MAX_WHOLE >> 30} GiB; crop it, or save it as TIFF or EXR.")
+        return data
+
+    @contextmanager
+    def plain_path(self, data: bytes | None = None) -> Iterator[str]:
+        """Lend a path with the true ending and no surprising characters, for libraries that judge by name."""
+        held = self.held if data is None else data
+        with working_folder() as folder:
+            target = os.path.join(folder, "picture" + _SUFFIX.get(self.format, "." + self.format))
+            if held is not None:
+                try:
+                    Path(target).write_bytes(held)
+                except OSError as e:
+                    reason = (e.strerror or str(e)).lower()
+                    raise ResourceError(
+                        f"there is no room for a copy of {self.name} in {folder} ({reason}); free some, or set TMPDIR."
+                    ) from None
+            else:
+                assert self.path is not None
+                _lend(os.path.abspath(self.path), target)
+            yield target
+
+
+def damaged(name: str, why: str) -> InputError:
+    """Say in one line that a file cannot be decoded."""
+    why = " ".join(str(why).split())[:160].rstrip(".")
+    return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
+
+
+def look(source: PathLike | bytes) -> PictureFile:
+    """Find out what a path or some bytes hold; never waits, whatever lies there."""
+    if isinstance(source, bytes | bytearray | memoryview):
+        return _known_picture("the data", None, bytes(source), len(source))
+    text = os.fspath(source)
+    if text == "-":
+        data = _standard_input()
+        return _known_picture("the standard input", None, data, len(data))
+    path, name = Path(text), printable(text)
+    if not text:
+        raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
+    size = ordinary(path, name)
+    return _known_picture(name, path, None, size)
+
+
+def _standard_input() -> bytes:
+    """Read the standard input, or return again what came of it: who plans and then works asks for it twice."""
+    if sys.stdin is None:
+        raise InputError("the standard input is closed; name a file.")
+    if _RECEIVED.get("from") is not sys.stdin:
+        _RECEIVED.update({"from": sys.stdin, "data": sys.stdin.buffer.read(MAX_WHOLE + 1)})
+    data: bytes = _RECEIVED["data"]
+    if len(data) > MAX_WHOLE:
+        raise InputError(f"the standard input is larger than {MAX_WHOLE >> 30} GiB; name a file.")
+    return data
+
+
+def _known_picture(name: str, path: Path | None, held: bytes | None, size: int) -> PictureFile:
+    if size == 0:
+        raise InputError(f"{name} is empty (0 bytes); copy or save it again.")
+    head = held[:HEAD] if held is not None else _first_bytes(path or Path(), name, HEAD)
+    kind, seems = sniff(head[:4096], size)
+    if kind is None:
+        raise InputError(f"{name} seems to be {seems}; only {READABLE} are read, so convert it first.")
+    return PictureFile(name, kind, path, held, size)
+
+
+def _first_bytes(path: Path, name: str, limit: int) -> bytes:
+    try:
+        # Not blocking: should the file have become a pipe since it was looked at, this returns at once.
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with os.fdopen(number, "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise InputError(f"{name} is no ordinary file; name a picture file.")
+            return file.read(min(limit, os.fstat(file.fileno()).st_size))
+    except MemoryError:
+        raise no_room(name) from None
+    except OSError as e:
+        raise InputError(f"{name} cannot be read ({(e.strerror or str(e)).lower()}); check the permissions.") from None
+
+
+def _lend(path: str, target: str) -> None:
+    try:
+        os.symlink(path, target)
+    except OSError:  # no links here, as on some Windows machines
+        shutil.copyfile(path, target)
+
+
+LAYER = "::"
+"""What stands between the name of a file and that of a layer."""
+
+_PLAIN = "RGBAXYZ"
+"""Channels that have no names of their own, in their order; those of one letter only are a picture without a name."""
+
+
+def split_layer(path: PathLike) -> tuple[PathLike, str | None]:
+    """Return the file that a path names, and the layer in it, None where none is named."""
+    file, mark, layer = os.fspath(path).rpartition(LAYER)
+    return (file, layer) if mark and file.lower().endswith(".exr") else (path, None)
+
+
+def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
+    """Return which channels of these names are a layer, red before green, x before y; InputError where none is."""
+    own = [i for i, name in enumerate(names) if layer_of(name) == layer]
+    if not own:
+        known = ", ".join(dict.fromkeys(filter(None, map(layer_of, names)))) or "none"
+        raise InputError(f"{file}: the file has no such layer; its layers are {known}.")
+    last = [names[i].rpartition(".")[2].upper() for i in own]
+    if not all(len(letter) == 1 and letter in _PLAIN for letter in last):
+        return own
+    if sorted(last) == ["A", "Y"]:
+        return [own[last.index("Y")], own[last.index("A")]]
+    return [i for _, i in sorted(zip(map(_PLAIN.index, last), own, strict=True))]
+
+
+def channel_names(channels: int) -> list[str]:
+    """Name the channels of a picture; EXR sorts them by name, so more than four must sort as they count."""
+    if channels > 4:
+        return [f"c{i:02d}" for i in range(channels)]
+    return [["Y"], ["Y", "A"], ["R", "G", "B"], ["R", "G", "B", "A"]][channels - 1]
+
+
+def layer_of(channel: str) -> str:
+    """The layer of a channel; one that has more than a letter for a name is a layer of its own."""
+    layer, dot, own = channel.rpartition(".")
+    return layer if dot else "" if len(own) == 1 else own

@@ -1,7 +1,12 @@
-"""Files become planes and exemplars."""
+"""Files become planes and exemplars; so do the built-in ones.
+
+Those are three CC0 photographs that scikit-image carries, and four surfaces and a material painted by formula, which
+lie in the folder `painted`, wrap around, and are made by ``tools/make_samples.py`` of the repository.
+"""
 
 from __future__ import annotations
 
+import importlib.util
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -10,18 +15,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import ALPHAS, channels_of, chosen, expect_path
+from ..arguments import ALPHAS, MATERIALS, PAINTED, PHOTOS, SAMPLES, channels_of, chosen, expect_path
+from ..arrays import Mask
+from ..disk.whole import PathLike
 from ..errors import InputError, ParameterError, printable, said
 from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
 from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
-from .layers import MARK, split
-from .samples import PREFIX, sample
+from .formats import LAYER, look, split_layer
 from .sets import layered, name_of, uses_directx
-from .source import look
-
-PathLike = str | os.PathLike[str]
-Mask = NDArray[np.bool_]
 
 
 def read(
@@ -102,7 +104,7 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
     if isinstance(path, str) and path.startswith(PREFIX):
         made = sample(path)
         return made if kind is None else Plane(made.pixels, chosen(Kind, "kind", kind), made.transfer, made.meta)
-    file, layer = (path, None) if isinstance(path, bytes) else split(path)
+    file, layer = (path, None) if isinstance(path, bytes) else split_layer(path)
     picture = look(file)
     if layer is not None and not isinstance(path, bytes):
         picture = replace(picture, name=printable(path))
@@ -157,9 +159,9 @@ def _exemplar_name(path: PathLike, files: Mapping[str, PathLike]) -> str:
     if text == "-":
         return "stdin"
     if text.startswith(PREFIX):
-        whole = text.partition(MARK)[0]
+        whole = text.partition(LAYER)[0]
         return whole if layered(whole) == files else text
-    return name_of(text)[0] or Path(split(text)[0]).stem
+    return name_of(text)[0] or Path(split_layer(text)[0]).stem
 
 
 def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:
@@ -172,7 +174,7 @@ def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generi
     return pixels
 
 
-def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, NDArray[np.bool_] | None]:
+def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, Mask | None]:
     """Decide whether alpha is a channel or a mask; return the plane and its usable pixels."""
     if not plane.alpha:
         if alpha == "mask":
@@ -191,7 +193,7 @@ def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, NDArray[np
     return plane.like(colour) if colour.shape[2] > 1 else replace(plane, pixels=colour[:, :, 0]), opacity > full / 2
 
 
-def read_mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
+def read_mask(path: PathLike, base: Plane, name: str) -> Mask:
     """Read a mask as large as the plane `base` of `name`: True where it is lighter than half, and opaque.
 
     In files that hold only 0 and 1, every 1 is light.
@@ -211,3 +213,41 @@ def read_mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
     if plane.channels in (2, 4):
         usable &= values[:, :, -1] > full / 2
     return np.asarray(usable, dtype=bool)
+
+
+PREFIX = "sample:"
+FOLDER = Path(__file__).with_name("painted")
+
+
+def sample_names() -> list[str]:
+    """List the built-in exemplars, as in ``sample:tiles``."""
+    return [*SAMPLES]
+
+
+def sample(name: str) -> Plane:
+    """Return a built-in exemplar, of a material its albedo, or as ``setts::normal`` another map; nothing is downloaded.
+
+    Raises InputError for an unknown name.
+    """
+    word, mark, plane = name.removeprefix(PREFIX).partition(LAYER)
+    if planes := MATERIALS.get(word):
+        plane = plane or planes[0]
+        if plane not in planes:
+            raise InputError(f"sample:{word} has no plane {plane[:40]!r}; its planes are {', '.join(planes)}.")
+        return _painted(f"{word}_{plane}", KIND_OF_NAME.get(plane, Kind.COLOUR))
+    word += mark + plane
+    if word in PAINTED:
+        return _painted(word, Kind.COLOUR)
+    if word not in PHOTOS:
+        raise InputError(f"there is no sample {word[:40]!r}; choose one of {', '.join(sample_names())}.")
+    # Its files are read by their place: scikit-image itself is slow to import, and might try to download.
+    found = importlib.util.find_spec("skimage")
+    path = Path(found.origin or "").parent / "data" / f"{word}.png" if found else None
+    if path is None or not path.is_file():
+        raise InputError(f"this scikit-image carries no {word}.png; choose a painted one, such as sample:tiles.")
+    return Plane(decode(look(path)).pixels, meta={"name": "png"})
+
+
+def _painted(stem: str, kind: Kind) -> Plane:
+    """Read a file of the folder."""
+    return Plane(decode(look(FOLDER / f"{stem}.png")).pixels, kind, meta={"name": "sample"})

@@ -10,13 +10,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..arguments import MATERIALS
+from ..disk.whole import PathLike
 from ..errors import InputError, ParameterError, printable
 from .decode import opened
-from .formats import SUFFIXES
-from .layers import MARK, layer_of, split
-from .source import look
-
-PathLike = str | os.PathLike[str]
+from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
 
 WORDS = {
     "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",
@@ -132,7 +129,7 @@ def layered(path: PathLike) -> dict[str, PathLike]:
     """
     text = os.fspath(path)
     if planes := MATERIALS.get(text.removeprefix("sample:")) if text.startswith("sample:") else None:
-        return {name: f"{text}{MARK}{name}" for name in planes}
+        return {name: f"{text}{LAYER}{name}" for name in planes}
     found: dict[str, str] = {}
     layers = {} if _special(path) else layers_of(path)
     for layer in sorted(layers, key=lambda one: not one):
@@ -149,7 +146,7 @@ def layered(path: PathLike) -> dict[str, PathLike]:
     if "albedo" not in found:
         listed = " and ".join(found.values())
         raise InputError(f"{printable(path)}: {listed} are maps without the picture that they belong to; add a layer.")
-    return {name: f"{os.fspath(path)}{MARK}{found[name]}" for name in WORDS if name in found}
+    return {name: f"{os.fspath(path)}{LAYER}{found[name]}" for name in WORDS if name in found}
 
 
 def describe(sets: Iterable[dict[str, PathLike]]) -> str:
@@ -176,7 +173,7 @@ def uses_directx(path: PathLike) -> bool:
 
 def _split(path: PathLike) -> tuple[list[str], str | None]:
     """Return the tokens of the stem without resolution tags and plane word, and that word."""
-    stem = Path(os.fspath(split(path)[0])).stem
+    stem = Path(os.fspath(split_layer(path)[0])).stem
     tokens = [t for t in re.split(r"[_\-. ]+", stem) if t]
     end = len(tokens)
     while end and _TAG.fullmatch(tokens[end - 1]):

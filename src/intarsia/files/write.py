@@ -1,10 +1,12 @@
-"""Planes become files, whole or not at all, in the depth that is asked for."""
+"""Planes become files, whole or not at all, in the depth that is asked for; the recipe of one is found again."""
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from types import NoneType
 from typing import Any
 
@@ -12,16 +14,14 @@ import numpy as np
 
 from ..arguments import called, expect, expect_path
 from ..arrays import pixels_of
-from ..disk.depth import converted, dtype_of
-from ..disk.preview import looked_at
-from ..disk.writing import check_writable, put_all, write_bytes
+from ..disk.depth import converted, dtype_of, looked_at
+from ..disk.whole import PathLike, check_writable, put_all, write_bytes
 from ..errors import InputError, ParameterError, printable
 from ..image import Kind, Plane, Transfer
-from .encode import check_holds, check_layers, encode, encode_layers, holds_recipe
-from .formats import format_of
-from .recipe import recipe_path
-
-PathLike = str | os.PathLike[str]
+from . import png
+from .decode import opened, pillow_opened
+from .encode import MARK, check_holds, check_layers, encode, encode_layers, holds_recipe
+from .formats import PictureFile, damaged, format_of, look
 
 
 def write(
@@ -135,3 +135,75 @@ def convert(plane: Plane, depth: int | str) -> Plane:
 def preview(plane: Plane) -> Plane:
     """Return a picture of 8 bits to look at: floats clipped, heights stretched to their range, labels in colours."""
     return Plane(looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR))
+
+
+LONGEST = 1 << 24
+
+
+def recipe_path(path: PathLike) -> Path:
+    """Return where the recipe of a file lies if its format holds no text: ``out.bmp.recipe.json``."""
+    return Path(os.fspath(path) + ".recipe.json")
+
+
+def read_recipe(path: PathLike) -> dict[str, Any] | None:
+    """Find the recipe that a picture was made by; None where it has none.
+
+    The file may be the picture, or a recipe saved as .json. Raises InputError where it cannot be read.
+    """
+    if os.fspath(path).lower().endswith(".json"):
+        return _from_file(Path(path))
+    text = _description(look(path))
+    start = text.find(MARK)
+    if start >= 0:
+        return _parse(text[start + len(MARK) :], printable(path))
+    beside = recipe_path(path)
+    return _from_file(beside) if os.path.isfile(beside) else None
+
+
+def _from_file(path: Path) -> dict[str, Any]:
+    name = printable(path)
+    if not os.path.isfile(path):
+        raise InputError(f"{name} does not exist, or is no ordinary file; name a recipe.")
+    try:
+        with path.open("rb") as file:
+            return _parse(file.read(LONGEST).decode("utf-8"), name)
+    except (OSError, UnicodeDecodeError) as e:
+        raise InputError(f"{name} cannot be read as a recipe ({type(e).__name__}); save it again.") from None
+
+
+def _parse(text: str, name: str) -> dict[str, Any]:
+    try:
+        found = json.JSONDecoder().raw_decode(text)[0]
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise InputError(f"the recipe of {name} is damaged; save it again.")
+    return found
+
+
+def _description(picture: PictureFile) -> str:
+    """Return the texts that a file holds, joined."""
+    try:
+        if picture.format == "png":
+            return "\n".join(png.png(picture.data(), picture.name).texts.values())
+        if picture.format in ("jpeg", "webp"):
+            return _text_by_pillow(picture)
+        if picture.format in ("tiff", "exr"):
+            with opened(picture) as (file, _):
+                return str(file.spec().get_string_attribute("ImageDescription"))
+    except InputError:
+        raise
+    except Exception as e:  # a damaged file can fail in any way
+        raise damaged(picture.name, str(e) or type(e).__name__) from None
+    return ""
+
+
+def _text_by_pillow(picture: PictureFile) -> str:
+    from PIL import Image
+
+    with pillow_opened(picture.format, picture.data()) as image:
+        if picture.format == "jpeg":
+            return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
+        facts = Image.Exif()
+        facts.load(image.info.get("exif", b""))
+        return str(facts.get(0x010E, ""))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..arguments import called, pair
-from ..disk.memory import free_memory
+from ..disk.limits import free_memory
 from ..errors import ParameterError, ResourceError
 from ..geometry import Box
 from ..methods.base import FARTHEST

@@ -21,13 +21,12 @@ from pathlib import Path
 import numpy as np
 
 from ..disk import whole
-from ..disk.writing import check_writable
+from ..disk.whole import check_writable
 from ..errors import ParameterError
 from ..files.encode import MARK, encode, holds_recipe
 from ..files.formats import format_of
 from ..files.png import decode_png, encode_png
-from ..files.recipe import recipe_path
-from ..files.write import check_depth, write
+from ..files.write import check_depth, recipe_path, write
 from ..image import Array, Kind, Plane
 from ..rendering.mixing import averaged
 from ..run import Run

@@ -10,7 +10,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from ..disk.memory import taken
+from ..disk.limits import taken
 from ..errors import ResourceError
 from ..methods.base import traits
 from ..run import Run

@@ -14,7 +14,7 @@ from html import escape
 
 import numpy as np
 
-from ..disk.preview import encoded, looked_at
+from ..disk.depth import encoded, looked_at
 from ..errors import IntarsiaError, legible
 from ..exemplar import Exemplar
 from ..image import Plane, Transfer

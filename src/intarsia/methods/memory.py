@@ -7,7 +7,7 @@ import numpy as np
 from ..blend import Blend
 from ..canvas import Canvas
 from ..disk.depth import dtype_of
-from ..disk.memory import taken
+from ..disk.limits import taken
 from ..exemplar import Exemplar
 from .base import Method, passes_of, traits
 

@@ -22,10 +22,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from ..blend import Finish, Levelling
 from ..errors import ParameterError
-from ..filtering import fourier
 from ..geometry import Box
 from ..image import Array
 from ..run import Run
@@ -82,8 +82,8 @@ class Bench:
             for x in range(0, out.shape[1], side)
         ]
         colours = _Colours.of(self)
-        size = [fourier.next_fast_len(min(n, side) + 2 * radius, real=True) for n in out.shape[:2]]
-        spread = fourier.rfft2(potential(radius), size)
+        size = [fft.next_fast_len(min(n, side) + 2 * radius, real=True) for n in out.shape[:2]]
+        spread = fft.rfft2(potential(radius), size)
         with run.pool() as each:
 
             def level(cell: Box) -> None:
@@ -97,7 +97,7 @@ class Bench:
                 there = slice(cell.y0, cell.y1), slice(cell.x0, cell.x1), slice(steps.shape[2])
                 added, first = np.empty((cell.height, cell.width, steps.shape[2])), 2 * radius - 1
                 for c in range(steps.shape[2]):
-                    field = fourier.irfft2(fourier.rfft2(steps[..., c], size) * spread, size)
+                    field = fft.irfft2(fft.rfft2(steps[..., c], size) * spread, size)
                     added[..., c] = np.rint(field[first : first + cell.height, first : first + cell.width])
                 here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
                 colours.move(here, added, how.strength)

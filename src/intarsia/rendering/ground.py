@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..exemplar import Exemplar
-from ..filtering.filters import ndimage
 from ..geometry import Box
 from ..image import Array
 from ..kernels.pieces_of_maps import HOLE
+from ..lazy import ndimage
 from .vote_kernels import Map, VotedExemplars, cut_window
 
 OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."

@@ -17,7 +17,7 @@ WHERE, OUTPUT, LOOK, EXEMPLAR, WORK = HEADINGS
 
 @dataclass(frozen=True)
 class Field:
-    """What is known of a field: option of some verbs, key of a job, and, with `recipe`, of the recipe.
+    """What is known of a field: option of some verbs, key of a job, and place in a recipe, if that holds it.
 
     Without ``flags`` it is an argument. ``heading`` says where help lists it, if ``rare`` only in full help; ``shown``
     what help shows in place of a value; ``local`` what the studio gives itself, or does not need; ``passing`` what
@@ -36,7 +36,7 @@ class Field:
     many: bool = False
     required: bool = False
     rare: bool = False
-    recipe: bool = False
+    recipe: str = ""
     local: bool = False
     passing: bool = False
     alone: str | None = None
@@ -52,6 +52,17 @@ class Field:
     def key(self) -> str:
         """What the field is called in a job."""
         return self.flag.lstrip("-").replace("-", "_")
+
+    @property
+    def of_exemplars(self) -> bool:
+        """Whether it says what of the exemplars is used, and how."""
+        return self.recipe.startswith("inputs.")
+
+    def of_json(self, value: Any) -> Any:
+        """Read the field as a recipe holds it; an exception says that it is damaged."""
+        if self.many:
+            return tuple(self.kind.read(f"{name}={one}") for name, one in value.items())
+        return self.kind.of_json(value)
 
     def of(self, verb: str) -> Field:
         """The field as a verb has it."""

@@ -68,7 +68,7 @@ class Asked:
     band: int | None = asked(
         Whole(low=1, high=MOST_BAND), "--band",
         "Width of the band that is grown anew. Half lies at either border. Default: one and a half elements.",
-        WHERE, {"tile"}, shown="PX",
+        WHERE, {"tile"}, recipe="tile.band", shown="PX",
     )  # fmt: skip
     holes: tuple[str, ...] = asked(
         File(name="image", choices=("alpha",)), "--mask", "White is healed; with alpha what is transparent. As large "
@@ -78,7 +78,7 @@ class Asked:
     grow: int | None = asked(
         Whole(high=MOST_GROWN, choices=("auto",)), "--grow",
         "Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside. Default: auto.",
-        WHERE, {"heal"}, shown="N|auto",
+        WHERE, {"heal"}, recipe="heal.grow", shown="N|auto",
     )  # fmt: skip
     labels: tuple[str, ...] = asked(
         IMAGE, "--labels -l",
@@ -94,7 +94,7 @@ class Asked:
     weight: float = asked(
         Number(high=WEIGHTS), "--weight",
         "How closely boundaries follow the target. 1.5 to 2.5 mostly; 0 takes what joins best.",
-        WHERE, {"paint"}, WEIGHT, shown="F", tells_default=True,
+        WHERE, {"paint"}, WEIGHT, recipe="guide.weight", shown="F", tells_default=True,
     )  # fmt: skip
     window: tuple[int, int, int, int] | None = asked(
         Rectangle(), "--window", "Draw this part only. Where the map wraps it may reach over the border.",
@@ -106,11 +106,11 @@ class Asked:
     )  # fmt: skip
     edge: int = asked(
         Whole(high=MOST_EDGE), "--edge", "Fill N px along the edge of holes again, pixel by pixel; slow.",
-        WHERE, {"heal"}, 0, shown="N", rare=True,
+        WHERE, {"heal"}, 0, recipe="edge", shown="N", rare=True,
     )  # fmt: skip
     reach: int = asked(
         Whole(high=REACHES), "--reach", "Pixels this near to a boundary count as partly of both labels.",
-        WHERE, {"paint"}, 0, shown="PX", rare=True, tells_default=True,
+        WHERE, {"paint"}, 0, recipe="guide.reach", shown="PX", rare=True, tells_default=True,
     )  # fmt: skip
 
     out: str | None = asked(
@@ -128,7 +128,7 @@ class Asked:
     )  # fmt: skip
     size: tuple[int, int] | None = asked(
         Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
-        OUTPUT, {"grow", "tile", "weave"},
+        OUTPUT, {"grow", "tile", "weave"}, recipe="size",
         otherwise={
             "tile": {
                 "help": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
@@ -152,7 +152,8 @@ class Asked:
     wrap: str | None = asked(
         one_of(*(w.value for w in Wrap)), "--wrap",
         "Axes along which the output tiles. It continues in itself there; without a value along both.",
-        OUTPUT, (PLANNED - {"tile"}) | {"score"}, Wrap.NONE.value, alone=Wrap.BOTH.value, tells_default=True,
+        OUTPUT, (PLANNED - {"tile"}) | {"score"}, Wrap.NONE.value, recipe="wrap",
+        alone=Wrap.BOTH.value, tells_default=True,
         otherwise={
             "heal": {"help": "Axes along which the picture continues in itself."},
             "score": {
@@ -162,7 +163,7 @@ class Asked:
         },
     )  # fmt: skip
     depth: str | None = asked(
-        one_of(*DEPTHS), "--depth", "Bits; by default exactly those of the exemplar.", OUTPUT, DRAWN,
+        one_of(*DEPTHS), "--depth", "Bits; by default exactly those of the exemplar.", OUTPUT, DRAWN, recipe="depth",
     )  # fmt: skip
     force: bool = asked(
         FLAG, "--force", "Replace files that exist.", OUTPUT, EVERY, False, local=True,
@@ -228,7 +229,7 @@ class Asked:
     feather: int | None = asked(
         Whole(high=FEATHER), "--feather",
         "Soften seams over so many px; 0 copies exactly. By default as the method means it.",
-        LOOK, {"grow", "extend", "paint", "weave", "render"}, shown="PX",
+        LOOK, {"grow", "extend", "paint", "weave", "render"}, recipe="blend.feather", shown="PX",
         otherwise={"render": {"help": "Soften the seams over so many px. By default as it was grown."}},
     )  # fmt: skip
     trials: int | None = asked(
@@ -238,6 +239,7 @@ class Asked:
     )  # fmt: skip
     seed: int | None = asked(
         Seed(), "--seed", "The same number gives the same picture. Default: 0.", LOOK, MADE, shown="N|random",
+        recipe="seed",
     )  # fmt: skip
     document: str | None = asked(
         one_of(*PRESETS), "--as",
@@ -252,7 +254,7 @@ class Asked:
     repair: int = asked(
         Whole(high=MOST_PASSES), "--repair",
         "Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
-        "Default: 0.", LOOK, PLANNED, 0, shown="N", rare=True,
+        "Default: 0.", LOOK, PLANNED, 0, shown="N", rare=True, recipe="repair",
     )  # fmt: skip
     explain: bool = asked(
         FLAG, "--explain",
@@ -262,7 +264,7 @@ class Asked:
     mixing: str | None = asked(
         one_of("mean", "variance", "source"), "--mixing",
         "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
-        LOOK, {"grow", "extend", "paint", "weave", "render"}, rare=True,
+        LOOK, {"grow", "extend", "paint", "weave", "render"}, rare=True, recipe="blend.mixing",
         otherwise={"render": {"help": "How pieces mix within the feather; by default as it was grown."}},
     )  # fmt: skip
     level: int | None = asked(
@@ -280,7 +282,7 @@ class Asked:
         Whole(low=1, high=TIMES), "--magnify", "Grow small, at 1/N, and draw at full size. All pixels of the exemplar "
         "are drawn: for large outputs. Sizes stay those of the pictures; all else, such as --patch and --feather (then "
         "1 if not given), counts px of 1/N.",
-        LOOK, {"grow", "weave", "render"}, 1, shown="N", rare=True, recipe=True,
+        LOOK, {"grow", "weave", "render"}, 1, shown="N", rare=True, recipe="inputs.magnify",
     )  # fmt: skip
 
     files: tuple[str, ...] = asked(
@@ -312,11 +314,11 @@ class Asked:
         },
     )  # fmt: skip
     crop: tuple[int, int, int, int] | None = asked(
-        Rectangle(), "--crop", "Use this part of the exemplar only.", EXEMPLAR, EVERY - {"heal"}, recipe=True,
+        Rectangle(), "--crop", "Use this part of the exemplar only.", EXEMPLAR, EVERY - {"heal"}, recipe="inputs.crop",
     )  # fmt: skip
     flatten: bool = asked(
         FLAG, "--flatten", "Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia "
-        "analyze` tells where it helps.", EXEMPLAR, EVERY - {"extend", "heal"}, False, recipe=True,
+        "analyze` tells where it helps.", EXEMPLAR, EVERY - {"extend", "heal"}, False, recipe="inputs.flatten",
     )  # fmt: skip
     several: bool = asked(
         FLAG, "--several",
@@ -344,12 +346,13 @@ class Asked:
     output: str | None = asked(WRITTEN, "", "", EXEMPLAR, {"score"}, shown="OUTPUT", required=True)
     packed: str | None = asked(
         Channels(), "--packed", "What the channels of the packed map hold (NAME_orm and the like, or --map "
-        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EXEMPLAR, EVERY - {"score"}, rare=True, recipe=True,
+        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EXEMPLAR, EVERY - {"score"}, rare=True,
+        recipe="inputs.packed",
     )  # fmt: skip
     weights: tuple[tuple[str, float], ...] = asked(
         PLANE_WEIGHT, "--weight --plane-weight",
         "How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
-        EXEMPLAR, EVERY - {"score"}, many=True, rare=True, recipe=True,
+        EXEMPLAR, EVERY - {"score"}, many=True, rare=True, recipe="inputs.weights",
         otherwise={"paint": {"flags": ("--plane-weight",)}},  # --weight is that of the target
     )  # fmt: skip
     as_set: bool = asked(
@@ -359,19 +362,19 @@ class Asked:
     scale: int = asked(
         Scale(), "--scale",
         "Reduce the exemplar to 1/2, 1/3, ... first. After --crop; blocks are averaged in linear light.",
-        EXEMPLAR, EVERY - {"heal"}, 1, rare=True, recipe=True,
+        EXEMPLAR, EVERY - {"heal"}, 1, rare=True, recipe="inputs.scale",
     )  # fmt: skip
     alpha: str = asked(
         one_of(*ALPHAS), "--alpha", "Opacity is a channel to grow, or a mask of the pixels that may be used.",
-        EXEMPLAR, EVERY, "auto", rare=True, recipe=True, tells_default=True,
+        EXEMPLAR, EVERY, "auto", rare=True, recipe="inputs.alpha", tells_default=True,
     )  # fmt: skip
     avoid: tuple[int, int, int] | None = asked(
         Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EXEMPLAR, EVERY, rare=True,
-        recipe=True,
+        recipe="inputs.avoid",
     )  # fmt: skip
     toroidal: bool = asked(
         FLAG, "--toroidal", "The exemplar continues across its borders.", EXEMPLAR, EVERY - {"tile"}, False, rare=True,
-        recipe=True,
+        recipe="inputs.toroidal",
     )  # fmt: skip
     max_pixels: int | None = asked(
         Whole(low=1), "--max-pixels",

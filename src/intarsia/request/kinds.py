@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 from ..arguments import OVERLAYS, channels_of
 from ..draws import SEED_LIMIT
@@ -22,6 +22,8 @@ class Kind:
     name: str = "text"
     shown: str = ""
     choices: tuple[str, ...] = ()
+    between: ClassVar[str] = ","
+    """What stands between the numbers of a list."""
 
     def read(self, text: str) -> Any:
         """Read a value; ValueError says what is wrong, and what to give."""
@@ -38,8 +40,10 @@ class Kind:
         return value if isinstance(value, (bool, int, float)) else self.text(value)
 
     def of_json(self, value: Any) -> Any:
-        """Read what a recipe says; ValueError or TypeError where it is damaged."""
-        return self.read(str(value))
+        """Read what JSON holds; ValueError or TypeError where it is damaged."""
+        if self.name in ("int", "seed") and type(value) is not int:
+            raise TypeError
+        return self.read(self.between.join(map(str, value)) if isinstance(value, list) else str(value))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,11 +101,6 @@ class Whole(Kind):
     def text(self, value: Any) -> str:
         return self.choices[0] if value is None and self.choices else str(value)
 
-    def of_json(self, value: Any) -> Any:
-        if type(value) is not int:
-            raise TypeError
-        return self.read(str(value))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Kind):
@@ -133,6 +132,7 @@ def _within(kind: Whole | Number, number: float) -> float:
 class Size(Kind):
     """WIDTHxHEIGHT, or one number for a square; gives (width, height)."""
 
+    between: ClassVar[str] = "x"
     most: int = 1 << 31
     name: str = "size"
     shown: str = "WIDTHxHEIGHT"
@@ -172,9 +172,6 @@ class Rectangle(Kind):
 
     def json(self, value: Any) -> Any:
         return list(value)
-
-    def of_json(self, value: Any) -> Any:
-        return self.read(",".join(map(str, value)))
 
 
 @dataclass(frozen=True, kw_only=True)

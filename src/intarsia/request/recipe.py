@@ -6,18 +6,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from ..arguments import MOST_PASSES
+from ..arguments import whole
 from ..blend import Blend
 from ..canvas import Canvas
-from ..draws import check_seed
 from ..errors import InputError, ParameterError
-from ..geometry import Wrap
 from ..methods.base import method_of
 from .argv import settings_of
-from .field import Field
-from .fields import DEPTHS, MOST_EDGE, MOST_GROWN
-from .pictures import with_pictures
 from .request import FIELDS, Request
+from .verbs import BEGUN
+
+VERBS = {"extend": "extend", "tile": "tile", "heal": "heal", "guide": "paint"}
+"""What a recipe holds -> the verb that it is of; `grow`, where it holds none of them."""
 
 
 def inputs_of(request: Request) -> dict[str, Any]:
@@ -25,125 +24,71 @@ def inputs_of(request: Request) -> dict[str, Any]:
     told = {}
     for field in FIELDS:
         value = getattr(request, field.name)
-        if field.recipe and value != field.default:
+        if field.of_exemplars and value != field.default:
             told[field.name] = dict(value) if field.many else field.kind.json(value)
     return told
 
 
-def begun_as(recipe: Mapping[str, Any]) -> str:
-    """The verb that a recipe is of."""
-    verbs = {"extend": "extend", "tile": "tile", "heal": "heal", "guide": "paint"}
-    return next((verb for word, verb in verbs.items() if word in recipe), "grow")
+def from_recipe(recipe: Mapping[str, Any], given: Request, called: str) -> Request:
+    """Return the request that made what carries a recipe; its files are those that are given.
 
-
-def from_recipe(recipe: dict[str, Any], given: Request, name: str) -> Request:
-    """Return the request that made what is called `name` and carries a recipe; its files are those that are given.
-
-    What is `given` otherwise goes before what the recipe says. Raises InputError where the recipe is damaged, and
-    ParameterError where files are given that it does not ask for.
+    What is `given` otherwise goes before what the recipe says. InputError where the recipe is damaged: it is `called`
+    so then. ParameterError where files are given that it does not ask for.
     """
-    recipe = with_pictures(recipe, dict(given.pictures), name)
     try:
-        told = _work(recipe) | _begun(recipe, given)
+        found = _read(recipe, given)
     except ParameterError as e:
-        raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
+        raise InputError(f"{called} cannot be followed: {e}") from None
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise InputError(f"the recipe of {name} is damaged, or of an unknown version; grow it again.") from None
-    verb = begun_as(recipe)
-    _check_given(recipe, verb, given, name)
-    request = _with_inputs(recipe, given, name)
-    if given.depth is None and "depth" in recipe:
-        if recipe["depth"] not in DEPTHS:
-            raise InputError(f"the depth in the recipe of {name} is damaged; grow it again.")
-        told["depth"] = recipe["depth"]
-    if "size" in told and verb != "tile":
-        told["size"] = tuple(side * request.magnify for side in told["size"])
-    masks = given.usable + (() if verb == "heal" else given.masks)
-    said = {"auto": recipe["auto"]} if "auto" in recipe else {}
-    try:
-        return replace(request, verb=verb, masks=masks, usable=(), picture=None, said=said, **told)
-    except ParameterError as e:
-        raise InputError(f"the recipe of {name} cannot be followed: {e}") from None
-
-
-def _work(recipe: dict[str, Any]) -> dict[str, Any]:
-    """Read method, seed, wrap, joins and repair."""
-    method, blend = method_of(recipe["method"], {**recipe["parameters"]}), recipe["blend"]
-    if not isinstance(recipe["exemplars"], list) or not recipe["exemplars"]:
-        raise ValueError
-    for entry in recipe["exemplars"]:
-        str(entry["sha256"])
-    _whole(blend["feather"])
-    joined = Blend.of(blend)
-    return {
-        "method": method.slug, "parameters": settings_of(method), "seed": check_seed(_whole(recipe["seed"])),
-        "wrap": Wrap(recipe["wrap"]).value, "feather": joined.feather, "mixing": blend["mixing"],
-        "finish": joined.finish, "repair": _whole(recipe.get("repair", 0), 0, MOST_PASSES),
-    }  # fmt: skip
-
-
-def _begun(recipe: dict[str, Any], given: Request) -> dict[str, Any]:
-    """Read what the canvas begins with: margins, a band, holes, labels, a map, or nothing, and how large it is."""
-    verb, (width, height) = begun_as(recipe), (_whole(n) for n in recipe["size"])
-    if verb == "extend":
-        sides = (_whole(n) for n in recipe["extend"])
-        return dict(zip(("left", "right", "top", "bottom"), sides, strict=True))
-    if verb == "tile":
-        band, size = _whole(recipe["tile"]["band"], 1), (_whole(width, 1), _whole(height, 1))
-        return {"axes": Wrap(recipe["wrap"]).value, "band": band, "size": size}
-    if verb == "heal":
-        healed = recipe["heal"]
-        return {
-            "holes": ("alpha",) if healed.get("mask") == "alpha" else given.masks,
-            "grow": _whole(healed["grow"], 0, MOST_GROWN), "edge": _whole(recipe.get("edge", 0), 0, MOST_EDGE),
-        }  # fmt: skip
-    Canvas(height, width)
-    told: dict[str, Any] = {"size": (width, height)}
-    if verb == "paint":
-        told |= {"weight": float(recipe["guide"]["weight"]), "reach": _whole(recipe["guide"]["reach"])}
-    if "start" in recipe and "rim" in recipe:
-        told["rim"] = _whole(recipe["rim"], 0)
-    return told
-
-
-def _check_given(recipe: dict[str, Any], verb: str, given: Request, name: str) -> None:
-    """Refuse files that the recipe does not ask for."""
-    painted, begun = "guide" in recipe, verb in ("extend", "heal", "tile")
+        raise InputError(f"{called} is damaged, or of an unknown version; grow it again.") from None
     for option, needed, files in (
-        ("--labels", painted, given.labels), ("--target", painted, given.target),
-        ("--start", "start" in recipe and not begun, given.start),
-        ("--from", begun and len(recipe["exemplars"]) > 1, given.donors),
-        ("--mask", verb != "heal" or recipe["heal"].get("mask") != "alpha", given.masks),
+        ("--labels", "guide" in recipe, given.labels), ("--target", "guide" in recipe, given.target),
+        ("--start", "start" in recipe and not found.begun, given.start),
+        ("--from", found.begun and len(recipe["exemplars"]) > 1, given.donors),
+        ("--mask", found.holes != ("alpha",), given.masks),
     ):  # fmt: skip
         if files and not needed:
-            raise ParameterError(f"{name} was made without {option}; drop it.")
+            raise ParameterError(f"{given.picture} was made without {option}; drop it.")
+    return found
 
 
-def _with_inputs(recipe: dict[str, Any], given: Request, name: str) -> Request:
-    """Return the request with exemplars used as the recipe had them; what is given now goes first."""
-    try:
-        said = recipe.get("inputs", {})
-        told: dict[str, Any] = {
-            f.name: _read(f, said[f.name])
-            for f in FIELDS if f.recipe and f.name in said and getattr(given, f.name) == f.default
-        }  # fmt: skip
-        return replace(
-            given, files=given.files or tuple(entry.get("name", "") for entry in recipe["exemplars"]), **told
-        )
-    except (ParameterError, TypeError, ValueError, AttributeError):
-        raise InputError(f"the inputs in the recipe of {name} are damaged; grow it again.") from None
-
-
-def _read(field: Field, value: Any) -> Any:
-    """Read a field as a recipe holds it."""
-    if field.many:
-        return tuple(field.kind.read(f"{name}={one}") for name, one in value.items())
-    return field.kind.of_json(value)
-
-
-def _whole(value: Any, low: int | None = None, high: int | None = None) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
+def _read(recipe: Mapping[str, Any], given: Request) -> Request:
+    verb = next((verb for word, verb in VERBS.items() if word in recipe), "grow")
+    method, joined = method_of(recipe["method"], {**recipe["parameters"]}), Blend.of(recipe["blend"])
+    told, names = _fields(recipe, given), [(str(e["sha256"]), e.get("name", ""))[1] for e in recipe["exemplars"]]
+    (width, height), times = recipe["size"], told.get("magnify", given.magnify)
+    if not names:
         raise ValueError
-    if (low is not None and value < low) or (high is not None and value > high):
-        raise ValueError
-    return value
+    told |= {"method": method.slug, "parameters": settings_of(method), "finish": joined.finish, "usable": ()}
+    told |= {"files": given.files or tuple(names), "said": {k: recipe[k] for k in ("auto",) if k in recipe}}
+    told["masks"] = given.usable + (() if verb == "heal" else given.masks)
+    if verb == "extend":
+        left, right, top, bottom = map(whole, recipe["extend"])
+        told |= {"left": left, "right": right, "top": top, "bottom": bottom}
+    if verb == "heal":
+        told["holes"] = ("alpha",) if recipe["heal"].get("mask") == "alpha" else given.masks
+    if verb == "tile":
+        told["axes"] = told["wrap"]
+    if verb not in BEGUN:
+        Canvas(height, width)
+        told["size"] = width * times, height * times
+        if "start" in recipe and "rim" in recipe:
+            told["rim"] = whole(recipe["rim"])
+    return replace(given, verb=verb, picture=None, **told)
+
+
+def _fields(recipe: Mapping[str, Any], given: Request) -> dict[str, Any]:
+    """Read the fields that the table says a recipe holds, but for those that are given."""
+    told = {}
+    for field in FIELDS:
+        root, _, leaf = field.recipe.partition(".")
+        if root in recipe and getattr(given, field.name) == field.default:
+            value = recipe[root]
+            if field.of_exemplars and leaf not in value:
+                continue
+            if leaf:
+                value = value[leaf]
+            told[field.name] = field.of_json(value)
+    if not {"seed", "wrap", "size"} <= set(told):
+        raise KeyError
+    return told

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import Features, pose_array
-from ..analysis.usable import valid_windows, without_patch
+from ..analysis.sums import valid_windows, without_patch
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, ISOMETRY_SETS

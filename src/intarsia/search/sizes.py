@@ -8,7 +8,7 @@ import numpy as np
 
 from ..analysis.elements import ElementSize, element_size
 from ..analysis.features import features
-from ..analysis.usable import valid_windows, without_patch
+from ..analysis.sums import valid_windows, without_patch
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..analysis.usable import valid_windows
+from ..analysis.sums import valid_windows
 from ..arguments import MOST_PASSES, PASSES, expect, whole_within
 from ..canvas import Canvas
 from ..errors import InputError, ParameterError
@@ -21,9 +21,9 @@ from ..search.sizes import default_patch
 from ..synthesis import Synthesis
 
 if TYPE_CHECKING:
-    from ..covering import repair as repairs
+    from ..covering import covering as repairs
 else:
-    repairs = lazy("intarsia.covering.repair")
+    repairs = lazy("intarsia.covering.covering")
 
 LEAST_PATCH = 8
 LEAST_WINDOW = 12  # px

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
-from ..analysis.reduction import block_sums
 from ..analysis.structure import SEAMLESS, border_of
-from ..analysis.variance import spreads
+from ..analysis.sums import block_sums, spreads
 from ..arguments import called, chosen, size_of, whole_within
 from ..blend import Blend, Levelling
 from ..canvas import Canvas
@@ -29,15 +28,14 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.candidates import UNIT
-from ..lattice.closing import allowed, closing_length
+from ..lattice.lattice import allowed, closing_length
 from ..methods.base import Method, make, traits
 from ..params import AUTO, extent, parameters
 from ..run import Run, run_of
 from ..search.sizes import element_patch, supplied
 from ..sourcemap import identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
-from .completion import donors_of, least_seams, planned_for_holes
-from .starts import shelf_of, with_hole
+from .completion import donors_of, least_seams, planned_for_holes, shelf_of, with_hole
 
 LEAST_SIDE = 16  # px of an image
 LEAST_BAND = 4  # px: a hole of two, and one on either side of it that may be replaced

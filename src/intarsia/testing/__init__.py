@@ -12,9 +12,20 @@ Needs pytest and hypothesis; a line ``pytest.register_assert_rewrite("intarsia.t
 tell more.
 """
 
-from .cases import Case, as_depth, cases, exemplars, noise, texture
+from .cases import (
+    Case,
+    as_depth,
+    cases,
+    exemplars,
+    looked_up,
+    noise,
+    replayed,
+    same_map,
+    same_pixels,
+    texture,
+    unbroken,
+)
 from .contract import MethodContract
-from .maps import looked_up, replayed, same_map, same_pixels, unbroken
 
 __all__ = [
     "Case",

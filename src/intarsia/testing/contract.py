@@ -3,28 +3,216 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis.strategies import SearchStrategy
 
+from ..arrays import Mask, Pair
 from ..blend import Blend, Levelling
+from ..canvas import Canvas
 from ..errors import CancelledError, ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Box, Wrap
 from ..guide import Guide
 from ..image import Kind, Plane, Transfer
-from ..methods.base import Ability, make
+from ..methods.base import Ability, Method, make
+from ..params import extent
 from ..rendering.render import render
 from ..run import Run
 from ..sourcemap import SourceMap, identity
-from ..synthesis import synthesize
-from .cases import Case, as_depth, texture
-from .laws import of_those_that_claim
-from .maps import looked_up, replayed, same_map, which_of
-from .start import StartLaws
+from ..synthesis import Synthesis, synthesize
+from ..tasks.completion import with_hole
+from .cases import (
+    Case,
+    as_depth,
+    cases,
+    chosen,
+    depth,
+    laid_over,
+    looked_up,
+    noise,
+    replayed,
+    same_map,
+    same_pixels,
+    texture,
+    which_of,
+)
+
+L = TypeVar("L", bound=Callable[..., None])
+
+
+def of_those_that_claim(*abilities: Ability) -> Callable[[L], L]:
+    """Make a law one of methods that claim these abilities: for others there is no such test."""
+
+    def mark(law: L) -> L:
+        law.__dict__["abilities"] = frozenset(abilities)
+        return law
+
+    return mark
+
+
+class Laws:
+    """A method under test.
+
+    Attributes
+    ----------
+    method : Method
+        With parameters that suit exemplars of 20 px a side; a patch of about 12.
+    examples : int
+        How many requests hypothesis draws for each law.
+    least : int
+        Shortest side, px, of the exemplars drawn.
+    few : bool
+        Whether the laws are tested on two of four chosen requests, the first on all, at a few steps, in place of what
+        hypothesis draws.
+    """
+
+    method: ClassVar[Method]
+    examples: ClassVar[int] = 10
+    least: ClassVar[int] = 20
+    few: ClassVar[bool] = False
+
+    def __init_subclass__(cls) -> None:
+        """Leave out the laws of abilities that the method does not claim."""
+        super().__init_subclass__()
+        if not hasattr(cls, "method"):
+            return
+        laws = {n: law for base in reversed(cls.__mro__) for n, law in vars(base).items() if hasattr(law, "abilities")}
+        for name, law in laws.items():
+            if getattr(cls, name) in (law, None):
+                setattr(cls, name, law if law.abilities <= cls.method.supports else None)
+
+    def cases(self) -> SearchStrategy[Case]:
+        """Return the requests on which the laws are tested."""
+        return (chosen if self.few else cases)(self.method, least=self.least)
+
+    def rim(self, exemplars: Sequence[Exemplar], size: Pair) -> int:
+        """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
+        resolved = self.method.resolved(exemplars, Canvas(*size))
+        return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
+
+    def map_of_window(self, case: Case, box: Box) -> SourceMap:
+        """Compute the map of a window of the endless plane, alone."""
+        method: Any = self.method
+        smap: SourceMap = method.window(case.exemplars, box, case.seed, Run(1))
+        return smap
+
+    def for_all(self, law: Callable[[Case], None], examples: int | None = None) -> None:
+        """Test a law on requests that hypothesis draws, or on chosen ones."""
+
+        @settings(
+            max_examples=max(examples or self.examples, 10) // 5 if self.few else examples or self.examples,
+            deadline=None,
+            derandomize=True,
+            database=None,
+            suppress_health_check=[HealthCheck.too_slow],
+        )
+        @given(self.cases())
+        def check(case: Case) -> None:
+            law(case)
+
+        check()
+
+
+HOLES = ("right half", "middle", "scattered", "corners", "all")
+
+
+def hole_of(name: str, height: int, width: int, seed: int) -> Mask:
+    """Return which pixels of a canvas are holes."""
+    y, x = np.mgrid[:height, :width]
+    shapes = {
+        "right half": x >= width // 2,
+        "middle": (abs(2 * y - height) < height / 2) & (abs(2 * x - width) < width / 2),
+        "scattered": noise(height, width, seed) % np.uint64(17) == 0,
+        "corners": (np.minimum(y, height - 1 - y) < 6) & (np.minimum(x, width - 1 - x) < 5),
+        "all": x >= 0,
+    }
+    return np.asarray(shapes[name], bool)
+
+
+class StartLaws(Laws):
+    """What lies deep in a start map stays, and no hole remains."""
+
+    @pytest.mark.parametrize("hole", HOLES)
+    @of_those_that_claim(Ability.START)
+    def test_start_pixels_beyond_the_rim_stay(self, hole: str) -> None:
+        """Law 7: beyond the rim the source stays, beyond rim + feather the look; no hole is left."""
+
+        def law(case: Case) -> None:
+            start, feather = self._start(case, hole), 3
+            out = case.grow(self.method, start=start)
+            assert not out.map.holes.any()
+            rim = self.rim(case.exemplars, case.size)
+            far = depth(start, case.wrap)
+            assert same_pixels(out.map, start, far > rim)
+            before = laid_over(case.grow(self.method).map, start)
+            old, clear = Synthesis(case.exemplars, before, Blend(0), self.method), far > rim + feather
+            for f in (0, feather):
+                assert (out.render(feather=f).samples[clear] == old.render(feather=f).samples[clear]).all()
+            assert same_map(case.grow(self.method, start=start, threads=2).map, out.map)
+
+        self.for_all(law)
+
+    @of_those_that_claim(Ability.START)
+    def test_the_rim_can_be_chosen(self) -> None:
+        """Law 7: with a rim of 0 every known start pixel keeps its source."""
+
+        def law(case: Case) -> None:
+            start = self._start(case, "middle")
+            canvas = Canvas(*case.size, case.wrap, start, rim=0)
+            resolved = self.method.resolved(case.exemplars, canvas)
+            out = resolved.synthesize(case.exemplars, canvas, case.seed, Run(threads=1))
+            assert same_pixels(out, start, ~start.holes)
+            assert not out.holes.any()
+
+        self.for_all(law, 5)
+
+    @of_those_that_claim(Ability.START)
+    def test_a_start_without_holes_is_the_result(self) -> None:
+        """Law 7: where all is known nothing changes."""
+
+        def law(case: Case) -> None:
+            full = case.grow(self.method).map
+            assert same_map(case.grow(self.method, start=full, seed=case.seed ^ 1).map, full)
+
+        self.for_all(law, 5)
+
+    @of_those_that_claim(Ability.START, Ability.SEVERAL, Ability.MASK)
+    def test_the_picture_under_a_start_need_not_be_sampled(self) -> None:
+        """Law 7: a start map may show an exemplar that is wholly unusable; only its own pixels show it."""
+        below = Exemplar.of(texture(26, 30, 3, 5), usable=np.zeros((26, 30), bool))
+        sampled = Exemplar.of(texture(28, 24, 3, 6))
+        holes = hole_of("right half", 26, 30, 0)
+        start = with_hole(identity((below.source, sampled.source), 0), holes)
+        out = synthesize([below, sampled], None, self.method, start=start, run=Run(threads=1))
+        assert (which_of(out.map)[holes] == 1).all()
+        deep = depth(start, Wrap.NONE) > self.rim((below, sampled), (26, 30))
+        assert (which_of(out.map)[deep] == 0).all()
+        assert (out.render(feather=0).pixels[deep] == below.base.pixels[deep]).all()
+
+    @of_those_that_claim(Ability.START)
+    def test_a_start_map_is_never_written_to(self) -> None:
+        """Law 8 for start maps."""
+
+        def law(case: Case) -> None:
+            start = self._start(case, "scattered")
+            before = start.to_bytes()
+            case.grow(self.method, start=start)
+            assert start.to_bytes() == before
+
+        self.for_all(law, 2)
+
+    def _start(self, case: Case, hole: str) -> SourceMap:
+        """Grow a map with another seed and cut holes into it."""
+        full = case.grow(self.method, seed=case.seed ^ 0xABCD).map
+        return with_hole(full, hole_of(hole, *case.size, case.seed))
+
 
 CORNERS = ((0, 0), (-7, 3), (2**40 - 5, -(2**40)))
 
@@ -71,11 +259,8 @@ class MethodContract(StartLaws):
 
         def law(case: Case) -> None:
             first = case.exemplars[0].base.samples[0, 0]
-            flat = []
-            for e in case.exemplars:
-                plane = e.base.like(np.broadcast_to(first, e.base.samples.shape))
-                flat.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-            out = replace(case, exemplars=tuple(flat)).grow(self.method)
+            flat = case.painted(lambda _, e: e.base.like(np.broadcast_to(first, e.base.samples.shape)))
+            out = flat.grow(self.method)
             assert (out.render(feather=feather).samples == first).all()
 
         self.for_all(law, 5)
@@ -231,15 +416,15 @@ class MethodContract(StartLaws):
         """Law 13: 8 bits, the same times 257 in 16 bits, and over 255 in floats give the same map; of data, too."""
 
         def law(case: Case) -> None:
-            kind, maps = (Kind.COLOUR, Kind.DATA)[case.seed % 2], []
+            digests = set()
             for dtype in ("uint8", "uint16", "float32", "float64"):
-                deep = []
-                for n, e in enumerate(case.exemplars):
+
+                def plane(n: int, e: Exemplar, dtype: str = dtype) -> Plane:
                     pixels = as_depth(texture(e.height, e.width, e.base.channels, n), dtype)
-                    plane = Plane(pixels, kind, Transfer.SRGB)
-                    deep.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-                maps.append(replace(case, exemplars=tuple(deep)).grow(self.method).map)
-            assert len({m.digest for m in maps}) == 1
+                    return Plane(pixels, (Kind.COLOUR, Kind.DATA)[case.seed % 2], Transfer.SRGB)
+
+                digests.add(case.painted(plane).grow(self.method).map.digest)
+            assert len(digests) == 1
 
         self.for_all(law)
 
@@ -253,13 +438,13 @@ class MethodContract(StartLaws):
             for power in (-30, -5, 3, 30):
                 factor, maps = (1 + case.seed % 97 / 10) * 10.0 ** (power - (power == 30)), []
                 for scale in (1.0, factor):
-                    planes = []
-                    for n, e in enumerate(case.exemplars):
+
+                    def plane(n: int, e: Exemplar, scale: float = scale) -> Plane:
                         levels = texture(e.height, e.width, e.base.channels, n)
                         levels[e.height // 2, e.width // 2 - 1 : e.width // 2 + 1, :] = [[0], [255]]
-                        plane = Plane((levels * (scale / 255)).astype(np.float32), Kind.DATA)
-                        planes.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-                    maps.append(replace(case, exemplars=tuple(planes)).grow(self.method).map)
+                        return Plane((levels * (scale / 255)).astype(np.float32), Kind.DATA)
+
+                    maps.append(case.painted(plane).grow(self.method).map)
                 assert same_map(*maps), factor
 
         self.for_all(law, 2)

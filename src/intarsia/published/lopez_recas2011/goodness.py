@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...analysis.correlation import autocorrelation
 from ...analysis.features import features
-from ...analysis.reduction import factor_for, reduced
+from ...analysis.sums import factor_for, reduced
 from ...errors import MethodError
 from ...exemplar import Exemplar
 from .goodness_kernels import MILLION, best_pair, hermite, tile_pixels

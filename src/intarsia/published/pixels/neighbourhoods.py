@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analysis.usable import valid_windows
+from ...analysis.sums import valid_windows
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar
 from ...params import AUTO, extent, words

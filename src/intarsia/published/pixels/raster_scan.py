@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analysis.features import features
-from ...analysis.variance import principal_axes
+from ...analysis.sums import principal_axes
 from ...blend import Blend
 from ...canvas import Canvas
 from ...errors import MethodError

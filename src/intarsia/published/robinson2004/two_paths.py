@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analysis.features import features
-from ...analysis.usable import valid_windows
+from ...analysis.sums import valid_windows
 from ...arrays import Array
 from ...canvas import Canvas
 from ...draws import below, draw

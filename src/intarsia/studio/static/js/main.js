@@ -20,15 +20,20 @@ listen({
   preview: (told) => store.seen(told.id, told.number),
   gone: (told) => store.gone(told.job ?? told.exemplar ?? ""),
   here: (here) => {
-    if (here && away) void tried(() => Promise.all([store.load(), kept.send()]));
+    if (here && away) void tried(() => Promise.all([arrive(), kept.send()]));
     away = !here;
     store.here = here;
     store.tell("here");
   },
 });
-await tried(async () => {
-  await kept.load();
-  begin();
-  restore();
+await tried(arrive);
+
+/** What the page keeps comes before all else: without it nobody knows which exemplar is worked with. */
+async function arrive() {
+  if (!store.loaded) {
+    await kept.load();
+    begin();
+    restore();
+  }
   await store.load();
-});
+}

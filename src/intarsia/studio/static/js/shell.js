@@ -30,7 +30,10 @@ class Shell extends HTMLElement {
   #links = ROOMS.map((r) => el("a", { class: "button", href: `#${r.name}` }, r.title));
   /** @type {string} what is shown now */
   #shown = "";
+  /** Whether the page looks at what the address names: not before all that the server has was told. */
   #arrived = false;
+  /** @type {string} the job that the address names, where it is not known yet */
+  #missed = "";
 
   connectedCallback() {
     const theme = button("Light or dark", turn, { icon: icon("dark"), bare: true });
@@ -38,7 +41,7 @@ class Shell extends HTMLElement {
     fill(this.nav, this.#links);
     fill(this, el("header", { class: "top" }, mark, this.nav, this.status, theme), this.main);
     store.on(["warm", "here"], () => this.#tell());
-    store.on(["exemplar", "jobs"], () => (this.#arrived ? this.#route() : this.#arrive()));
+    store.on(["exemplar", "jobs"], () => (this.#arrived && !store.jobs.has(this.#missed) ? this.#route() : this.#arrive()));
     store.addEventListener("chosen", () => this.#address());
     addEventListener("hashchange", () => this.#arrive());
     this.#listen();
@@ -54,10 +57,12 @@ class Shell extends HTMLElement {
   #arrive() {
     const [name, seen = ""] = location.hash.slice(1).split("/");
     this.#arrived = store.loaded;
+    if (!this.#arrived) return this.#route(); // to choose now would tell in the address that nothing is looked at
     const job = store.jobs.get(seen);
+    this.#missed = job ? "" : seen;
     const exemplar = job && exemplarOf(job);
     if (exemplar && exemplar.id !== store.exemplar?.id) store.choose(exemplar);
-    if (this.#arrived && ROOMS.some((r) => r.looks && r.name === name)) {
+    if (ROOMS.some((r) => r.looks && r.name === name)) {
       if (seen === "sheet") store.spreadOut(store.sheet);
       else if (store.spread || store.chosen !== (job?.id ?? null)) store.look(job?.id ?? null);
     }

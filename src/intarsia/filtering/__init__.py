@@ -1,1 +1,0 @@
-"""Fourier transforms and filters: SciPy's, without what its packages import besides."""
