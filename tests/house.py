@@ -18,7 +18,7 @@ import intarsia
 ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
-    {"errors", "geometry", "lazy", "version"},
+    {"errors", "geometry", "lazy", "typed", "version"},
     {"arguments", "arrays", "disk", "frames", "kernels"},
     {"draws", "field", "image", "run"},
     {"guide", "params"},

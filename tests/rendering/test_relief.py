@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import Kind, Plane
 from intarsia.analysis import features
-from intarsia.rendering.normals import NormalCoding
+from intarsia.rendering.mixing import NormalCoding
 from intarsia.testing.cases import pose_of, unbroken
 
 F = NDArray[np.float64]

@@ -18,7 +18,7 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..guide import Guide, numbered
 from ..image import Kind, Plane
-from ..rendering.normals import off_unit
+from ..rendering.mixing import off_unit
 from ..request.recipe import inputs_of
 from ..request.request import Request
 from ..tasks.starts import grown_hole

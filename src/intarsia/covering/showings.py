@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..canvas import Canvas
 from ..exemplar import Exemplar
-from ..kernels.parts import boxes_of_parts, parts
+from ..kernels.pieces_of_maps import boxes_of_parts, parts
 from ..seams.cut import Box
 from ..segments.things import things
 from ..sourcemap import HOLE, SourceMap

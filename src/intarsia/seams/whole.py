@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ..exemplar import Exemplar
 from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
-from ..kernels.parts import boxes_of_parts
+from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
-from ..kernels.parts import boxes_of_parts
+from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
 from ..search.posed import PosedExemplars
 from ..segments.wholes import Wholes

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Array
+from ..typed import Int64Array
 from .fourier_kernels import Correlated, Fee
 from .posed import PosedExemplars
 
@@ -76,7 +76,7 @@ class Candidates:
     ``permitted`` that none of the rows returns too near.
     """
 
-    rows: NDArray[np.int64]
+    rows: Int64Array
     usual: int
     feats: Array
     known: Array

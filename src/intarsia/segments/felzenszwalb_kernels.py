@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.cuts import find_root
 from ..kernels.jit import kernel
-from ..kernels.union_find import find_root
 
 
 @kernel

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..analysis.features import features
 from ..analysis.popout import USUAL, popout
 from ..exemplar import Exemplar
-from ..kernels.parts import boxes_of_parts, parts
+from ..kernels.pieces_of_maps import boxes_of_parts, parts
 
 Array = NDArray[Any]
 Labels = NDArray[np.int32]
