@@ -19,7 +19,6 @@ from intarsia.analysis.symmetry import (
     all_allowed,
     allowed_isometries,
     pose_distances,
-    times_apart,
 )
 from intarsia.exemplar import Exemplar
 from intarsia.testing import noise
@@ -146,16 +145,6 @@ def test_masks_several_exemplars_and_oblong_patches() -> None:
     assert allowed_isometries([masked]) == ALL
     assert allowed_isometries([masked, lit]) == (0,)
     assert allowed_isometries([masked], square=False) == (0, 1, 2, 6)
-
-
-def test_how_far_apart_turned_halves_are_decides_whether_they_are_alike() -> None:
-    """The largest ratio of any statistic: at most 4 / 3 where quarter turns keep the look, more where they do not."""
-    for picture, alike in ((bumps(None), True), (bumps((-0.9, -0.3)), False)):
-        one = Exemplar.of(picture)
-        found = all_distances(one)
-        ratios = [found[row, pose] / found[row, 0] for row in range(4) for pose in (5, 6, 7)]
-        assert times_apart([one], (5, 6, 7)) == max(ratios)
-        assert bool(max(ratios) <= 4 / 3) is alike
 
 
 @pytest.mark.parametrize("light", [None, (-0.9, -0.3), (-0.9, 0.0)])

@@ -13,10 +13,9 @@ from studio.served import QUICK, pixels, png
 from intarsia.cli.exemplars import Held, Shelf, hold
 from intarsia.cli.report import Report
 from intarsia.request.request import Request
-from intarsia.studio.events import Events
 from intarsia.studio.jobs import PREPARED, Jobs
 from intarsia.studio.processes import FailedError
-from intarsia.studio.store import Store
+from intarsia.studio.store import Events, Store
 
 
 class Worker:
@@ -226,7 +225,7 @@ def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Pat
     try:
         def read(inputs: Request = inputs) -> Any:
             report = Report(quiet=True)
-            (found,) = Shelf([[{"albedo": str(path)}]], inputs, report).get(0)
+            (found,) = Shelf([{"albedo": str(path)}], inputs, report).exemplars
             told.extend(report.warnings)
             return found
 

@@ -9,12 +9,12 @@ Source: no paper of its own; Lopez Recas 2011 names uneven light as future work 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arguments import expect
+from ..arrays import Floats, Mask
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
@@ -22,19 +22,17 @@ from ..rendering.colour import from_linear, to_linear
 from .stretched import LUMINANCE
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
-TERMS = 5  # of a polynomial of order 2, but for its mean
+ORDER = 2  # of the polynomial: a slope and a vignette; what bends more often is the texture
+TERMS = 5  # of such a polynomial, but for its mean
 # Of 92 textures one is told of: with half the share four, with double none; with a factor of 1.2 two, with 1.8 none.
 LEAST_SHARE = 0.3  # of the differences between parts that must be a slope,
 LEAST_FACTOR = 1.4  # and how many times brighter it must be on one side than on the other: half a stop
 EXTREMES = (2, 98)  # percent: a corner of the polynomial alone is no slope
 DARK = 1e-3  # of the largest luminance: darker px count as this dark
-MOST_ORDER = 4  # of the polynomial, 14 terms: what bends more often is the texture
 COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE: solvers differ in the last bits,
 EVEN = 1e-12  # variance of log luminance: what rounding leaves of one brightness
 ALIKE = 1e-10  # terms that so few parts do not tell apart count as one; products of doubles are exact to 1e-15
 GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms differ by a bit between machines
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ def slope_of(exemplar: Exemplar, element: float) -> Slope:
     apart = min(PARTS * PARTS, visible.sum() / max(element, 1.0) ** 2)  # elements, or parts, that are lit apart
     if apart <= TERMS + 1:
         return Slope(0.0, 1.0)
-    found = uneven_light(light, visible, parts=PARTS)
+    found = uneven_light(light, visible)
     low, high = np.percentile(found.gain[visible], EXTREMES)
     share = 1.0 - (1.0 - found.strength) * (apart - 1) / (apart - 1 - TERMS)
     return Slope(max(0.0, float(share)), float(high / low))
@@ -94,7 +92,7 @@ def flattened(exemplar: Exemplar) -> Exemplar:
     light, visible = _seen_light(exemplar)
     if not visible.any():
         return exemplar
-    gain = uneven_light(light, visible, parts=PARTS).gain[..., None]
+    gain = uneven_light(light, visible).gain[..., None]
     even = to_linear(base).astype(np.float64)
     with np.errstate(all="ignore"):  # what is masked out may hold anything
         even[..., : base.channels - base.alpha] /= gain
@@ -133,67 +131,34 @@ class UnevenLight(NamedTuple):
     strength: float  # R^2, 0 to 1: how much of the variance of log luminance is light; below 0.1 none to speak of
 
 
-def uneven_light(
-    pixels: NDArray[Any], usable: Mask | None = None, order: int = 2, parts: int | None = None
-) -> UnevenLight:
-    """Find slow changes of light in an exemplar.
+def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
+    """Find slow changes of light in scene-linear colours (H, W, 1 or 3), which are 0 where nothing is visible.
 
-    Parameters
-    ----------
-    pixels : array, shape (H, W) or (H, W, C)
-        Samples of any depth, not negative; best scene-linear, where light is a factor. Three or more channels:
-        the first three are red, green and blue; pass no alpha.
-    usable : bool array, shape (H, W), optional
-        False where pixels do not count; the gain is known there as well.
-    order : int
-        Of the polynomial, 1 to 4: 1 is a slope, 2 a slope and a vignette.
-    parts : int, optional
-        Fit to the mean luminance of so many parts along each side, at most one a px, in place of every px: the dark
-        px of joints and shadows, which light hardly changes in most photographs, then do not hold the surface back.
-        `strength` is that of the parts.
-
-    Raises
-    ------
-    ParameterError
-        where the order or the shape does not fit.
+    What is fitted is the mean luminance of PARTS parts along each side, at most one a px: the dark px of joints and
+    shadows, which light hardly changes in most photographs, do not hold the surface back. Beyond what is visible the
+    gain is known as well.
     """
-    if not 1 <= order <= MOST_ORDER:
-        raise ParameterError(f"order={order} is out of range; choose 1 to {MOST_ORDER}.")
-    if pixels.ndim not in (2, 3) or not pixels.size:
-        raise ParameterError(f"an array of shape {pixels.shape} is no picture; give (height, width, channels).")
-    if usable is not None and usable.shape != pixels.shape[:2]:
-        raise ParameterError(f"the mask has shape {usable.shape}, the picture {pixels.shape[:2]}; make them equal.")
-    values = pixels.reshape(*pixels.shape[:2], -1).astype(np.float64)
-    weights = LUMINANCE if values.shape[2] >= 3 else (1.0,)
-    luminance = values[..., : len(weights)] @ np.array(weights)
-    if usable is not None:
-        luminance = np.where(usable, luminance, 0.0)
-    top = float(luminance.max())
-    if top <= 0:
-        return UnevenLight(np.ones(values.shape[:2]), 0.0)
-    surface, strength = _surface(luminance, usable, order, parts)
+    luminance = light @ np.array(LUMINANCE if light.shape[2] == 3 else (1.0,))
+    if luminance.max() <= 0:
+        return UnevenLight(np.ones(luminance.shape), 0.0)
+    surface, strength = _surface(luminance, visible)
     gain = np.exp(surface)
-    gain /= gain.mean() if usable is None else gain[usable].mean()
+    gain /= gain[visible].mean()
     gain = np.maximum(np.rint(gain * GAIN_STEPS), 1.0) / GAIN_STEPS
     return UnevenLight(gain, strength)
 
 
-def _surface(luminance: Floats, usable: Mask | None, order: int, parts: int | None) -> tuple[Floats, float]:
-    """Fit a polynomial of x and y of total degree `order` to the logarithm: the surface around its mean, and R^2.
+def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
+    """Fit a polynomial of x and y, a slope and a vignette, to the logarithm: the surface around its mean, and R^2.
 
     Legendre polynomials keep the normal equations well behaved on sides of any length.
     """
-    height, width = luminance.shape
     rows, columns = (
-        np.polynomial.legendre.legvander((2 * np.arange(n) + 1.0) / n - 1, order) for n in (height, width)
+        np.polynomial.legendre.legvander((2 * np.arange(n) + 1.0) / n - 1, ORDER) for n in luminance.shape
     )  # at pixel centres from -1 to 1
-    terms = [(i, j) for i in range(order + 1) for j in range(order + 1 - i) if (i, j) != (0, 0)]
+    terms = [(i, j) for i in range(ORDER + 1) for j in range(ORDER + 1 - i) if (i, j) != (0, 0)]
     basis = np.stack([np.multiply.outer(rows[:, i], columns[:, j]) for i, j in terms])
-    known = np.ones(luminance.shape, bool) if usable is None else usable
-    if parts is None:
-        chosen, wanted = basis[:, known], luminance[known]
-    else:
-        chosen, wanted = _averaged(np.concatenate([basis, luminance[None]]), known, parts)
+    chosen, wanted = _averaged(np.concatenate([basis, luminance[None]]), visible)
     if not len(wanted):
         return np.zeros(luminance.shape), 0.0
     wanted = np.log(np.maximum(wanted, DARK * luminance.max()))
@@ -211,10 +176,10 @@ def _surface(luminance: Floats, usable: Mask | None, order: int, parts: int | No
     return surface, max(0.0, 1.0 - float(left @ left) / total)
 
 
-def _averaged(layers: Floats, known: Mask, parts: int) -> tuple[Floats, Floats]:
+def _averaged(layers: Floats, known: Mask) -> tuple[Floats, Floats]:
     """Means over parts of which most is known: of all layers but the last (n, parts), and of the last."""
     height, width = known.shape
-    down, across = min(parts, height), min(parts, width)
+    down, across = min(PARTS, height), min(PARTS, width)
     means = []
     for i in range(down):
         for j in range(across):

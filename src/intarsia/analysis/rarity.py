@@ -13,25 +13,20 @@ sets", SIGMOD 2000.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..errors import ParameterError
+from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from .sums import FINE, WORK_SIDE, block_sums, running_sums
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 COMMON = 256  # the rarity of what is as common as the median
 MOST = 1024  # rarities end here: 4 times the median is simply unique
 NEIGHBOURS = 3  # k: the copy beside a repeat, or a pair of knots, must not make either common
 CELLS = 4  # a patch is described by 4 x 4 mean colours: what is seen of it at a glance
-SAMPLES = 1000  # patches compared where no step is given: n * n distances take time
-MAX_SAMPLES = 4096  # n * n distances must fit into memory
+SAMPLES = 1000  # patches compared: n * n distances take time
 FEW = 16  # fewer patches have no meaningful median
 VISIBLE = 1  # mean colours that differ less, in feature units, look equal: a thousandth of the range
 
 
-def rarity(features: NDArray[np.int16], patch: int, step: int | None = None) -> tuple[NDArray[np.int32], int]:
+def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
     """Measure how striking the patches of an exemplar are.
 
     Parameters
@@ -40,8 +35,6 @@ def rarity(features: NDArray[np.int16], patch: int, step: int | None = None) -> 
         Any size; at most 64 channels.
     patch : int
         Side of a patch, px. Cut to the short side of the exemplar.
-    step : int, optional
-        Distance of neighbouring patches, px. None: the smallest that gives at most 1000 patches.
 
     Returns
     -------
@@ -50,46 +43,24 @@ def rarity(features: NDArray[np.int16], patch: int, step: int | None = None) -> 
         is as common as the median patch, 512 twice as far from its like, 1024 the most. All are 256 where
         fewer than 16 patches exist, or all look alike; so is a patch that overlaps too many others.
     step : int
-        The step of the grid, px.
-
-    Raises
-    ------
-    ParameterError
-        where `patch` or `step` is below 1, or `step` asks for more than 4096 patches.
+        The step of the grid, px: the smallest that gives at most 1000 patches.
     """
     height, width = features.shape[:2]
-    if patch < 1 or (step is not None and step < 1):
-        raise ParameterError(f"patch={patch}, step={step}: both must be at least 1 px.")
     patch = min(patch, height, width)
     room = height - patch + 1, width - patch + 1
-    factor = max(1, min(-(-max(height, width) // WORK_SIDE), patch // CELLS))
-    if step is None:
-        step = _step(room, factor)
-    else:
-        factor = max(f for f in range(1, factor + 1) if step % f == 0)
+    step = factor = max(1, min(-(-max(height, width) // WORK_SIDE), patch // CELLS))
+    while -(-room[0] // step) * -(-room[1] // step) > SAMPLES:
+        step += factor
     shape = -(-room[0] // step), -(-room[1] // step)
-    count = shape[0] * shape[1]
-    if count > MAX_SAMPLES:
-        raise ParameterError(
-            f"step={step} gives {count} patches; at most {MAX_SAMPLES}, choose {_step(room, 1)} px or more."
-        )
-    if count < FEW:
+    if shape[0] * shape[1] < FEW:
         return np.full(shape, COMMON, np.int32), step
     looks = _looks(features, patch // factor, step // factor, shape, factor)
     return _relative(_distances(looks), _apart(shape, step, patch), looks.shape[1]).reshape(shape), step
 
 
-def _step(room: tuple[int, int], factor: int) -> int:
-    """Find the smallest multiple of `factor` that gives at most SAMPLES patches."""
-    step = factor
-    while -(-room[0] // step) * -(-room[1] // step) > SAMPLES:
-        step += factor
-    return step
-
-
 def _looks(
-    features: NDArray[np.int16], patch: int, step: int, shape: tuple[int, int], factor: int
-) -> Integers:
+    features: Int16, patch: int, step: int, shape: Pair, factor: int
+) -> Int64:
     """Describe every patch by the mean colours of its cells: an array (patches, cells * channels), in 1/FINE.
 
     `patch` and `step` count blocks of factor x factor px.
@@ -100,11 +71,11 @@ def _looks(
     corners = running_sums(block_sums(features, factor))[rows[:, :, None, None], columns]
     sums = np.diff(np.diff(corners, axis=1), axis=3).transpose(0, 2, 1, 3, 4)
     area = np.diff(edges)
-    means: Integers = FINE * sums // (factor * factor * np.multiply.outer(area, area)[:, :, None])
+    means: Int64 = FINE * sums // (factor * factor * np.multiply.outer(area, area)[:, :, None])
     return means.reshape(shape[0] * shape[1], -1)
 
 
-def _distances(looks: Integers) -> Floats:
+def _distances(looks: Int64) -> Floats:
     """Square distances between all patches.
 
     Colours of 16 + 4 bit, at most 16 x 64 of them: all sums stay below 2**51, so that float64 holds every
@@ -119,14 +90,14 @@ def _distances(looks: Integers) -> Floats:
     return result
 
 
-def _apart(shape: tuple[int, int], step: int, patch: int) -> NDArray[np.bool_]:
+def _apart(shape: Pair, step: int, patch: int) -> Mask:
     """Say which pairs of patches lie half a patch or more apart in some axis: others share what they show."""
     y, x = (2 * step * np.abs(np.subtract.outer(np.arange(n), np.arange(n))) >= patch for n in shape)
     count = shape[0] * shape[1]
     return (y[:, None, :, None] | x[None, :, None, :]).reshape(count, count)
 
 
-def _relative(squares: Floats, apart: NDArray[np.bool_], colours: int) -> NDArray[np.int32]:
+def _relative(squares: Floats, apart: Mask, colours: int) -> Int32:
     """Compare every patch's distance to its k-th nearest with the median of all."""
     squares[~apart] = np.inf
     rows = np.arange(len(squares))

@@ -13,11 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int64, Pair
 from ..draws import below, draw
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
@@ -42,15 +41,13 @@ SUBGROUPS: tuple[tuple[int, ...], ...] = (
 MIRRORED = (0, 1, 2, 4, 3, 7, 6, 5)
 """What each isometry is to a picture seen in a mirror."""
 
-Array = NDArray[Any]
-
 
 def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tuple[int, ...]:
     """Return the isometries that keep the look of all the exemplars, the identity among them.
 
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
     """
-    together = _distances(exemplars)
+    together = np.concatenate([_statistic(exemplars, number) for number in range(STATISTICS)])
     alike = {p for p in range(8) if bool((together[:, p] * SLACK[1] <= together[:, 0] * SLACK[0]).all())}
     if not square:
         alike -= {p for p in alike if ISOMETRIES[p].swaps}
@@ -61,89 +58,63 @@ def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tu
 
 def all_allowed(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> bool:
     """Tell whether all of some isometries are among :func:`allowed_isometries`; the first statistic may refuse them."""
-    for statistic in range(STATISTICS):
-        some = _statistic(exemplars, statistic)[:, poses]
-        if bool((some * SLACK[1] > _statistic(exemplars, statistic)[:, :1] * SLACK[0]).any()):
+    for number in range(STATISTICS):
+        found = _statistic(exemplars, number)
+        if bool((found[:, poses] * SLACK[1] > found[:, :1] * SLACK[0]).any()):
             return False
     return set(poses) <= set(allowed_isometries(exemplars))
 
 
-def times_apart(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> float:
-    """How many times farther apart isometries lay the halves, by the worst statistic; they are alike up to 4 / 3."""
-    together = _distances(exemplars)
-    return max(float((together[:, p] / np.maximum(together[:, 0], 1)).max()) for p in poses)
-
-
-def _distances(exemplars: Sequence[Exemplar]) -> NDArray[np.int64]:
-    """The distances of all exemplars of which something may be used, one below the other."""
-    return np.concatenate([_statistic(exemplars, statistic) for statistic in range(STATISTICS)])
-
-
-def _statistic(exemplars: Sequence[Exemplar], number: int) -> NDArray[np.int64]:
-    """One of the distances of all these exemplars, (n, 8), measured once."""
+def _statistic(exemplars: Sequence[Exemplar], number: int) -> Int64:
+    """One of the distances of all exemplars of which something may be used, (n, 8), measured once."""
     sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
     return np.stack([e.memo(("symmetry", number), partial(pose_distances, e, number)) for e in sampled])
 
 
-def pose_distances(exemplar: Exemplar, number: int) -> NDArray[np.int64]:
+def pose_distances(exemplar: Exemplar, number: int) -> Int64:
     """How unlike one half is to the other when it is laid down in each isometry: (8,).
 
     By the directions of gradients, `number` 0, or by the patches at one of the scales.
     """
-    feats = features([exemplar])
-    out, pose = np.zeros(8, np.int64), _upright(feats)
-    seen = posed(feats.pictures[0], pose, feats.normals)
-    free = None if exemplar.usable is None else pose_array(exemplar.usable, pose)
-    picture, usable = _reduced(seen, free, SCALES[max(number - 1, 0)])
+    feats, out, scale = features([exemplar]), np.zeros(8, np.int64), SCALES[max(number - 1, 0)]
+    vectors = {k + i for k in feats.normals for i in (0, 1)}
+    level = [c for c in range(feats.base) if c not in vectors]  # the channels that stay when a piece is turned
+    pose = _upright(feats.pictures[0][:, :, level].sum(axis=2, dtype=np.int64))
+    picture = block_sums(posed(feats.pictures[0], pose, feats.normals), scale)
+    whole = np.ones(picture.shape[:2], bool)
+    if exemplar.usable is not None:
+        whole = np.asarray(blocks(pose_array(exemplar.usable, pose), scale).all(axis=(1, 3)))
     for squares in BLOCKS:
-        halves = _halves(usable, squares)
+        halves = _halves(whole, squares)
         if min(map(len, halves)) < LEAST_SAMPLES:
             continue
         if number == 0:
-            tone = picture[:, :, _unturned(feats)].sum(axis=2)
+            tone = picture[:, :, level].sum(axis=2)
             out += sum(_of_gradients([_gradients(tone, at) for at in _lot(halves, k)]) for k in range(LOTS))
         else:
             out += _of_patches([_patches(picture, at) for at in _lot(halves, 0)], feats)
     return out[list(MIRRORED)] if pose in (1, 2) else out
 
 
-def _upright(feats: Features) -> int:
+def _upright(bright: Array) -> int:
     """The isometry, of 0, 1, 2 and 6, that brings the darker sides of a picture to the top and to the left."""
-    bright = feats.pictures[0][:, :, _unturned(feats)].sum(axis=2, dtype=np.int64)
     right, down = (int((np.arange(1 - n, n, 2) * bright.sum(axis=axis)).sum()) < 0
                    for axis, n in enumerate(bright.shape[::-1]))  # fmt: skip
     return (0, 1, 2, 6)[right + 2 * down]
 
 
-def _unturned(feats: Features) -> list[int]:
-    """The channels of the base plane that stay as they are when a piece is turned: not those of vectors."""
-    vectors = {k + i for k in feats.normals for i in (0, 1)}
-    return [c for c in range(feats.base) if c not in vectors]
-
-
-def _reduced(picture: Array, usable: Array | None, scale: int) -> tuple[Array, Array]:
-    """Sums over cells of scale x scale px, and which cells may be used."""
-    cells = block_sums(picture, scale)
-    whole = np.ones(cells.shape[:2], bool) if usable is None else blocks(usable, scale).all(axis=(1, 3))
-    return cells, np.asarray(whole)
-
-
-def _halves(usable: Array, blocks: int) -> tuple[Array, Array]:
+def _halves(usable: Array, squares: int) -> tuple[Array, Array]:
     """First cells (n, 2) of the usable patches in the light and in the dark squares of a checkerboard.
 
     A patch lies in one square with all its cells.
     """
     h, w = usable.shape
-    rows, columns = h - SIDE + 1, w - SIDE + 1
-    if rows < 1 or columns < 1:
-        return np.empty((0, 2), int), np.empty((0, 2), int)
     free = valid_windows(usable.shape, usable, False, (SIDE, SIDE))
-    y, x = np.arange(rows), np.arange(columns)
-    first = [blocks * y // h, blocks * x // w]
-    whole = (first[0] == blocks * (y + SIDE - 1) // h)[:, None] & (first[1] == blocks * (x + SIDE - 1) // w)[None, :]
-    light = (first[0][:, None] + first[1][None, :]) % 2 == 0
-    a, b = (np.argwhere(free & whole & (light == side)) for side in (True, False))
-    return a, b
+    y, x = (np.arange(n) for n in free.shape)
+    row, column = squares * y // h, squares * x // w
+    whole = (row == squares * (y + SIDE - 1) // h)[:, None] & (column == squares * (x + SIDE - 1) // w)
+    light = (row[:, None] + column) % 2 == 0
+    return np.argwhere(free & whole & light), np.argwhere(free & whole & ~light)
 
 
 def _lot(halves: tuple[Array, Array], number: int) -> list[Array]:
@@ -223,7 +194,7 @@ def _histogram(down: Array, right: Array, steps: Array) -> Array:
 
 
 def resolved_isometries(
-    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: tuple[int, int]
+    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: Pair
 ) -> str | tuple[int, ...]:
     """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
     return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

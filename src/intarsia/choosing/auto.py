@@ -25,10 +25,9 @@ if TYPE_CHECKING:
     from ..canvas import Canvas
     from ..exemplar import Exemplar
     from . import facts as choosing_facts
-    from . import report, rules
+    from . import rules
 else:
     choosing_facts = lazy("intarsia.choosing.facts")
-    report = lazy("intarsia.choosing.report")
     rules = lazy("intarsia.choosing.rules")
 
 AUTO_METHOD = "auto"
@@ -190,14 +189,14 @@ class Auto:
                 break
         if not found:
             raise refused or ParameterError(self._none(facts))
-        return replace(found[0], warnings=report.warnings_of(facts), others=tuple(found[1:]))
+        return replace(found[0], warnings=choosing_facts.warnings_of(facts), others=tuple(found[1:]))
 
     def leading(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
         """Return the choice that leads, its method with the known parameters alone, which are also `given`."""
         facts = choosing_facts.Facts(exemplars, canvas)
         for rule, slug, values, why in self.ranked(facts):
             known = {**values, **self.given}
-            return Choice(make(slug, known), rule, why, report.warnings_of(facts), facts, given=known)
+            return Choice(make(slug, known), rule, why, choosing_facts.warnings_of(facts), facts, given=known)
         raise ParameterError(self._none(facts))
 
     def ranked(self, facts: choosing_facts.Facts) -> list[tuple[str, str, dict[str, Any], tuple[str, ...]]]:

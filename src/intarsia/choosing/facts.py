@@ -1,4 +1,6 @@
-"""What is known of an exemplar and of what is asked for: each fact is measured when a rule asks for it.
+"""What is known of an exemplar and of what is asked for, told to people and as JSON, and what no method can mend.
+
+Each fact is measured when a rule asks for it.
 
 Source: no single paper. Which measurement each rule goes by is told in docs/design/000-architecture.md. Whatever a rule
 compares is made of sums of whole numbers, so that the same rule fires on every machine.
@@ -9,26 +11,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.light import Slope, slope_of
-from ..analysis.oriented import Lines
-from ..analysis.structure import Border, Regions, Structure, border_of, flat_colours, regions_of, structure_of
+from ..analysis.oriented import CLEAR, Lines
+from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.sums import block_sums, blocks
-from ..analysis.symmetry import all_allowed, allowed_isometries, times_apart
+from ..analysis.symmetry import all_allowed, allowed_isometries
+from ..arrays import Int16
 from ..canvas import Canvas
-from ..courses.rectified import improved
-from ..courses.rectify import Straight
+from ..courses.rectify import Straight, improved
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..image import Kind
-from ..lattice.lattice import Lattice, Lattices
-from ..lattice.vectors import UNIT, cell_of, lattices_of, vectors_of
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import Lattice, Lattices, cell_of, lattices_of, vectors_of
 from ..lattice.verdict import told_by_peaks
 from ..lazy import lazy
 from ..search.sizes import elements
@@ -41,7 +42,7 @@ else:  # most exemplars need some of them, few need all
     grid, tiling = lazy("intarsia.blocks.grid"), lazy("intarsia.tiles.tiling")
     unequal, wall = lazy("intarsia.courses.unequal"), lazy("intarsia.courses.wall")
 
-WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy;
+WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure and border are measured on a reduced copy;
 COMPARED = 1024  # periods are compared in the middle: so a large exemplar is judged in 8 s
 SAMPLED = 1 << 18  # px in which colours are counted: a few ms
 
@@ -61,6 +62,34 @@ class Signs(NamedTuple):
 
 
 SIGNS = Signs()
+
+
+SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
+NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exemplars
+CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers of elements and turned halves
+
+
+class Bounds(NamedTuple):
+    """What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one.
+
+    Each was halved and doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
+    """
+
+    equal: float = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
+    fine: int = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
+    few: int = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
+    seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
+    outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
+    joints: float = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
+    spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
+    striking: float = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
+    rounds: int = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
+    across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
+    periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
+    side: int = 32  # px, less is told of; halved and doubled: the same
+
+
+BOUNDS = Bounds()
 
 
 def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
@@ -100,7 +129,7 @@ class Facts:
         return min(self.exemplar.height, self.exemplar.width)
 
     @cached_property
-    def picture(self) -> NDArray[np.int16]:
+    def picture(self) -> Int16:
         """The exemplar as methods compare it."""
         return features([self.exemplar]).pictures[0]
 
@@ -256,19 +285,9 @@ class Facts:
         return all_allowed([self.small], poses)
 
     @cached_property
-    def turned(self) -> float:
-        """How many times farther apart its halves are when one is turned by a quarter or by a half."""
-        return times_apart([self.small], (5, 6, 7))
-
-    @cached_property
     def border(self) -> Border:
         """Whether it continues in itself across its borders."""
         return border_of(self._seen.pictures[0], self.small.usable)
-
-    @cached_property
-    def regions(self) -> Regions:
-        """Whether it shows two textures side by side."""
-        return regions_of(self._seen.pictures[0], self.small.usable)
 
     @cached_property
     def light(self) -> Slope:
@@ -294,3 +313,131 @@ class Facts:
     def across(self) -> float:
         """How many elements lie side by side along the shorter side."""
         return self.side / max(self.element.size, 1)
+
+
+def measurements(f: Facts) -> dict[str, dict[str, Any]]:
+    """Return every fact: its value as JSON holds it, a confidence from 0 to 1, and what it means in a few words."""
+    e, s, light, border, kept = f.element, f.structure, f.light, f.border, list(f.symmetry)
+    looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
+    step = {"rows": border.rows, "columns": border.columns}
+    across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
+    if e.found:
+        across += _tie(f.elements, BOUNDS.few, f"{f.elements:.1f} in all, and fewer than {BOUNDS.few} are few")
+    rows: dict[str, tuple[Any, float, str]] = {
+        "lattice": _lattice(f),
+        "variation": _variation(f),
+        "elements": (
+            {"size": e.size, "width": e.width, "height": e.height}, e.found / 12,
+            f"about {e.size} px ({e.width} wide, {e.height} high)" if e.found else f"not seen; {e.size} px is a guess",
+        ),
+        "structure": (
+            {"coherence": round(s.coherence, 3), "angle": s.angle}, s.coherence,
+            f"edges run at {s.angle:.0f} degrees ({s.coherence:.2f})" if s.coherence > 0.25 else "no direction",
+        ),
+        "outlines": _outlines(f),
+        "courses": _courses(f),
+        "symmetry": (kept, 1.0, f"keeps its look {looks}" if len(kept) > 1 else "upright only"),
+        "border": (
+            {axis: round(n, 3) if n < 1e9 else None for axis, n in step.items()} | {"closed": border.closed},
+            0.5 if 1 <= max(step.values()) <= 2 else 1.0,
+            "continues across its borders" if border.closed else "does not continue across its borders",
+        ),
+        "light": (
+            {"share": round(light.share, 3), "factor": round(light.factor, 3)}, light.share,
+            f"a slope, {light.factor:.1f} times brighter on one side" if light.strong else "no strong slope",
+        ),
+        "size": ({"enlargement": round(f.enlargement, 2), "across": round(f.across, 2)}, e.found / 12, across),
+        "kind": _kind(f),
+    }  # fmt: skip
+    if f.reduction > 1:
+        said = f"structure, outlines, symmetry, border and light are those of a copy 1/{f.reduction}"
+        rows["reduced"] = (f.reduction, 1.0, said)
+    return {
+        name: {"value": value, "confidence": round(sure, 3), "says": says} for name, (value, sure, says) in rows.items()
+    }
+
+
+def _lattice(f: Facts) -> tuple[Any, float, str]:
+    tie = _lattice_tie(f)
+    if f.lattice is None:
+        best = max((one.confidence for one in f.lattices.ranked), default=0.0)
+        about = "" if f.about is None else f", but elements lie about steps of {_shown(f.about)} px"
+        return (None, max(0.0, 1 - best / SURE), f"none (best candidate {best:.2f}){tie}{about}")
+    vectors = [[x / UNIT, y / UNIT] for y, x in f.lattice.vectors]
+    said = f"{_shown(f.lattice)} px, confidence {f.lattice.confidence:.2f}{tie}"
+    return (vectors, min(1.0, f.lattice.confidence / SURE), said)
+
+
+def _shown(found: Lattice) -> str:
+    return " and ".join(f"{x:.2f},{y:.2f}" for x, y in vectors_of(found))
+
+
+def _tie(value: float, bound: float, said: str) -> str:
+    """What is said of a value so close to a bound that a slightly other exemplar may get another rule; else nothing."""
+    return f", but {said}: nearly a tie" if abs(value - bound) < CLOSE * bound else ""
+
+
+def _lattice_tie(f: Facts) -> str:
+    """Whether the lattice is nearly none, or was nearly one: by its confidence, or by how much repeats by it."""
+    found = f.lattices.accepted
+    if found is not None and found.kind == "2-D" and found.residual >= SIGNS.loose:
+        partly = f"{found.repeats:.2f} of the exemplar repeats, and {SIGNS.partly} makes a lattice"
+        if said := _tie(found.repeats, SIGNS.partly, partly):
+            return said
+    sure = found or max(f.lattices.ranked, key=lambda one: one.share, default=None)
+    return "" if sure is None else _tie(sure.share, 1.0, f"it has {sure.share:.2f} of the confidence that makes one")
+
+
+def _variation(f: Facts) -> tuple[Any, float, str]:
+    if f.lattice is None or f.lattice.kind == "1-D":
+        return (None, 1.0, "no periods to compare")
+    said = f"periods differ by {100 * f.variation:.0f} % of the contrast; cuts in joints cost {f.joints:.2f} of others"
+    return (round(f.variation, 4), min(1.0, f.lattice.confidence / SURE), said)
+
+
+def _outlines(f: Facts) -> tuple[Any, float, str]:
+    far = abs(f.outlines - BOUNDS.outlines)
+    kept = "joints or lines that must be kept" if f.outlines >= BOUNDS.outlines else "no outline that must be kept"
+    tie = f", but {BOUNDS.outlines} parts the two: nearly a tie" if far < NEAR else ""
+    said = f"along outlines filters answer by {f.outlines:.2f} of the mean more: {kept}{tie}"
+    return (round(f.outlines, 3), min(1.0, far / (4 * NEAR)), said)
+
+
+def _courses(f: Facts) -> tuple[Any, float, str]:
+    lines = f.courses
+    if lines is None:
+        return (None, 0.5, "no lines across it that part courses")
+    value = {"axis": ("rows", "columns")[lines.axis], "heights": lines.heights, "clear": round(lines.clear, 2)}
+    return (value, min(1.0, lines.clear / (2 * CLEAR)), lines.told)
+
+
+def _kind(f: Facts) -> tuple[Any, float, str]:
+    base = f.exemplar.base
+    kind = "names" if f.names else base.kind.value
+    said = {"names": "a few exact colours in patches", Kind.NORMAL.value: "directions"}.get(kind, kind)
+    deep = str(base.pixels.dtype)
+    return (kind, 1.0, f"{said}, {base.channels} channels of {deep}{' with opacity' if base.alpha else ''}")
+
+
+def warnings_of(f: Facts) -> tuple[str, ...]:
+    """What no method can mend, in sentences that say what to do."""
+    out: list[str] = []
+    if f.side < BOUNDS.side:
+        out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
+    if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
+        return tuple(out)
+    if f.side >= BOUNDS.side and f.lattice is not None:
+        longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
+        if f.side < BOUNDS.periods * longest:
+            out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
+    elif f.side >= BOUNDS.side and f.across < BOUNDS.across:
+        out.append(
+            f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
+            "a larger exemplar varies more."
+        )
+    if f.light.strong and not f.exemplar.toroidal:
+        out.append(
+            f"{100 * f.light.share:.0f} % of what its parts differ by is one slope of light, {f.light.factor:.1f} "
+            "times brighter on one side: flatten it (--flatten), if that is light and not the texture."
+        )
+    return tuple(out)

@@ -9,40 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
-from ..analysis.oriented import Lines
 from ..geometry import Wrap
-from ..lattice.vectors import vectors_of
-from .facts import Facts
+from ..lattice.lattice import vectors_of
+from .facts import BOUNDS, Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
 ENLARGED = 1.5  # times the area of the exemplar; less shows hardly anything twice
 MIXED = 1 << 20  # px of an exemplar: 1024 px a side are grown from 512, 768, 1024 px in 8, 9 and 15 s of CPU
-
-
-class Bounds(NamedTuple):
-    """What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one.
-
-    Each was halved and doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
-    """
-
-    equal: float = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
-    fine: int = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
-    few: int = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
-    seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
-    outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
-    joints: float = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
-    spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
-    striking: float = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
-    rounds: int = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
-    across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
-    periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
-    side: int = 32  # px, less is told of; halved and doubled: the same
-
-
-BOUNDS = Bounds()
 
 
 @dataclass(frozen=True)
@@ -154,15 +130,8 @@ def _size(f: Facts) -> str:
     return f"its elements are about {size} px large" if f.element.found else "the size of its elements is not seen"
 
 
-def courses_of(lines: Lines) -> str:
-    """Say in words which courses there are between lines."""
-    heights, wide = lines.heights, ("high", "wide")[lines.axis]
-    size = f"{min(heights)} to {max(heights)}" if min(heights) < max(heights) else f"{heights[0]}"
-    return f"{len(lines.at)} lines run across it between courses {size} px {wide}"
-
-
 def _kept(f: Facts) -> tuple[str, ...]:
-    return () if f.courses is None else (f"{courses_of(f.courses)}: patches keep them.",)
+    return () if f.courses is None else (f"{f.courses.told}: patches keep them.",)
 
 
 def _stones(f: Facts) -> tuple[str, ...]:

@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..typed import Int16Array, Int32Array, Int64Array, Uint8Array
+from ..arrays import Int16, Int32, Int64, UInt8
 from .jit import kernel
 from .maxflow import FREE, NEW, OLD, grid_min_cut
 
 
 @kernel
-def find_root(parent: Int32Array, v: int) -> int:
+def find_root(parent: Int32, v: int) -> int:
     """Follow parents to the member that names its set, halving the way for the next one who asks."""
     while parent[v] != v:
         parent[v] = parent[parent[v]]
@@ -30,7 +30,7 @@ def find_root(parent: Int32Array, v: int) -> int:
 
 
 @kernel
-def join(parent: Int32Array, v: int, w: int) -> None:
+def join(parent: Int32, v: int, w: int) -> None:
     """Make one set of those of two members, named by the smallest: so names come in the order of their members."""
     a, b = find_root(parent, v), find_root(parent, w)
     parent[max(a, b)] = min(a, b)
@@ -46,7 +46,7 @@ _LATER = 2  # or for a later one
 
 @kernel
 def lay_edges(
-    state: Uint8Array, right: Int32Array, down: Int32Array, edge: Int32Array
+    state: UInt8, right: Int32, down: Int32, edge: Int32
 ) -> int:
     """Lay out the edges between corners, with walls inside what is forced; returns their total cost.
 
@@ -76,7 +76,7 @@ def lay_edges(
 
 
 @kernel
-def typical(edge: Int32Array) -> int:
+def typical(edge: Int32) -> int:
     """Return about the geometric mean of the costs above zero, from every fifth edge.
 
     Few large costs would drive the plain mean far above what a seam ever crosses. Whole bit lengths suffice,
@@ -95,15 +95,15 @@ def typical(edge: Int32Array) -> int:
 
 @kernel
 def find_path(
-    edge: Int32Array,
-    corner: Int32Array,
-    start: Int32Array,
-    goal: Int32Array,
+    edge: Int32,
+    corner: Int32,
+    start: Int32,
+    goal: Int32,
     stride: int,
     shift: int,
     step: int,
-    far: Int64Array,
-    came: Uint8Array,
+    far: Int64,
+    came: UInt8,
 ) -> int:
     """Find a shortest path from one gap to another; returns the corner where it ends.
 
@@ -179,7 +179,7 @@ def find_path(
 
 
 @kernel
-def take_path(v: int, stride: int, came: Uint8Array, edge: Int32Array) -> int:
+def take_path(v: int, stride: int, came: UInt8, edge: Int32) -> int:
     """Mark the edges of the path that ends in corner `v` as cut; returns what they cost."""
     half = edge.size // 2
     steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
@@ -194,7 +194,7 @@ def take_path(v: int, stride: int, came: Uint8Array, edge: Int32Array) -> int:
 
 
 @kernel
-def paint(state: Uint8Array, edge: Int32Array, out: Uint8Array) -> None:
+def paint(state: UInt8, edge: Int32, out: UInt8) -> None:
     """Give the pixels alternating sides across the edges that are cut, such that the forced ones agree."""
     height, width = state.shape
     stride = width + 1
@@ -249,7 +249,7 @@ def sharpened(cost: int, knee: int) -> int:
 
 
 @kernel
-def _distance(a: Int16Array, y: int, x: int, b: Int16Array, v: int, u: int) -> int:
+def _distance(a: Int16, y: int, x: int, b: Int16, v: int, u: int) -> int:
     """Return the Euclidean distance of pixel (y, x) of `a` and (v, u) of `b` (h, w, C), rounded down."""
     total = 0  # views of single pixels would count references, which takes longer than all the rest
     for c in range(a.shape[2]):
@@ -260,8 +260,8 @@ def _distance(a: Int16Array, y: int, x: int, b: Int16Array, v: int, u: int) -> i
 
 @kernel
 def seam_costs(
-    old: Int16Array, new: Int16Array, price: Any
-) -> tuple[Int32Array, Int32Array]:
+    old: Int16, new: Int16, price: Any
+) -> tuple[Int32, Int32]:
     """Return what it costs to part each pixel from its right and from its lower neighbour.
 
     The cost is the distance of old and new at both pixels, summed, in the features' own units (Kwatra et
@@ -298,7 +298,7 @@ def seam_costs(
 
 
 @kernel
-def _pieces(state: Uint8Array) -> tuple[int, int, int]:
+def _pieces(state: UInt8) -> tuple[int, int, int]:
     """Count the 4-connected old pieces, the new ones, and those of them that do not touch the border."""
     height, width = state.shape
     most = height * width
@@ -346,7 +346,7 @@ def _pieces(state: Uint8Array) -> tuple[int, int, int]:
 
 @kernel
 def _walk_border(
-    state: Uint8Array, label: Uint8Array, corner: Int32Array, gaps: Int32Array
+    state: UInt8, label: UInt8, corner: Int32, gaps: Int32
 ) -> int:
     """Note the border's pixels clockwise, the corner after each, and the gaps; returns how many gaps.
 
@@ -393,7 +393,7 @@ def _walk_border(
 
 
 @kernel
-def _open_pockets(label: Uint8Array, height: int, width: int, edge: Int32Array) -> None:
+def _open_pockets(label: UInt8, height: int, width: int, edge: Int32) -> None:
     """Let paths run along the outer side of pockets for nothing.
 
     Free pixels at the border between, say, two old ones may fall to either side, so a seam may end there and
@@ -420,7 +420,7 @@ def _open_pockets(label: Uint8Array, height: int, width: int, edge: Int32Array) 
 
 @kernel
 def min_cut(
-    state: Uint8Array, right: Int32Array, down: Int32Array, out: Uint8Array
+    state: UInt8, right: Int32, down: Int32, out: UInt8
 ) -> int:
     """Split a window between old and new where that costs least; returns the total cost.
 

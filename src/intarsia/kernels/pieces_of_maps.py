@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays import Floats, Int32, Int64, UInt8
 from ..geometry import ISOMETRIES
-from ..typed import Float64Array, Int32Array, Int64Array, Uint8Array
 from .cuts import find_root, join
 from .jit import kernel
 from .windows import canvas_place
 
 
 @kernel
-def parts(values: Int32Array, wrap: tuple[bool, bool], out: Int32Array) -> int:
+def parts(values: Int32, wrap: tuple[bool, bool], out: Int32) -> int:
     """Number the parts of a picture from 1, as they come in rows, into `out` (H, W); 0: no part. Returns how many.
 
     Pixels of the same value other than 0 that touch, corners included, are of one part; `wrap` says along which axes
@@ -49,7 +49,7 @@ def parts(values: Int32Array, wrap: tuple[bool, bool], out: Int32Array) -> int:
 
 
 @kernel
-def boxes_of_parts(part: Int32Array, wrap: tuple[bool, bool], out: Int64Array) -> None:
+def boxes_of_parts(part: Int32, wrap: tuple[bool, bool], out: Int64) -> None:
     """Say where the parts of :func:`parts` lie: `out` (n, 5) first row and column, rows and columns, and their pixels.
 
     A box may reach over a border that wraps; of a part longer than half of the picture it may be too small there.
@@ -89,10 +89,10 @@ NEAR = 1.0
 
 @kernel
 def goes_on(
-    at: Float64Array,
-    j: Float64Array,
-    which: Uint8Array,
-    pose: Uint8Array,
+    at: Floats,
+    j: Floats,
+    which: UInt8,
+    pose: UInt8,
     y: int,
     x: int,
     axis: int,
@@ -114,8 +114,8 @@ def goes_on(
 
 @kernel
 def label_flowing(
-    at: Float64Array, j: Float64Array, which: Uint8Array, pose: Uint8Array
-) -> Int32Array:
+    at: Floats, j: Floats, which: UInt8, pose: UInt8
+) -> Int32:
     """Number the connected pieces (H, W) in the order of their first pixels; holes are a class of their own.
 
     `at` (H, W, 2) is where pixels lie in the exemplar, `j` (H, W, 2, 2) how the exemplar goes on around them.
@@ -145,11 +145,11 @@ def label_flowing(
 
 @kernel
 def _first_pass(
-    yx: Int32Array,
-    which: Uint8Array,
-    pose: Uint8Array,
-    labels: Int32Array,
-    parent: Int32Array,
+    yx: Int32,
+    which: UInt8,
+    pose: UInt8,
+    labels: Int32,
+    parent: Int32,
 ) -> int:
     """Join every pixel to its left and upper neighbour where the exemplar continues."""
     height, width = which.shape
@@ -183,8 +183,8 @@ def _first_pass(
 
 @kernel
 def label_pieces(
-    yx: Int32Array, which: Uint8Array, pose: Uint8Array
-) -> tuple[Int32Array, Int64Array]:
+    yx: Int32, which: UInt8, pose: UInt8
+) -> tuple[Int32, Int64]:
     """Number the connected pieces of a map in the order of their first pixels.
 
     Four-neighbours belong together when exemplar and pose are equal and the exemplar continues from one to

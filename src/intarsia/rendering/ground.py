@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..arrays import Int64, Mask, UInt8
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Array
 from ..kernels.pieces_of_maps import HOLE
 from ..lazy import ndimage
-from ..typed import BoolArray, Int64Array, Uint8Array, Uint16Array
 from .vote_kernels import Map, VotedExemplars, cut_window
 
 OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."
@@ -40,19 +41,19 @@ def ground_of(
     return samples, VotedExemplars(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
 
 
-def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> BoolArray | None:
+def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> Mask | None:
     """Return which pixels (N,) of the ground may be used; None where all or none may."""
     flat = masks_of(exemplars, grow)
     return flat if flat.any() and not flat.all() else None
 
 
-def masks_of(exemplars: Sequence[Exemplar], grow: int) -> BoolArray:
+def masks_of(exemplars: Sequence[Exemplar], grow: int) -> Mask:
     """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
     masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
     return np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
 
 
-def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: Int64Array) -> Map:
+def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: Int64) -> Map:
     """Cut a box, in px of the plane, out of a map; InputError where it points outside its exemplars."""
     size = (box.height, box.width)
     part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
@@ -61,14 +62,14 @@ def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table:
     return part
 
 
-def refuse_holes(here: Uint8Array, which: Uint8Array) -> None:
+def refuse_holes(here: UInt8, which: UInt8) -> None:
     """InputError where the exemplars `here`, which are to be drawn, have holes; `which`: those of the whole map."""
     if (here == HOLE).any():
         holes = int((which == HOLE).sum())
         raise InputError(f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without.")
 
 
-def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> Uint16Array:
+def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
     """Measure how far every pixel is from what must not be read: 0 there, `cap` at most."""
     height, width = exemplar.height * grow, exemplar.width * grow
     if exemplar.usable is None:

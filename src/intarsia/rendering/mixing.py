@@ -20,10 +20,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Floats as Float64
+from ..arrays import Int32, Int64, Mask
 from ..blend import Mixing
 from ..geometry import ISOMETRIES
 from ..image import Array, Kind, Plane
-from ..typed import BoolArray, Float64Array, Int32Array, Int64Array
 from .colour import Curve, code_shelf, code_steps
 from .vote_kernels import (
     LIMB,
@@ -67,7 +68,7 @@ class NormalCoding:
         """The code of +1."""
         return int(np.iinfo(self.dtype).max) if self.dtype.kind == "u" else 1
 
-    def turn(self) -> tuple[Int64Array, Int64Array]:
+    def turn(self) -> tuple[Int64, Int64]:
         """Return (channel, sign), (8, 3) each: laid with a pose, component c is sign * old[channel].
 
         An output pixel p shows the exemplar at u(p), with J = du/dp. A height h(u(p)) has by the chain rule the slope
@@ -94,7 +95,7 @@ class NormalCoding:
         values = codes.astype(np.float64)
         return values if self.signed else 2.0 * values - 1.0
 
-    def codes(self, unit: Float64Array) -> Array:
+    def codes(self, unit: Float64) -> Array:
         """Return vectors of unit length as codes, rounded half up."""
         if self.signed:
             return unit.astype(self.dtype)
@@ -103,7 +104,7 @@ class NormalCoding:
             share = np.floor(np.clip(share, 0.0, 1.0) * self.top + 0.5)
         return share.astype(self.dtype)
 
-    def of_length_1(self, vectors: Array, kept: BoolArray, codes: Array) -> Array:
+    def of_length_1(self, vectors: Array, kept: Mask, codes: Array) -> Array:
         """Return the codes of vectors (h, w, 3) of any length; `codes` where these are `kept`, or the vector is 0."""
         v = vectors.astype(np.float64)
         length = np.sqrt((v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1]) + v[..., 2] * v[..., 2])
@@ -141,7 +142,7 @@ def off_unit(plane: Plane) -> float:
     return float(np.abs(lengths - 1.0).mean()) if lengths.size else 0.0
 
 
-Weights = Int64Array
+Weights = Int64
 
 
 class Mixer(Protocol):
@@ -158,9 +159,9 @@ class Mixer(Protocol):
 class Spread:
     """The mean and the range of an exemplar's channels, as light: what keeping the contrast refers to."""
 
-    mean: Float64Array
-    low: Float64Array
-    high: Float64Array
+    mean: Float64
+    low: Float64
+    high: Float64
 
     @classmethod
     def of(cls, light: Array, share: Array | None = None) -> Spread:
@@ -173,7 +174,7 @@ class Spread:
         mean = base + np.array([fsum(away[:, c] * share) / count for c in range(light.shape[1])])
         return cls(mean, light.min(axis=0).astype(np.float64), light.max(axis=0).astype(np.float64))
 
-    def widen(self, mean: Float64Array, weight: Array, squares: Float64Array) -> Float64Array:
+    def widen(self, mean: Float64, weight: Array, squares: Float64) -> Float64:
         """Push means away from the overall mean by sum w / sqrt(sum w^2), not beyond the exemplar's range."""
         gain = np.maximum(weight, 1e-300) / np.sqrt(np.where(squares > 0, squares, 1.0))
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
@@ -184,7 +185,7 @@ def cell_shape(plan: Voters) -> tuple[int, int]:
     return plan.labels.shape[0] - plan.feather, plan.labels.shape[1] - plan.feather
 
 
-def squares_for(spread: Spread | None, shape: tuple[int, int]) -> Float64Array:
+def squares_for(spread: Spread | None, shape: tuple[int, int]) -> Float64:
     """Make room for sums of squared weights, where they are needed."""
     return np.zeros(shape if spread else (0, 0))
 
@@ -218,7 +219,7 @@ class Integers:
         return rounded_codes(total, np.full(total.shape[:2], s * s, np.int64), self.curve)
 
 
-def rounded_codes(total: Int64Array, weight: Weights, curve: Curve) -> Array:
+def rounded_codes(total: Int64, weight: Weights, curve: Curve) -> Array:
     """Return total / weight as codes, rounded once, half up."""
     codes = np.zeros(total.shape, curve.dtype)
     steps, shelf, shift = np.zeros(0, np.int32), np.zeros(0, np.int32), 0
@@ -229,7 +230,7 @@ def rounded_codes(total: Int64Array, weight: Weights, curve: Curve) -> Array:
     return codes
 
 
-def rounded_light(light: Float64Array, curve: Curve) -> Array:
+def rounded_light(light: Float64, curve: Curve) -> Array:
     """Return light that is no ratio of whole numbers as codes."""
     whole = np.floor(light if curve.srgb else light + 0.5).astype(np.int64)
     return rounded_codes(whole, np.ones(whole.shape[:2], np.int64), curve)
@@ -297,8 +298,8 @@ class TranslucentIntegers:
         return self._resolved(limbs, alpha[..., 0].sum(axis=2), weight, np.zeros((0, 0)))
 
     def _resolved(
-        self, limbs: tuple[Int64Array, Int64Array], opaque: Int64Array, weight: Weights,
-        squares: Float64Array,
+        self, limbs: tuple[Int64, Int64], opaque: Int64, weight: Weights,
+        squares: Float64,
     ) -> Array:  # fmt: skip
         shared = np.maximum(np.where(opaque > 0, opaque, weight), 1)
         share = shared[..., None]
@@ -394,7 +395,7 @@ class Normals:
 class LabelMixer:
     """Names: the label with the largest weight, the smallest of equals."""
 
-    ranks: Int32Array  # (N,): place of a pixel's label among all labels in order
+    ranks: Int32  # (N,): place of a pixel's label among all labels in order
     names: Array  # (K, C)
 
     @classmethod
@@ -440,7 +441,7 @@ def coding_of(planes: Sequence[Plane]) -> NormalCoding | None:
 
 def mixer_of(
     plane: Plane, samples: Array, coding: NormalCoding | None, curve: Curve, mixing: Mixing,
-    usable: BoolArray | None,
+    usable: Mask | None,
 ) -> Mixer:  # fmt: skip
     """Choose how the votes for a plane become one pixel; `usable` says which samples count for its contrast."""
     if coding is not None:

@@ -18,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..arrays import Int32, UInt8
 from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError, said
 from ..exemplar import Exemplar
@@ -25,7 +26,6 @@ from ..geometry import Box
 from ..image import Array, Kind, Plane
 from ..run import Run
 from ..sourcemap import SourceMap, check_stretch
-from ..typed import Int32Array, Uint8Array
 from .colour import Curve
 from .finish import Bench
 from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
@@ -177,13 +177,13 @@ class _Job:
             codes[lost] = self._own(part[0][core], part[1][core], part[2][core])[lost]
         return codes
 
-    def _copies(self, yx: Int32Array, which: Uint8Array) -> tuple[Array, bool]:
+    def _copies(self, yx: Int32, which: UInt8) -> tuple[Array, bool]:
         """The codes of exemplar pixels, and whether all of these are there."""
         codes = np.empty((*which.shape, self.samples.shape[1]), self.samples.dtype)
         bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
         return codes, copy_cell(yx, which, self.ground.table, self.samples.view(bits), codes.view(bits))
 
-    def _own(self, yx: Int32Array, which: Uint8Array, pose: Uint8Array) -> Array:
+    def _own(self, yx: Int32, which: UInt8, pose: UInt8) -> Array:
         codes, _ = self._copies(np.ascontiguousarray(yx), np.ascontiguousarray(which))
         return codes if self.coding is None else self.coding.turned(codes, pose)
 

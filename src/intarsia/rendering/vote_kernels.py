@@ -20,33 +20,32 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Floats, Int32, Int64, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
-from ..typed import Float64Array, Int32Array, Int64Array, Uint8Array, Uint16Array
 
-Array = NDArray[Any]
-Map = tuple[Int32Array, Uint8Array, Uint8Array]
+Map = tuple[Int32, UInt8, UInt8]
 """What a map shows: pixels (H, W, 2), exemplars (H, W) and poses (H, W)."""
 
 
 class VotedExemplars(NamedTuple):
     """The exemplars laid end to end, so that one number names any pixel of any of them."""
 
-    table: Int64Array  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    near: Uint16Array  # (pixels,): distance to the nearest unusable pixel, capped; 0 where unusable
+    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
+    near: NDArray[np.uint16]  # (pixels,): distance to the nearest unusable pixel, capped; 0 where unusable
 
 
 class Voters(NamedTuple):
     """Who votes in one cell."""
 
-    labels: Int32Array  # (height + feather, width + feather): number of the group, -1 for no vote
-    groups: Int64Array  # (n, 8): key and box of every group, sorted by key
+    labels: Int32  # (height + feather, width + feather): number of the group, -1 for no vote
+    groups: Int64  # (n, 8): key and box of every group, sorted by key
     feather: int
 
 
 @kernel
 def cut_window(
-    full: Map, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], exemplars: Int64Array, part: Map
+    full: Map, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], exemplars: Int64, part: Map
 ) -> bool:
     """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
 
@@ -86,8 +85,8 @@ def cut_window(
 
 @kernel
 def _merge(
-    table: Int64Array, order: Int64Array, key: Int64Array, feather: int, labels: Int32Array
-) -> Int64Array:
+    table: Int64, order: Int64, key: Int64, feather: int, labels: Int32
+) -> Int64:
     """Join pieces of one key that can be heard by one pixel, and put group numbers into `labels`."""
     groups = np.empty_like(table)
     group_of = np.full(table.shape[0], -1, np.int32)
@@ -111,7 +110,7 @@ def _merge(
     return groups[:count]
 
 
-def make_plan(part: Map, origin: tuple[int, int], exemplars: Int64Array, feather: int) -> Voters:
+def make_plan(part: Map, origin: tuple[int, int], exemplars: Int64, feather: int) -> Voters:
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
     Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
@@ -132,7 +131,7 @@ def make_plan(part: Map, origin: tuple[int, int], exemplars: Int64Array, feather
 
 @kernel
 def _add_row(
-    labels: Int32Array, y: int, box: Int64Array, g: int, columns: Int32Array, sign: int
+    labels: Int32, y: int, box: Int64, g: int, columns: Int32, sign: int
 ) -> None:
     if box[TOP] <= y < box[BOTTOM]:
         for x in range(box[LEFT], box[RIGHT]):
@@ -140,14 +139,14 @@ def _add_row(
 
 
 @kernel
-def scratch(plan: Voters) -> tuple[Int32Array, Int64Array]:
+def scratch(plan: Voters) -> tuple[Int32, Int64]:
     """Make room for the column sums of a group, and for the hits of one row: column, weight, pixel read."""
     width = plan.labels.shape[1]
     return np.zeros(width + 2 * plan.feather + 2, np.int32), np.empty((3, width), np.int64)
 
 
 @kernel
-def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32Array) -> tuple[int, int]:
+def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> tuple[int, int]:
     """Start counting the votes of a group in rows begin .. end - 1; returns the rows that hear it."""
     box, f = plan.groups[g], plan.feather
     columns[: box[RIGHT] - box[LEFT] + 2 * f + 2] = 0
@@ -160,8 +159,8 @@ def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32Array) 
 
 @kernel
 def weigh_row(
-    plan: Voters, ground: VotedExemplars, g: int, y: int, first: int, columns: Int32Array,
-    hits: Int64Array,
+    plan: Voters, ground: VotedExemplars, g: int, y: int, first: int, columns: Int32,
+    hits: Int64,
 ) -> int:  # fmt: skip
     """List the votes of group `g` in row `y` (rows must come in turn from `first`); returns how many hits."""
     box, f = plan.groups[g], plan.feather
@@ -204,13 +203,13 @@ def weigh_row(
 LIMB = 14
 """Linear light has two limbs of this many bits, so that sums weighted by 16-bit opacity fit into 64 bits."""
 
-Turn = tuple[Int64Array, Int64Array]
+Turn = tuple[Int64, Int64]
 """(channel, sign), (8, 3) each: what a pose makes of the components."""
 
 
 @kernel
 def copy_cell(
-    yx: Int32Array, which: Uint8Array, exemplars: Int64Array, samples: Array, out: Array
+    yx: Int32, which: UInt8, exemplars: Int64, samples: Array, out: Array
 ) -> bool:
     """Copy for every pixel its exemplar pixel; False where there is a hole, or none such pixel, and `out` stays."""
     whole = True
@@ -228,8 +227,8 @@ def copy_cell(
 
 @kernel
 def vote_plain(
-    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32Array, total: Int64Array,
-    weight: Int64Array, squares: Float64Array,
+    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32, total: Int64,
+    weight: Int64, squares: Floats,
 ) -> None:  # fmt: skip
     """Integer pixels: add w * light[code] for every channel."""
     columns, hits = scratch(plan)
@@ -249,7 +248,7 @@ def vote_plain(
 
 @kernel
 def settle_plain(
-    total: Int64Array, weight: Int64Array, steps: Int32Array, shelf: Int32Array, shift: int,
+    total: Int64, weight: Int64, steps: Int32, shelf: Int32, shift: int,
     out: Array,
 ) -> None:  # fmt: skip
     """Divide once, rounding half up to codes; `steps` are the lights at which codes begin, empty for none."""
@@ -271,8 +270,8 @@ def settle_plain(
 
 @kernel
 def vote_relative(
-    plan: Voters, ground: VotedExemplars, values: Array, turn: tuple[Int64Array, Int64Array],
-    total: Array, first: Int64Array, weight: Int64Array, squares: Float64Array,
+    plan: Voters, ground: VotedExemplars, values: Array, turn: tuple[Int64, Int64],
+    total: Array, first: Int64, weight: Int64, squares: Floats,
 ) -> None:  # fmt: skip
     """Add w * (value - value of the first voter): exactly zero where all agree, whatever the rounding.
 
@@ -303,9 +302,9 @@ def vote_relative(
 
 @kernel
 def vote_alpha(
-    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32Array,
-    limbs: tuple[Int64Array, Int64Array], opaque: Int64Array, weight: Int64Array,
-    squares: Float64Array,
+    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32,
+    limbs: tuple[Int64, Int64], opaque: Int64, weight: Int64,
+    squares: Floats,
 ) -> None:  # fmt: skip
     """Integer pixels with opacity a: add w a * light in two limbs; w * light while all are transparent."""
     columns, hits = scratch(plan)
@@ -339,8 +338,8 @@ def vote_alpha(
 
 @kernel
 def vote_alpha_float(
-    plan: Voters, ground: VotedExemplars, values: Array, total: Float64Array, first: Int64Array,
-    opaque: Float64Array, weight: Int64Array, squares: Float64Array,
+    plan: Voters, ground: VotedExemplars, values: Array, total: Floats, first: Int64,
+    opaque: Floats, weight: Int64, squares: Floats,
 ) -> None:  # fmt: skip
     """Float pixels with opacity: as :func:`vote_alpha`, relative to the first voter.
 
@@ -378,8 +377,8 @@ def vote_alpha_float(
 
 @kernel
 def vote_label(
-    plan: Voters, ground: VotedExemplars, ranks: Int32Array, begin: int, end: int,
-    slots: tuple[Int32Array, Int64Array],
+    plan: Voters, ground: VotedExemplars, ranks: Int32, begin: int, end: int,
+    slots: tuple[Int32, Int64],
 ) -> bool:  # fmt: skip
     """Rows begin .. end - 1: add up the weight of every label that is heard; False where slots run out.
 
@@ -405,7 +404,7 @@ def vote_label(
 
 @kernel
 def settle_label(
-    label: Int32Array, share: Int64Array, out: Int32Array, weight: Int64Array
+    label: Int32, share: Int64, out: Int32, weight: Int64
 ) -> None:
     """Choose the label with the largest share, the smallest of equals."""
     for y in range(label.shape[0]):
@@ -435,7 +434,7 @@ def turn_codes(codes: Array, pose: NDArray[np.integer[Any]], turn: Turn, top: in
 
 @kernel
 def settle_vectors(
-    samples: Array, turn: Turn, total: Array, first: Int64Array, weight: Int64Array, top: int,
+    samples: Array, turn: Turn, total: Array, first: Int64, weight: Int64, top: int,
     out: Array,
 ) -> None:  # fmt: skip
     """Return votes as codes of vectors of length 1, rounded half up; where all agree, that of the first voter.

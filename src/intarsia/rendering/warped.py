@@ -16,12 +16,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Mask
 from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Array, Kind, Plane
 from ..sourcemap import SourceMap
-from ..typed import BoolArray
 from .colour import Curve, code_shelf, code_steps
 from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes
 from .mixing import LabelMixer, Mixer, NormalCoding, coding_of, mixer_of
@@ -30,7 +30,6 @@ from .warped_kernels import Part, Reach, WarpField, lay_part, read_labels, read_
 MAX_SPREAD = 256
 """The widest feather in px of a plane: every vote is read on its own."""
 
-Mask = BoolArray
 
 
 class Reader(Protocol):

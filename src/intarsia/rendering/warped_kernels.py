@@ -13,16 +13,14 @@ that what is uniform stays as it is.
 from __future__ import annotations
 
 from math import ceil, floor, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
-from ..typed import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array, Uint16Array
-
-Array = NDArray[Any]
 
 MOST = 4
 """Readings along each axis of a footprint, at most."""
@@ -34,13 +32,13 @@ SLACK = 1 / 64
 class Reach(NamedTuple):
     """Which pixels may be read."""
 
-    table: Int64Array  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    free: BoolArray  # (N,): those that may be; empty where all may
-    near: Uint16Array  # (N,): distance to what must not be read, capped; empty without a feather
+    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
+    free: Mask  # (N,): those that may be; empty where all may
+    near: NDArray[np.uint16]  # (N,): distance to what must not be read, capped; empty without a feather
 
 
 @kernel
-def exemplar_of(table: Int64Array, which: int) -> tuple[int, int, int, int]:
+def exemplar_of(table: Int64, which: int) -> tuple[int, int, int, int]:
     """Return the number of an exemplar's first pixel, its height, its width, and 1 if it is toroidal.
 
     Plain numbers: a view of the table would count references wherever it is made.
@@ -62,14 +60,14 @@ def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
 
 
 @kernel
-def nearest_pixel(row: tuple[int, int, int, int], free: BoolArray, uy: float, ux: float, own: int) -> int:
+def nearest_pixel(row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, own: int) -> int:
     """Return the pixel nearest to a place, or `own` where that one must not be read."""
     k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
     return own if free.size > 0 and not free[k] else k
 
 
 @kernel
-def share_of(row: tuple[int, int, int, int], near: Uint16Array, uy: float, ux: float) -> int:
+def share_of(row: tuple[int, int, int, int], near: NDArray[np.uint16], uy: float, ux: float) -> int:
     """Return how much the pixel nearest to a place counts in a vote: nothing outside of the exemplar."""
     y, x = floor(uy + 0.5), floor(ux + 0.5)
     if row[3] == 0 and not (0 <= y < row[1] and 0 <= x < row[2]):
@@ -87,7 +85,7 @@ def _cubic(f: float, w: Array, begin: int) -> None:
 
 @kernel
 def taps(
-    row: tuple[int, int, int, int], free: BoolArray, uy: float, ux: float, at: Int64Array, w: Array
+    row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, at: Int64, w: Array
 ) -> int:
     """List the pixels of a reading, at most 16, and their weights in w[0]; in w[1] those of the 2 x 2 around it alone.
 
@@ -146,25 +144,25 @@ KEPT = 8
 class WarpField(NamedTuple):
     """The arrays of a map; what it leaves out has no pixels, but `which` is always there."""
 
-    yx: Int32Array
-    which: Uint8Array
-    pose: Uint8Array
-    frame: Float32Array  # (H, W, 2, 2)
-    sub: Float32Array  # (H, W, 2)
+    yx: Int32
+    which: UInt8
+    pose: UInt8
+    frame: Float32  # (H, W, 2, 2)
+    sub: Float32  # (H, W, 2)
 
 
 class Part(NamedTuple):
     """A cell with a halo, in px of the plane."""
 
-    which: Uint8Array  # (h, w)
-    at: Float64Array  # (h, w, 2): the place in the exemplar
-    j: Float64Array  # (h, w, 4): the frame, as the rows of J
-    own: Int64Array  # (h, w): the pixel that the map names, as a number among all exemplars
+    which: UInt8  # (h, w)
+    at: Floats  # (h, w, 2): the place in the exemplar
+    j: Floats  # (h, w, 4): the frame, as the rows of J
+    own: Int64  # (h, w): the pixel that the map names, as a number among all exemplars
 
 
 @kernel
 def lay_part(
-    field: WarpField, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], table: Int64Array, part: Part
+    field: WarpField, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], table: Int64, part: Part
 ) -> bool:
     """Cut a box out of a map that is `scale` times enlarged, as `cut_window` does; outside the canvas are holes.
 
@@ -216,7 +214,7 @@ def lay_part(
 
 @kernel
 def hear(
-    part: Part, reach: Reach, feather: int, y: int, x: int, places: Float64Array, votes: Int64Array
+    part: Part, reach: Reach, feather: int, y: int, x: int, places: Floats, votes: Int64
 ) -> int:
     """List what the entries around pixel (y, x) of a cell read, in the order of the raster; returns how many.
 
@@ -252,7 +250,7 @@ def hear(
 
 
 @kernel
-def _alike(a: Float64Array, b: Float64Array) -> bool:
+def _alike(a: Floats, b: Floats) -> bool:
     away = max(max(abs(a[0] - b[0]), abs(a[1] - b[1])), max(abs(a[2] - b[2]), abs(a[3] - b[3])))
     return bool(away <= ALIKE)
 
@@ -260,8 +258,8 @@ def _alike(a: Float64Array, b: Float64Array) -> bool:
 @kernel
 def read_light(
     part: Part, reach: Reach, feather: int, light: Array, alpha: bool,
-    sums: tuple[Float64Array, Float64Array], first: Int64Array,
-    weights: tuple[Float64Array, Float64Array],
+    sums: tuple[Floats, Floats], first: Int64,
+    weights: tuple[Floats, Floats],
 ) -> None:  # fmt: skip
     """Add up what is read for every pixel of a cell: w (light - light of the first pixel read).
 
@@ -304,7 +302,7 @@ def read_light(
 
 
 @kernel
-def _varies(light: Array, at: Int64Array, n: int) -> bool:
+def _varies(light: Array, at: Int64, n: int) -> bool:
     """Say whether opacity is not the same in all pixels of a reading."""
     last, varied = light.shape[1] - 1, False
     for k in range(1, n):
@@ -314,7 +312,7 @@ def _varies(light: Array, at: Int64Array, n: int) -> bool:
 
 @kernel
 def _add(
-    light: Array, alpha: bool, at: Int64Array, n: int, w: Array, share: float, first: int, added: Array
+    light: Array, alpha: bool, at: Int64, n: int, w: Array, share: float, first: int, added: Array
 ) -> float:
     """Add a reading of `n` pixels, which never leaves their range; returns how much of it is seen.
 
@@ -348,8 +346,8 @@ def _add(
 
 @kernel
 def settle_light(
-    plain: Float64Array, weight: Float64Array, first: Int64Array, light: Array, samples: Array,
-    coding: tuple[Int32Array, Int32Array, int], out: Array,
+    plain: Floats, weight: Floats, first: Int64, light: Array, samples: Array,
+    coding: tuple[Int32, Int32, int], out: Array,
 ) -> None:  # fmt: skip
     """Write the codes (h, w, C) of what was read of opaque colours; where it is the first pixel's light, its own code.
 
@@ -372,7 +370,7 @@ def settle_light(
 
 
 @kernel
-def _pose_of(j: Float64Array) -> int:
+def _pose_of(j: Floats) -> int:
     """Return the number of the isometry that a frame is, -1 where it is none."""
     for p in range(8):
         if j[0] == J[p, 0] and j[1] == J[p, 1] and j[2] == J[p, 2] and j[3] == J[p, 3]:
@@ -382,8 +380,8 @@ def _pose_of(j: Float64Array) -> int:
 
 @kernel
 def _vector(
-    row: tuple[int, int, int, int], reach: Reach, j: Float64Array, u: tuple[float, float], own: int,
-    vectors: Array, read: Float64Array,
+    row: tuple[int, int, int, int], reach: Reach, j: Floats, u: tuple[float, float], own: int,
+    vectors: Array, read: Floats,
 ) -> tuple[int, bool]:  # fmt: skip
     """Read a vector (x, y, z) at a place; returns the first pixel read, and whether all that were read are equal."""
     at, w = np.empty(16, np.int64), np.empty((3, 16))
@@ -408,7 +406,7 @@ def _vector(
 
 
 @kernel
-def _turn(j: Float64Array, cross: int, keep: bool, v: Float64Array) -> None:
+def _turn(j: Floats, cross: int, keep: bool, v: Floats) -> None:
     """Turn a vector with its piece: slopes pull back, n_yx' = J^T n_yx; `cross` is -1 where green is up, else 1.
 
     Its length stays, so that no vote is louder for being scaled; `keep`: it stays by itself.
@@ -426,8 +424,8 @@ def _turn(j: Float64Array, cross: int, keep: bool, v: Float64Array) -> None:
 
 @kernel
 def read_vectors(
-    part: Part, reach: Reach, feather: int, vectors: Array, cross: int, first: Int64Array,
-    sums: tuple[Float64Array, Float64Array], weight: Float64Array,
+    part: Part, reach: Reach, feather: int, vectors: Array, cross: int, first: Int64,
+    sums: tuple[Floats, Floats], weight: Floats,
 ) -> None:  # fmt: skip
     """Add up the vectors read for every pixel of a cell, each turned with its piece.
 
@@ -458,7 +456,7 @@ def read_vectors(
 
 @kernel
 def read_labels(
-    part: Part, reach: Reach, feather: int, ranks: Int32Array, out: Int32Array, weight: Int64Array
+    part: Part, reach: Reach, feather: int, ranks: Int32, out: Int32, weight: Int64
 ) -> None:
     """Choose for every pixel of a cell the label of the most nearest pixels by weight, the smallest of equals."""
     room = (feather + 1) * (feather + 1)

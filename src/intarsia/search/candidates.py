@@ -8,8 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..arrays import Array
-from ..typed import Int64Array
+from ..arrays import Array, Int64
 from .fourier_kernels import Correlated, Fee
 from .posed import PosedExemplars
 
@@ -76,7 +75,7 @@ class Candidates:
     ``permitted`` that none of the rows returns too near.
     """
 
-    rows: Int64Array
+    rows: Int64
     usual: int
     feats: Array
     known: Array

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...patches.growing_map import Window
 from ...patches.growth import Growth
-from ...patches.repeats import Table
+from ...patches.repetition import Table
 from ...search import fourier_kernels
 from ...search.candidates import Candidates, nearest
 from ...search.fourier_kernels import FAR
