@@ -230,7 +230,7 @@ def case_cuts() -> list[Result]:
 
 def case_lattice() -> list[Result]:
     """Lattices of tiles, found anew; the largest exemplar is the others, laid side by side."""
-    from intarsia.lattice.vectors import lattices_of
+    from intarsia.lattice.lattice import lattices_of
 
     tiles = np.tile(pixels("tiles"), (8, 8, 1))
     return [

@@ -51,7 +51,10 @@ HOMES = {
 }
 """The only packages that may import a library. numba is for kernels alone."""
 
-HIDING = {"kernels/cache.py": {"pickle"}}
+TYPES = {"Array", "Mask", "UInt8", "Int16", "Int32", "Int64", "Float32", "Floats", "Pair"}
+"""All that kernels may have of `arrays`: names of types, which nothing calls."""
+
+HIDING = {"kernels/compiling.py": {"pickle"}}
 """What compiled kernels are kept as; opened after its place, its length and its digest are found right."""
 
 FILE_LINES, FUNCTION_LINES, KERNEL_LINES = 500, 60, 90
@@ -125,7 +128,8 @@ def test_kernels_of_a_room_use_its_own_and_the_shared_ones_alone(path: Path) -> 
     """What else they call would not be in the digest that compiled kernels are kept by."""
     for other in own(path):
         mine = is_kernel(FILES[other]) and room_of(name_of(path)) in (LEAF, room_of(other))  # the leaf stands on all
-        assert mine or room_of(other) in ("kernels", "geometry"), f"{named(path)} imports {other}"
+        assert mine or room_of(other) in ("kernels", "geometry", "arrays"), f"{named(path)} imports {other}"
+    assert {p[2] for p in imports(path) if p[:2] == ("intarsia", "arrays")} <= TYPES
     known = {"__future__", "collections", "intarsia", "math", "numba", "numpy", "typing"}
     assert {p[0] for p in imports(path)} <= known
 

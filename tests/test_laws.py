@@ -9,11 +9,11 @@ import pytest
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.courses.rectified import rectified_for
-from intarsia.covering import showings, spreading, striking
+from intarsia.courses.rectify import rectified_for
+from intarsia.covering import spreading, striking
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS
-from intarsia.segments import things
+from intarsia.segments import wholes
 from intarsia.testing import MethodContract
 from intarsia.testing.cases import Case
 
@@ -29,8 +29,8 @@ def small_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Repeats are spread over windows of 8 px; things may be of few pixels, and are covered by windows of 8 px, too."""
     monkeypatch.setattr(spreading, "SCALE", spreading.SCALE._replace(least=8, windows=((1, 8),) * 2))
     monkeypatch.setattr(striking, "SCALE", striking.SCALE._replace(sides=(8, 12, 16)))
-    monkeypatch.setattr(showings, "COUNTING", showings.COUNTING._replace(least=2, around=0))
-    monkeypatch.setattr(things, "BOUNDS", things.BOUNDS._replace(sure=300, edges=(270,), least=2, widest=2))
+    monkeypatch.setattr(striking, "COUNTING", striking.COUNTING._replace(least=2, around=0))
+    monkeypatch.setattr(wholes, "BOUNDS", wholes.BOUNDS._replace(sure=300, edges=(270,), least=2, widest=2))
 
 
 def fan(e: Exemplar) -> Exemplar:

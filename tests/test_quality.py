@@ -24,7 +24,7 @@ import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.files.read import sample
 from intarsia.judging.score import score_map
-from intarsia.lattice.vectors import lattices_of, vectors_of
+from intarsia.lattice.lattice import lattices_of, vectors_of
 from intarsia.search.sizes import elements
 from intarsia.testing import noise
 from unweighed import beside

@@ -13,6 +13,14 @@ from numpy.typing import NDArray
 from .errors import InputError, IntarsiaError, said
 
 Array = NDArray[Any]
+Mask = NDArray[np.bool_]
+UInt8 = NDArray[np.uint8]
+Int16 = NDArray[np.int16]
+Int32 = NDArray[np.int32]
+Int64 = NDArray[np.int64]
+Float32 = NDArray[np.float32]
+Floats = NDArray[np.float64]
+Pair = tuple[int, int]  # rows and columns, or the row and the column of a pixel
 
 Laid = tuple[NDArray[np.int32], NDArray[np.uint8] | None, NDArray[Any]]
 """A window as far as it is laid: exemplar pixels (H, W, 2), their poses (H, W), None: upright; which are there."""

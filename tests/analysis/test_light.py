@@ -16,7 +16,7 @@ from intarsia import files
 from intarsia.analysis.light import Slope, clipped, slope_of
 from intarsia.cli.app import cli
 from intarsia.image import Transfer
-from intarsia.lattice.vectors import lattice_of
+from intarsia.lattice.lattice import lattice_of
 from intarsia.rendering.colour import from_linear, to_linear
 from intarsia.search.sizes import elements
 from intarsia.testing import texture

@@ -15,7 +15,7 @@ from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box
-from intarsia.lattice.vectors import UNIT
+from intarsia.lattice.candidates import UNIT
 from intarsia.testing.cases import noise
 
 
@@ -56,7 +56,7 @@ def test_every_tile_of_the_sample_is_shown() -> None:
 
 def ground(pixels: np.ndarray, rows: int, columns: int, phase: tuple[int, int], costs: float = 200.0) -> Any:
     """A gray exemplar continued past its edges."""
-    from intarsia.blocks.completed import continued
+    from intarsia.blocks.places import continued
 
     picture = (pixels[:, :, None].astype(np.int16) * 4).copy()
     rows_, columns_ = (rows * UNIT, 0), (0, columns * UNIT)
@@ -145,8 +145,8 @@ def test_every_period_of_a_photograph_is_shown_equally_often(name: str, textures
 
 def test_places_that_overlap_are_read_so_that_what_few_show_is_shown_too() -> None:
     """Blocks of half periods lie twice over the middle of an exemplar, once over its ends."""
+    from intarsia.blocks.grid import Sheet
     from intarsia.blocks.places import dealt, place_shares
-    from intarsia.blocks.pose_sheet import Sheet
 
     source = np.moveaxis(np.indices((64, 96), np.int32), 0, 2)
     sheet = Sheet(np.zeros((64, 96, 1), np.int16), np.ones((64, 96), bool), (0,), 64, (64, 96), source)
@@ -164,7 +164,7 @@ def test_places_that_overlap_are_read_so_that_what_few_show_is_shown_too() -> No
 
 def test_what_cannot_be_read_whole_is_no_move_of_a_gap() -> None:
     """A place at the edge of the exemplar moves inwards only; masked pixels are not read."""
-    from intarsia.blocks.gap_table_kernels import whole_moves
+    from intarsia.blocks.gap_kernels import whole_moves
 
     core = np.zeros((6, 6), np.uint8)
     core[1:5, 1:5] = 1

@@ -12,8 +12,7 @@ from courses.test_wall import CASES
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.courses.lately import Lately
-from intarsia.courses.wall import Wall
+from intarsia.courses.wall import Lately, Wall
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box
 from intarsia.run import Run

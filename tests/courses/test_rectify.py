@@ -9,12 +9,11 @@ import pytest
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.courses import rectified
-from intarsia.courses.rectified import improved, rectified_for
-from intarsia.courses.rectify import Straight, _moved, straight_of
+from intarsia.courses import rectify
+from intarsia.courses.rectify import Straight, _moved, improved, rectified_for, straight_of
 from intarsia.courses.wall import Wall
 from intarsia.exemplar import Exemplar
-from intarsia.lattice.vectors import lattices_of
+from intarsia.lattice.lattice import lattices_of
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 
@@ -182,16 +181,16 @@ def test_what_hardly_gains_stays_as_it_is() -> None:
 def test_an_exemplar_is_laid_straight_only_for_a_clear_gain(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twice what is asked of a lattice where it has none as it is, else 1.15 times the confidence that it has."""
     e = Exemplar.of(wall(coordinate("fan")))
-    found, none = rectified.levelled(e), lattices_of(e)
+    found, none = rectify.levelled(e), lattices_of(e)
     assert found is not None
     assert found[0].off >= 1
     least = found[1].confidence / found[1].share
     had = replace(none, accepted=replace(found[1], confidence=0.2))
     for plain, asked in ((none, 2 * least), (had, 1.15 * 0.2)):
-        monkeypatch.setattr(rectified, "lattices_of", lambda e, weights=None, plain=plain: plain)
+        monkeypatch.setattr(rectify, "lattices_of", lambda e, weights=None, plain=plain: plain)
         for times, better in ((0.97, False), (1.03, True)):
             one = replace(found[1], confidence=times * asked)
-            monkeypatch.setattr(rectified, "levelled", lambda e, weights=None, one=one: (found[0], one))
+            monkeypatch.setattr(rectify, "levelled", lambda e, weights=None, one=one: (found[0], one))
             assert (improved(e) is not None) == better
 
 

@@ -12,8 +12,8 @@ from scipy.ndimage import label
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.courses.stack import StackedRows
-from intarsia.courses.stones import LAYING
+from intarsia.courses.chains import LAYING
+from intarsia.courses.rows import StackedRows
 from intarsia.courses.unequal import UNEQUAL, masonry_of
 from intarsia.courses.wall import Wall
 from intarsia.exemplar import Exemplar

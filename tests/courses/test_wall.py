@@ -14,9 +14,8 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
-from intarsia.courses import chain_kernels, wall_kernels
-from intarsia.courses.bricks import bricks_of
-from intarsia.courses.brickwork import brickwork_of
+from intarsia.courses import wall_kernels
+from intarsia.courses.brickwork import bricks_of, brickwork_of
 from intarsia.courses.wall import Wall, courses_of
 from intarsia.courses.wall_kernels import FACE
 from intarsia.exemplar import Exemplar
@@ -303,7 +302,7 @@ def test_chains_are_the_best(seed: int) -> None:
     pair, closing = draws((3, 3), seed + 60, 30), draws(3, seed + 80, 30)
     rules = np.array([seed % 3, seed % 2, 2, 25, 0, -1], np.int64)
     out = np.empty((length + 2, 3), np.int64)
-    n = chain_kernels.link(length, sizes, start, joint, pair, closing, rules, out)
+    n = wall_kernels.link(length, sizes, start, joint, pair, closing, rules, out)
     chain = out[:n]
     assert chain[0, 1] == 0
     assert chain[-1, 2] == length
@@ -318,20 +317,20 @@ def test_chains_are_the_best(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_leaps_are_the_cheapest(seed: int) -> None:
     strip = texture(6, 30, 2, seed).astype(np.int16)
-    costs = chain_kernels.leap_costs(strip, 2, 4)
+    costs = wall_kernels.leap_costs(strip, 2, 4)
     np.testing.assert_array_equal(costs, naive.leap_costs(strip, 2, 4))
     for apart, keep in ((1, 30), (9, 3)):
-        found = chain_kernels.best_leaps(costs, apart, keep)
+        found = wall_kernels.best_leaps(costs, apart, keep)
         np.testing.assert_array_equal(found, naive.best_leaps(costs, apart, keep))
 
 
 @pytest.mark.parametrize("length", [1, 7, 40, 130])
 def test_walks_arrive(length: int) -> None:
     """A walk of leaps is as long as asked for, begins and ends where it must, and leaps only where it may."""
-    costs = chain_kernels.leap_costs(texture(6, 30, 1, 3).astype(np.int16), 2, 4)
-    leaps = chain_kernels.best_leaps(costs, 9, 4)
+    costs = wall_kernels.leap_costs(texture(6, 30, 1, 3).astype(np.int16), 2, 4)
+    leaps = wall_kernels.best_leaps(costs, 9, 4)
     out = np.empty((length + 1, 3), np.int64)
-    count = chain_kernels.leap(length, costs, leaps, np.array([6, 11]), 5, np.uint64(7), out)
+    count = wall_kernels.leap(length, costs, leaps, np.array([6, 11]), 5, np.uint64(7), out)
     at, u = 6, 0
     for v, x, z in out[:count][::-1]:
         assert x == at + v - u

@@ -15,7 +15,7 @@ from intarsia.covering import exchange
 from intarsia.covering.covering import Covering, Laying
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
-from intarsia.seams.whole_elements import Elements
+from intarsia.seams.whole import Elements
 from intarsia.segments.wholes import wholes
 from intarsia.sourcemap import SourceMap
 

@@ -16,14 +16,11 @@ import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.covering import copies_kernels
 from intarsia.covering.copies_kernels import FINE, Copies
-from intarsia.covering.covering import Laying
-from intarsia.covering.lattice_steps import in_step
-from intarsia.covering.origins import no_copies
-from intarsia.covering.spreading import Spreading, spread_out, wave_sides
+from intarsia.covering.covering import Laying, in_step
+from intarsia.covering.spreading import Spreading, no_copies, spread_out, wave_sides
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
-from intarsia.patches.growth import Growth
-from intarsia.patches.settings import PatchSettings
+from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.synthesis import Synthesis
 from intarsia.testing import texture

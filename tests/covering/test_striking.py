@@ -12,11 +12,10 @@ from scipy import ndimage
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.covering.covering import Laying
-from intarsia.covering.showings import COUNTING, Often, Show, Staying
-from intarsia.covering.striking import Thinning, thinned
+from intarsia.covering.striking import COUNTING, Often, Show, Staying, Thinning, thinned
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap, apart
-from intarsia.segments.things import things
+from intarsia.segments.wholes import things
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
 

@@ -10,8 +10,7 @@ import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.covering import striking_kernels as kernels
 from intarsia.covering.covering import Laying
-from intarsia.covering.showings import Often
-from intarsia.covering.striking import SCALE, Thinning
+from intarsia.covering.striking import SCALE, Often, Thinning
 from intarsia.exemplar import Exemplar
 from intarsia.seams import placement_kernels
 from intarsia.testing import texture

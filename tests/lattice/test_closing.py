@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from intarsia.lattice.closing import allowed, closing_length, misfit
+from intarsia.lattice.lattice import allowed, closing_length, misfit
 
 UNIT = 256
 LATTICES = {

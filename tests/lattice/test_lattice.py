@@ -13,12 +13,10 @@ from torture import LATTICES, TORTURE, byte
 from intarsia.analysis.features import features
 from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
-from intarsia.lattice.candidates import candidates, canonical, waves_of
-from intarsia.lattice.correlation_map import correlation_map, pictures
+from intarsia.lattice.candidates import candidates, canonical, correlation_map, pictures, waves_of
 from intarsia.lattice.lattice import Lattice, find_lattice
-from intarsia.lattice.row_pitch import RowPitch
 from intarsia.lattice.scoring_kernels import lattice_mean
-from intarsia.lattice.verdict import _ends, one_vector
+from intarsia.lattice.verdict import RowPitch, _ends, one_vector
 
 WITHOUT = ["dots_random", "noise_white", "noise_pink", "noise_band", "jpeg_blocky", "grapes", "marbling", "fur"]
 WITHOUT += ["discs_sparse", "cracks", "wires", "red_cluster", "two_level", "labels", "ramp_16bit", "one_pixel"]

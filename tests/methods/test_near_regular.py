@@ -16,7 +16,7 @@ from intarsia.canvas import Canvas
 from intarsia.courses.near_regular import FEW
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS
-from intarsia.lattice.vectors import check_lattice, lattice_of
+from intarsia.lattice.lattice import check_lattice, lattice_of
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 

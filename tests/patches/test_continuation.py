@@ -14,7 +14,7 @@ from intarsia.canvas import Canvas
 from intarsia.cli.app import cli
 from intarsia.draws import draw
 from intarsia.geometry import Wrap
-from intarsia.patches.continuation import Continuation, depth_of
+from intarsia.patches.growing_map import Continuation, depth_of
 from intarsia.tasks.completion import Margins, extension, scene_to_heal
 from intarsia.testing.cases import noise
 

@@ -15,8 +15,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
 from intarsia.methods.base import engine_of
-from intarsia.patches.growth import Growth
-from intarsia.patches.settings import PatchSettings, Repeats
+from intarsia.patches.growth import Growth, PatchSettings, Repeats
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import join_in, settings_of
 from intarsia.sourcemap import HOLE, identity

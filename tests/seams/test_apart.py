@@ -10,8 +10,7 @@ import pytest
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
-from intarsia.patches.growth import Growth
-from intarsia.patches.settings import PatchSettings
+from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.seams import graphcut, placement_kernels
 from intarsia.seams.placement_kernels import ONE
 from intarsia.search.candidates import Candidates

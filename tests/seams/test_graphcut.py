@@ -27,7 +27,7 @@ from intarsia.kernels.cuts import PLAIN, SeamPrice
 from intarsia.kernels.maxflow import MOST
 from intarsia.kernels.windows import Grown
 from intarsia.patches import growth as patches_growth
-from intarsia.patches.settings import PatchSettings
+from intarsia.patches.growth import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
 from intarsia.seams.graphcut import likelihood
 from intarsia.seams.recut_kernels import NEVER, Draft

@@ -10,11 +10,10 @@ import pytest
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
-from intarsia.patches.growth import Growth
-from intarsia.patches.settings import PatchSettings
+from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.run import Run
 from intarsia.seams import graphcut
-from intarsia.seams.shifts import shifts_around
+from intarsia.seams.graphcut import shifts_around
 from intarsia.sourcemap import HOLE
 from intarsia.testing import texture
 

@@ -9,7 +9,7 @@ import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import keeps_lattice
-from intarsia.seams import steps
+from intarsia.seams import graphcut
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
 
@@ -41,7 +41,7 @@ def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
     place = int(dice.integers(-90, 90)), int(dice.integers(-90, 90))
     slack = int(dice.integers(0, 4))
     first, second = vectors[:: 1 if seed % 2 else -1]
-    found = steps.in_step(valid, (first, second), place, slack)
+    found = graphcut.in_step(valid, (first, second), place, slack)
     assert (found == in_step(valid, (first, second), place, slack)).all()
     assert found.any() == valid.any()
     assert not (found & ~valid).any()
@@ -49,13 +49,13 @@ def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
 
 def test_a_place_is_in_step_with_itself_and_with_nothing_between() -> None:
     valid = np.ones((40, 40), bool)
-    found = steps.in_step(valid, VECTORS, (20, 20), 0)
+    found = graphcut.in_step(valid, VECTORS, (20, 20), 0)
     assert found[20, 20]
     assert abs(found.sum() - 40 * 40 * 65536 / (4544 * 3392 + 384 * 512)) < 4
 
 
 def test_where_nothing_is_in_step_the_slack_grows() -> None:
-    found = steps.in_step(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
+    found = graphcut.in_step(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
     assert found.any()
 
 
@@ -63,11 +63,11 @@ def test_where_nothing_is_in_step_the_slack_grows() -> None:
 def test_all_of_a_picture_is_in_step_with_its_first_pixel(seed: int) -> None:
     exemplar = Exemplar.of(texture(72, 80))
     made = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30, lattice=LATTICE), seed=seed)
-    assert off(made.map).max() <= 2 * steps.SLACK + 1  # the first patch, too, may be off by its rounding
+    assert off(made.map).max() <= 2 * graphcut.SLACK + 1  # the first patch, too, may be off by its rounding
     away = made.map.yx - np.moveaxis(np.indices((150, 130)), 0, 2)
     assert len(np.unique(away.reshape(-1, 2), axis=0)) > 5
     free = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30), seed=seed)
-    assert off(free.map).max() > 2 * steps.SLACK + 1
+    assert off(free.map).max() > 2 * graphcut.SLACK + 1
 
 
 def test_what_is_there_is_gone_on_with_in_step() -> None:
@@ -77,7 +77,7 @@ def test_what_is_there_is_gone_on_with_in_step() -> None:
     yx[there], which[there] = np.moveaxis(np.indices((6, 6)), 0, 2) + np.array((66, 74)), 0
     start = SourceMap(yx, which, None, (exemplar.source,))
     made = ia.synthesize(exemplar, method=ia.Graphcut(patch=30, lattice=LATTICE), seed=1, start=start)
-    assert off(made.map, (64, 72)).max() <= steps.SLACK + 1
+    assert off(made.map, (64, 72)).max() <= graphcut.SLACK + 1
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,7 @@ from intarsia.patches.growth import Growth
 from intarsia.seams import whole_kernels
 from intarsia.seams.graphcut import GraphcutGrowth
 from intarsia.seams.sewing import STAGE, settings_of, stitch_of
-from intarsia.seams.whole import Mending, make_whole
-from intarsia.seams.whole_elements import Elements
+from intarsia.seams.whole import Elements, Mending, make_whole
 from intarsia.segments.wholes import JOINT, wholes
 from intarsia.testing import texture
 

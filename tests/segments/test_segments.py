@@ -14,7 +14,6 @@ from intarsia.analysis.elements import element_size
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.segments import segments as segmentation
-from intarsia.segments.clusters import group_tree, split
 from intarsia.segments.feature_group import (
     DISC,
     RAGGED,
@@ -27,7 +26,7 @@ from intarsia.segments.feature_group import (
     zone,
 )
 from intarsia.segments.felzenszwalb import PixelGraph, even_colours, numbered, smoothed
-from intarsia.segments.segments import SizeRule, find_segments, limited, segments, vote
+from intarsia.segments.segments import SizeRule, find_segments, group_tree, limited, segments, split, vote
 from intarsia.tasks.drawings import CHOSEN, GROUND, LINE, segment_overlay
 from intarsia.testing.cases import noise
 

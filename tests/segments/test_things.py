@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from intarsia.exemplar import Exemplar
-from intarsia.segments.things import BOUNDS, things
+from intarsia.segments.wholes import BOUNDS, things
 from intarsia.testing import texture
 
 

@@ -9,8 +9,7 @@ from torture import TORTURE
 from intarsia.analysis.features import features
 from intarsia.errors import MethodError, ParameterError
 from intarsia.exemplar import Exemplar
-from intarsia.tiles.tile_layout import TileLayout
-from intarsia.tiles.tiling import Tile, best_tile
+from intarsia.tiles.tiling import Tile, TileLayout, best_tile
 
 
 def px(*vectors):

@@ -9,15 +9,154 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..analysis.correlation import gncc
+from ..analysis.features import Features, features, pose_array
+from ..analysis.symmetry import allowed_isometries
+from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair, UInt8
+from ..errors import ParameterError
+from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES, ISOMETRY_SETS
 from ..kernels.lattice_points import lattice_points
-from ..lattice.vectors import UNIT, Vector
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import Pairs, Vector, Vectors, cell_of
+from ..params import Poses, Weights
 from . import gap_kernels
+
+KEPT = 0.04  # of a lattice vector: how far its mirror image may lie from a lattice point
+ALIKE = 0.75  # of how the exemplar agrees with itself one period on: so well must a copy agree where auto decides
+Places = dict[Pair, Int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """The posed copies."""
+
+    picture: Int16  # (H, W, C): the copies, each in its own band of `pitch` rows
+    usable: Mask  # (H, W): which may be used; what lies between the copies may not
+    poses: tuple[int, ...]  # isometry of each band, the identity first
+    pitch: int  # px
+    size: Pair  # rows and columns of the picture that was posed
+    source: Int32  # (H, W, 2): the exemplar's pixel that each pixel of that picture shows
+
+    def to_exemplar(self, yx: Int32) -> tuple[Int32, UInt8 | None]:
+        """Turn px of the sheet into px of the exemplar, and their poses; None where all are upright."""
+        if len(self.poses) == 1:
+            return self.source[yx[..., 0], yx[..., 1]], None
+        band, row = np.divmod(yx[..., 0], self.pitch)
+        out, pose = np.zeros_like(yx), np.array(self.poses, np.uint8)[band]
+        for p in self.poses:
+            (a, b), (c, d) = ISOMETRIES[p].j
+            start = ISOMETRIES[p].start(*self.size)
+            here, y, x = pose == p, row, yx[..., 1]
+            out[here, 0], out[here, 1] = (start[0] + a * y + b * x)[here], (start[1] + c * y + d * x)[here]
+        return self.source[out[..., 0], out[..., 1]], pose
+
+
+def sheet_of(
+    feats: Features, usable: Mask, source: Int32, poses: tuple[int, ...], gap: int
+) -> Sheet:
+    """Lay out a picture in some poses, `gap` px apart; `source`: the exemplar's pixel that each of its pixels shows."""
+    size = feats.pictures[0].shape[:2]
+    if len(poses) == 1:
+        return Sheet(feats.pictures[0], usable, poses, size[0], (size[0], size[1]), source)
+    pitch, width = max(size) + gap, max(size)
+    picture = np.zeros((pitch * len(poses), width, feats.pictures[0].shape[2]), np.int16)
+    valid = np.zeros(picture.shape[:2], bool)
+    for k, pose in enumerate(poses):
+        copy, mask = feats.posed(0, pose), pose_array(usable, pose)
+        picture[k * pitch : k * pitch + copy.shape[0], : copy.shape[1]] = copy
+        valid[k * pitch : k * pitch + mask.shape[0], : mask.shape[1]] = mask
+    return Sheet(picture, valid, poses, pitch, (size[0], size[1]), source)
+
+
+def lattice_poses(choice: Poses, cell: Vectors, exemplar: Exemplar, feats: Features) -> tuple[int, ...]:
+    """The isometries of a parameter that map the lattice onto itself, the identity among them.
+
+    Of a named set those that do not are left out; ``auto`` also leaves out those that change the look, or whose
+    copy agrees with the exemplar nowhere. ParameterError where one given by its number does not keep the lattice.
+    """
+    if choice == "auto":
+        alike = allowed_isometries([exemplar])
+        kept = [p for p in alike if p == 0 or (_keeps(cell, p) and _agrees(feats, p, cell))]
+        return tuple(kept)
+    if isinstance(choice, str):
+        return tuple(p for p in ISOMETRY_SETS[choice] if _keeps(cell, p))
+    for p in choice:
+        if not _keeps(cell, p):
+            raise ParameterError(
+                f"isometries: {p} ({ISOMETRIES[p].name}) does not map the lattice to itself; leave it out."
+            )
+    return (0, *(p for p in choice if p))
+
+
+def resolved_poses(
+    choice: Poses, lattice: Pairs, exemplar: Exemplar,
+    weights: Weights,
+) -> Poses:  # fmt: skip
+    """Decide an ``isometries`` parameter that is "auto", and refuse one that does not keep the lattice."""
+    first, second = cell_of(lattice, (exemplar.height, exemplar.width))
+    if second is None:  # courses are laid upright
+        return choice
+    poses = lattice_poses(choice, (first, second), exemplar, features([exemplar], weights))
+    return poses if choice == "auto" else choice
+
+
+def posed_places(sheet: Sheet, feats: Features, grid: BlockGrid, upright: Places) -> Places:
+    """List where blocks may be read on the sheet, 1/256 px, by the parity of their row and column."""
+    found = {kind: [places] for kind, places in upright.items()}
+    for k, pose in enumerate(sheet.poses[1:], 1):
+        (dy, dx), _ = offset(feats, pose)
+        moved = replace(grid, phase=(grid.phase[0] - dy * UNIT, grid.phase[1] - dx * UNIT))
+        shape = feats.posed(0, pose).shape
+        valid = sheet.usable[k * sheet.pitch : k * sheet.pitch + shape[0], : shape[1]]
+        for kind in found:
+            found[kind].append(np.add(block_places(moved, valid, kind), (k * sheet.pitch * UNIT, 0)))
+    return {kind: np.concatenate(places) for kind, places in found.items()}
+
+
+def offset(feats: Features, pose: int) -> tuple[Pair, float]:
+    """Where on the exemplar a posed copy agrees with it best, (y, x) px, and how well."""
+
+    def agreement() -> tuple[Pair, float]:
+        picture, copy = feats.pictures[0], feats.posed(0, pose)
+        found = gncc(picture, copy)
+        middle = copy.shape[0] - 1, copy.shape[1] - 1
+        reach = [min(a, b) // 2 for a, b in zip(picture.shape[:2], copy.shape[:2], strict=True)]  # a half must overlap
+        near = np.rint(1e6 * found[tuple(slice(m - r, m + r + 1) for m, r in zip(middle, reach, strict=True))])
+        y, x = np.unravel_index(int(near.argmax()), near.shape)
+        return (int(y) - reach[0], int(x) - reach[1]), float(near.max() / 1e6)
+
+    return feats.memo(("offset", pose), agreement)
+
+
+def _keeps(cell: Vectors, pose: int) -> bool:
+    """Whether a pose maps a lattice onto itself."""
+    (a, b), (c, d) = ISOMETRIES[pose].j
+    vectors = np.array(cell, float)
+    inverse = np.linalg.inv(vectors)
+    for y, x in cell:
+        posed = np.array((a * y + c * x, b * y + d * x), float)  # J^T: a step of the exemplar as the copy shows it
+        times = posed @ inverse
+        off = (times - np.rint(times)) @ vectors
+        if math.hypot(*off) > KEPT * math.hypot(y, x) + UNIT / 2:
+            return False
+    return True
+
+
+def _agrees(feats: Features, pose: int, cell: Vectors) -> bool:
+    """Whether a posed copy agrees about as well as the exemplar does with itself, moved by a lattice vector."""
+    picture = feats.pictures[0]
+    own: Any = gncc(picture, picture)
+    middle = picture.shape[0] - 1, picture.shape[1] - 1
+    steps = [(round(v[0] / UNIT), round(v[1] / UNIT)) for v in cell]
+    best = max(float(own[middle[0] + y, middle[1] + x]) for y, x in steps)
+    return offset(feats, pose)[1] >= ALIKE * best
+
 
 Cell = tuple[Vector, Vector | None]
 
@@ -35,8 +174,8 @@ class BlockSettings(NamedTuple):
     border: int = 14  # width of the zone in which gaps are compared and cut in
     slack: int = 3  # how far a gap's block may leave the lattice
     bend: int = 0  # how far parts of a gap's block may move so that lines meet
-    isometries: str | tuple[int, ...] = "none"
-    channel_weights: tuple[float, ...] | None = None
+    isometries: Poses = "none"
+    channel_weights: Weights = None
 
 
 @dataclass(frozen=True)
@@ -49,7 +188,7 @@ class BlockGrid:
     cell: Cell  # the lattice vectors, 1/256 px; None for the second where one direction is free
 
     @property
-    def vectors(self) -> tuple[Vector, Vector]:
+    def vectors(self) -> Vectors:
         """The lattice vectors, of which there must be two."""
         assert self.cell[1] is not None
         return self.cell[0], self.cell[1]
@@ -59,14 +198,14 @@ class BlockGrid:
         """Area of a block in 1/65536 px, positive."""
         return self.rows[0] * self.columns[1] - self.rows[1] * self.columns[0]
 
-    def origin(self, i: int, j: int) -> tuple[int, int]:
+    def origin(self, i: int, j: int) -> Pair:
         """First corner of a block, 1/256 px; exact for any i, j."""
         return (
             self.phase[0] + i * self.rows[0] + j * self.columns[0],
             self.phase[1] + i * self.rows[1] + j * self.columns[1],
         )
 
-    def block_of(self, y: int, x: int) -> tuple[int, int]:
+    def block_of(self, y: int, x: int) -> Pair:
         """The block that covers the canvas pixel (y, x)."""
         dy, dx = y * UNIT - self.phase[0], x * UNIT - self.phase[1]
         return (
@@ -74,13 +213,13 @@ class BlockGrid:
             (dx * self.rows[0] - dy * self.rows[1]) // self.determinant,
         )
 
-    def extent(self) -> tuple[int, int]:
+    def extent(self) -> Pair:
         """Rows and columns of the px box around a block that begins at a corner of it."""
         height = abs(self.rows[0]) + abs(self.columns[0])
         width = abs(self.rows[1]) + abs(self.columns[1])
         return -(-height // UNIT) + 1, -(-width // UNIT) + 1
 
-    def before(self) -> tuple[int, int]:
+    def before(self) -> Pair:
         """How far the box around a block begins before its corner, px, at most 0."""
         return (
             (min(0, self.rows[0]) + min(0, self.columns[0])) // UNIT,
@@ -89,8 +228,8 @@ class BlockGrid:
 
 
 def block_vectors(
-    v1: Vector, v2: Vector | None, target: float | None, wide: float, room: tuple[int, int]
-) -> tuple[Vector, Vector]:
+    v1: Vector, v2: Vector | None, target: float | None, wide: float, room: Pair
+) -> Vectors:
     """Choose the two sides of a block: whole periods, along the axes where the lattice allows it.
 
     `target`: wanted side in px (None: one period, or enough to reach 40 px); `wide`: width in px in a free
@@ -115,7 +254,7 @@ def block_vectors(
     return sides[0], sides[1]
 
 
-def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: int) -> tuple[int, float]:
+def best_phase(features: Int16, grid: BlockGrid, border: int, axis: int) -> tuple[int, float]:
     """Find where along an axis cuts are cheapest, and how cheap: there the joints are (0 .. period-1 px)."""
     mean = phase_costs(features, grid, border, axis)
     if mean is None:
@@ -124,7 +263,7 @@ def best_phase(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: 
     return at, float(mean[at])
 
 
-def phase_costs(features: NDArray[np.int16], grid: BlockGrid, border: int, axis: int) -> NDArray[np.float64] | None:
+def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Floats | None:
     """What cuts along an axis cost wherever they lie in a period, 1/16 of a feature unit a px; None: nothing tells.
 
     For every row (axis 0) the cost of the cheapest path along it is measured, between the exemplar and itself
@@ -145,7 +284,7 @@ def phase_costs(features: NDArray[np.int16], grid: BlockGrid, border: int, axis:
     return np.rint(np.where(known, total / np.maximum(count, 1), np.inf)) if known.any() else None
 
 
-def joints(picture: NDArray[np.int16], cell: Cell, border: int = 14) -> float:
+def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
     """Return how clearly blocks are parted by joints: what cuts in these cost, over what they cost anywhere.
 
     Of the two axes the dearer one; 0: nothing is cut, 1: it makes no difference where, or nothing tells.
@@ -163,7 +302,7 @@ def joints(picture: NDArray[np.int16], cell: Cell, border: int = 14) -> float:
 
 
 def phased(
-    picture: NDArray[np.int16], rows: Vector, columns: Vector, cell: Cell, border: int
+    picture: Int16, rows: Vector, columns: Vector, cell: Cell, border: int
 ) -> tuple[BlockGrid, tuple[float, float]]:
     """The grid of blocks whose edges lie where cuts are cheapest, on all axes along which it has a period.
 
@@ -179,14 +318,14 @@ def phased(
     return BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell), (dear_down, dear_across)
 
 
-def phase_of(picture: NDArray[np.int16], cell: Cell, wide: float) -> tuple[float, float]:
+def phase_of(picture: Int16, cell: Cell, wide: float) -> tuple[float, float]:
     """Where the grid of the smallest blocks begins, (y, x) px; `wide` as for :func:`block_vectors`."""
     room = int(picture.shape[0]), int(picture.shape[1])
     y, x = phased(picture, *block_vectors(*cell, 1.0, wide, room), cell, 14)[0].phase
     return y / UNIT, x / UNIT
 
 
-def block_places(grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int] = (0, 0)) -> NDArray[np.int64]:
+def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
     """List the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
 
     `valid` (H, W): usable pixels. The whole block must lie on usable pixels. `kind`: 0 or 1 each, where blocks are
@@ -198,7 +337,7 @@ def block_places(grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int
     low, high = corners.min(axis=0), corners.max(axis=0)
     box = -low // UNIT - 1, (np.array((height, width)) * UNIT - high) // UNIT + 1
     at = np.array(grid.origin(*kind), np.int64)
-    places: NDArray[np.int64] = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)[1]
+    places: Int64 = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)[1]
     inside = (places + low >= -UNIT // 2).all(axis=1)
     inside &= (places + high <= np.array((height, width)) * UNIT + UNIT // 2).all(axis=1)
     places = places[inside]
@@ -208,7 +347,7 @@ def block_places(grid: BlockGrid, valid: NDArray[np.bool_], kind: tuple[int, int
     return places[np.lexsort((places[:, 1], places[:, 0]))]
 
 
-def _upright(v1: Vector, v2: Vector, room: tuple[int, int]) -> tuple[Vector, Vector]:
+def _upright(v1: Vector, v2: Vector, room: Pair) -> Vectors:
     """The shortest vectors of a lattice along both axes; the two given where it has none."""
     sums = [
         (a * v1[0] + b * v2[0], a * v1[1] + b * v2[1])
@@ -225,7 +364,7 @@ def _upright(v1: Vector, v2: Vector, room: tuple[int, int]) -> tuple[Vector, Vec
     return first, second
 
 
-def _shortest_along(sums: list[Vector], axis: int, room: tuple[int, int]) -> Vector | None:
+def _shortest_along(sums: list[Vector], axis: int, room: Pair) -> Vector | None:
     """The shortest vector along an axis, if one is at most half the exemplar long."""
     near = [v for v in sums if v[axis] > 0 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
     near = [v for v in near if v[axis] <= room[axis] * UNIT * 0.6]
@@ -239,7 +378,7 @@ def _towards(v: Vector, axis: int) -> Vector:
     return v if v[axis] > 0 or (v[axis] == 0 and v[1 - axis] > 0) else (-v[0], -v[1])
 
 
-def _lattice_shifts(cell: Cell, shape: tuple[int, int]) -> list[Vector]:
+def _lattice_shifts(cell: Cell, shape: Pair) -> list[Vector]:
     """Lattice translations that leave at least half of the exemplar in common with itself, px, spread evenly."""
     v1, v2 = cell
     if v2 is None:

@@ -19,21 +19,118 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.sums import nearest
-from ..arrays import Array, Laid
+from ..arrays import Array, Int32, Int64, Laid, Pair, UInt8
 from ..canvas import Canvas
 from ..draws import below, deck, draw
+from ..errors import ParameterError
 from ..exemplar import Exemplar
-from ..lattice.vectors import UNIT, cell_of
-from ..patches.continuation import Continuation
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import cell_of
+from ..patches.growing_map import Continuation
 from ..run import Run
 from ..search.sizes import elements
-from . import bend_kernels, gap_kernels, gap_table_kernels
+from . import bend_kernels, gap_kernels
 from .gap_kernels import FAR
-from .gap_table import BAR, GapTable
-from .grid import BlockSettings
-from .places import Shares, dealt, grid_and_places, place_shares
-from .pose_sheet import Places, Sheet, lattice_poses, posed_places, sheet_of
-from .wrapping import LaidBlocks, Place, beside
+from .grid import BlockGrid, BlockSettings, Places, Sheet, lattice_poses, posed_places, sheet_of
+from .places import BAR, GapTable, Shares, dealt, grid_and_places, place_shares
+
+STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
+
+
+@dataclass(frozen=True, eq=False)
+class LaidBlocks:
+    """The blocks of an endless or a wrapped canvas, and the windows around them."""
+
+    grid: BlockGrid  # how they lie, strained a little where the canvas wraps
+    around: Pair  # blocks around a wrapped canvas down the rows and along them, 0 where it does not wrap
+    lengths: Pair  # rows and columns of the canvas, px
+    half: float  # half the width of the zone in which gaps are cut, px
+
+    @classmethod
+    def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> LaidBlocks:
+        """Strain a grid so that it closes around a wrapped canvas: an even number of upright blocks each way.
+
+        ParameterError above 2 % of strain, slant included.
+        """
+        around, sides = [], []
+        for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
+            side = (grid.rows, grid.columns)[axis]
+            if not wrap:
+                around.append(0)
+                sides.append(side)
+                continue
+            count = 2 * max(1, round(length * UNIT / (2 * side[axis])))
+            slant = abs(side[1 - axis]) / side[axis]
+            strain = math.hypot(length * UNIT / (count * side[axis]) - 1, slant)
+            if strain > STRAIN:
+                good = [] if slant > STRAIN else [n * side[axis] / UNIT for n in (count - 2, count, count + 2) if n > 0]
+                fitting = list(map(round, good))
+                raise ParameterError(unfit(axis, length, "is no even number of blocks", strain, fitting))
+            straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
+            sides.append((straight, 0) if axis == 0 else (0, straight))
+            around.append(count)
+        laid = BlockGrid(sides[0], sides[1], grid.phase, grid.cell)
+        return cls(laid, (around[0], around[1]), (canvas.height, canvas.width), half)
+
+    def origin(self, i: int, j: int) -> Pair:
+        """First corner of a block, 1/256 px; around a wrapped canvas the last one ends where the first begins."""
+        y, x = self.grid.origin(i, j)
+        if self.around[0]:
+            y += i * self.lengths[0] * UNIT // self.around[0] - i * self.grid.rows[0]
+        if self.around[1]:
+            x += j * self.lengths[1] * UNIT // self.around[1] - j * self.grid.columns[1]
+        return y, x
+
+    def number(self, i: int, j: int) -> Pair:
+        """Number of a block; around a wrapped canvas the numbers return."""
+        return returning(self.around, i, j)
+
+    def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], UInt8]:
+        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
+        (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
+        frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
+        sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
+        gap_kernels.ring(frame, np.zeros(2, np.int64), self.half, sides, core)
+        return at, sides, core
+
+    def meeting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
+        """The blocks whose windows meet a box of the canvas, row by row."""
+        reach = math.ceil(self.half) + 1
+        ends = [(y, x) for y in (y0 - reach, y0 + height + reach) for x in (x0 - reach, x0 + width + reach)]
+        rows, columns = zip(*(self.grid.block_of(y, x) for y, x in ends), strict=True)
+        found = []
+        for i in range(min(rows) - 1, max(rows) + 2):
+            for j in range(min(columns) - 1, max(columns) + 2):
+                (y, x), (tall, wide) = self._box(i, j)
+                if y < y0 + height and x < x0 + width and y + tall > y0 and x + wide > x0:
+                    found.append((i, j))
+        return found
+
+    def _box(self, i: int, j: int) -> tuple[Pair, Pair]:
+        """First pixel and shape of the window around a block, its seam zone included."""
+        y, x = self.origin(i, j)
+        reach = math.ceil(self.half) + 1
+        before, shape = self.grid.before(), self.grid.extent()
+        at = (y // UNIT + before[0] - reach, x // UNIT + before[1] - reach)
+        return at, (shape[0] + 2 * reach + 1, shape[1] + 2 * reach + 1)
+
+
+def beside(i: int, j: int) -> tuple[Pair, ...]:
+    """The blocks above, below, to the left and to the right."""
+    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
+
+
+def returning(counts: Pair, i: int, j: int) -> Pair:
+    """Number of a block of which so many lie around an axis; 0: they do not return."""
+    rows, columns = counts
+    return (i % rows if rows else i), (j % columns if columns else j)
+
+
+def unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
+    """Say why a canvas does not close, and at which sizes it does."""
+    remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
+    return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
+
 
 STAGE = 2011
 KEPT = 12  # best shifts for a gap among which one is drawn
@@ -53,11 +150,11 @@ class Mosaic:
     nearest: NDArray[np.intp] | None
     places: Places  # where on it blocks may be read, 1/256 px, by the parity of their row and column
     shares: Shares  # how often each of the places is to be read, in parts of their sum
-    before: Place  # rows and columns added to the exemplar above and to the left, px
+    before: Pair  # rows and columns added to the exemplar above and to the left, px
     start: Continuation | None = None  # what is on the canvas already, and must be continued
     # Shuffled places, kept for squares of blocks that were asked for, and places that continue the start map.
-    orders: dict[tuple[Place, Place], list[int]] = field(default_factory=dict, repr=False)
-    fitted: dict[Place, Array | None] = field(default_factory=dict, repr=False)
+    orders: dict[tuple[Pair, Pair], list[int]] = field(default_factory=dict, repr=False)
+    fitted: dict[Pair, Array | None] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
@@ -81,11 +178,11 @@ class Mosaic:
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+    ) -> tuple[Int32, UInt8 | None]:
         """The exemplar pixels (height, width, 2) and the poses (height, width) of a window; None: all upright."""
         return self.sheet.to_exemplar(self.on_sheet(y0, x0, height, width, run))
 
-    def on_sheet(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> NDArray[np.int32]:
+    def on_sheet(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """The pixels of the sheet (height, width, 2) that a window shows."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
         fields = self.laid.meeting(y0, x0, height, width)
@@ -101,7 +198,7 @@ class Mosaic:
         run.tick(done, len(fields), draft)
         return out
 
-    def _draft(self, out: NDArray[np.int32]) -> Laid:
+    def _draft(self, out: Int32) -> Laid:
         """What of a window is laid; the first pixel of the sheet stands for nothing."""
         return *self.sheet.to_exemplar(out), np.asarray(out.any(axis=2))
 
@@ -114,9 +211,9 @@ class Mosaic:
         return sparse
 
     @cached_property
-    def tables(self) -> dict[Place, GapTable | None]:
+    def tables(self) -> dict[Pair, GapTable | None]:
         """How places fit into gaps, by the parity of row and column; None where they are many, or a start goes on."""
-        found: dict[Place, GapTable | None] = {(0, 1): None, (1, 0): None}
+        found: dict[Pair, GapTable | None] = {(0, 1): None, (1, 0): None}
         if self.start is not None:
             return found
         for i, j in ((0, 1), (1, 0)):
@@ -131,7 +228,7 @@ class Mosaic:
             found[i, j] = GapTable.of(picture, usable, core, sides, own, near, slack)
         return found
 
-    def _block(self, block: Place) -> tuple[Array, ...]:
+    def _block(self, block: Pair) -> tuple[Array, ...]:
         """Canvas rows and columns of the pixels that a block decides, and the exemplar's it shows there."""
         i, j = block
         at, sides, core = self.laid.window(i, j)
@@ -153,7 +250,7 @@ class Mosaic:
             sy, sx = self.nearest[0][sy, sx], self.nearest[1][sy, sx]
         out[y[inside], x[inside], 0], out[y[inside], x[inside], 1] = sy, sx
 
-    def _gap(self, i: int, j: int, at: Place, sides: Array, core: Array) -> tuple[Array, Array, Array]:
+    def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Array, Array, Array]:
         near = beside(i, j)
         places = np.array([self._place(a, b) for a, b in near])
         t = np.array([self._shift(a, b, place) for (a, b), place in zip(near, places, strict=True)], np.int64) + at
@@ -172,7 +269,7 @@ class Mosaic:
         own = owner.astype(bool)
         return own, sy[own], sx[own]
 
-    def _bent(self, zone: Array, t: Array, whole: Place, core: Array) -> Array:
+    def _bent(self, zone: Array, t: Array, whole: Pair, core: Array) -> Array:
         """A gap's shift, pixel by pixel: that of the whole block, bent so that lines meet the neighbours'."""
         shift = np.empty((*core.shape, 2), np.int64)
         shift[:] = whole
@@ -183,7 +280,7 @@ class Mosaic:
             bend_kernels.bend(picture, usable, places, values, self.settings.bend, spacing, core, shift)
         return shift
 
-    def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Place) -> Place:
+    def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
         """The shift of a gap: one that fits, and shows neither the same as a neighbour nor what continues it."""
         shifts, table = self._shifts(i, j) + at, self.tables[i % 2, j % 2]
         if table is not None:
@@ -192,7 +289,7 @@ class Mosaic:
             near = min(self.settings.slack, 1)
             for k in _tried(costs, bits):
                 wanted = shifts[order[k : k + 1]] + moves[k]
-                gap_table_kernels.move_within(self.sheet.usable, core, near, wanted[0])
+                gap_kernels.move_within(self.sheet.usable, core, near, wanted[0])
                 for _, ty, tx in self._best(core, zone, t, wanted, near, 1).tolist():
                     return ty, tx
         found = self._best(core, zone, t, shifts, self.settings.slack)
@@ -207,7 +304,7 @@ class Mosaic:
         picture, usable = self.sheet.picture, self.sheet.usable
         return found[: gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, keep, found)]
 
-    def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> Place:
+    def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> Pair:
         """Draw among the good shifts of many places.
 
         `t`: the neighbours' shifts, which would continue them; `equal`: those that would repeat them.
@@ -256,18 +353,18 @@ class Mosaic:
         found = self._best(core, zone, there, self._shifts(i, j) + at, self.settings.slack)
         return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
-    def _shift(self, i: int, j: int, place: Array) -> Place:
+    def _shift(self, i: int, j: int, place: Array) -> Pair:
         """What to add to canvas px of block (i, j) to read the block at a place."""
         y, x = self.laid.origin(i, j)
         py, px = place
         return (int(py) - y + UNIT // 2) // UNIT, (int(px) - x + UNIT // 2) // UNIT
 
-    def _shifts(self, i: int, j: int, places: Array | None = None) -> NDArray[np.int64]:
+    def _shifts(self, i: int, j: int, places: Array | None = None) -> Int64:
         """What to add to read block (i, j) at each of some places (n, 2); None: those for gaps."""
         places = self.sparse[i % 2, j % 2] if places is None else places
         return np.asarray((places - self.laid.origin(i, j) + UNIT // 2) // UNIT)
 
-    def _places(self, i: int, j: int) -> NDArray[np.int64]:
+    def _places(self, i: int, j: int) -> Int64:
         return self.places[i % 2, j % 2]
 
 

@@ -8,24 +8,280 @@ often px are shown. Shares are whole numbers; equal ones are left where places s
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..draws import below
+from ..arrays import Array, Floats, Int16, Int32, Int64, Mask, Pair, UInt8
+from ..draws import below, draw_many
 from ..errors import MethodError
-from ..lattice.vectors import UNIT
-from .completed import Continued, continued
-from .gap_table import MOST_PLACES
-from .grid import BlockGrid, BlockSettings, Cell, block_places, block_vectors, phased
-from .pose_sheet import Places, Sheet
+from ..kernels import paths
+from ..kernels.paths import BARRED
+from ..lattice.candidates import UNIT
+from . import gap_kernels
+from .grid import BlockGrid, BlockSettings, Cell, Places, Sheet, block_places, block_vectors, phased
+
+LEAST_KNOWN = 0.5  # of a period: less of it is not completed
+WELL = 1.3  # a seam may cost so much more than the average one between blocks
+UNSEEN = 4 * 16  # a seam of 4 grey levels of 1023 is never seen
+SPARE = 2  # px more than is missing, since places are rounded
+ASIDE = 4  # px at the ends of a strip that repeat the last one
+REACH = 24  # multiples of the vectors that are looked at
+TRIED = 6  # continuations of which the seam is sought
+COVERED = 0.6  # of a strip must exist
+Move = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Continued:
+    """An exemplar's features with completed periods around it."""
+
+    picture: Int16  # (H, W, C): the features
+    usable: Mask  # (H, W): which of them exist
+    source: Int32  # (H, W, 2): the exemplar's pixel that each shows
+    before: Pair = (0, 0)  # rows and columns added above and to the left, px
+
+    def placed(self, grid: BlockGrid) -> BlockGrid:
+        """The grid of the exemplar as it lies here."""
+        y, x = grid.phase
+        return replace(grid, phase=(y + self.before[0] * UNIT, x + self.before[1] * UNIT))
+
+
+def continued(
+    picture: Int16, usable: Mask, grid: BlockGrid, steps: tuple[float, float],
+    costs: tuple[float, float], border: int,
+) -> Continued:  # fmt: skip
+    """Complete the periods at the four edges.
+
+    `grid`: the blocks; `steps`: px from period to period along both axes; `costs`: what a seam between blocks costs
+    across each, 1/16 of a feature unit a px; `border`: px in which a seam may lie.
+    """
+    size = picture.shape[:2]
+    out = Continued(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2))
+    (a, b), (c, d) = grid.vectors
+    times = range(-REACH, REACH + 1)
+    found = {(round((m * a + n * c) / UNIT), round((m * b + n * d) / UNIT)) for m in times for n in times}
+    vectors = sorted(v for v in found if abs(v[0]) <= size[0] and abs(v[1]) <= size[1])
+    before = [0, 0]
+    for axis in (0, 1):
+        phase, other = (grid.phase[axis] / UNIT) % steps[axis], (grid.columns, grid.rows)[axis]
+        lean = abs(other[axis] / other[1 - axis]) * size[1 - axis]  # px that the last period lies off the first
+        for end, known in ((0, phase), (1, (size[axis] - phase) % steps[axis])):
+            missing = math.ceil(steps[axis] - known + lean) + SPARE if known >= LEAST_KNOWN * steps[axis] else 0
+            limit = WELL * costs[axis] + UNSEEN
+            wider = _longer(out, axis, end, missing, vectors, min(border, size[axis]), limit) if missing > 0 else None
+            if wider is not None:
+                out = wider
+                before[axis] += missing if end == 0 else 0
+    return replace(out, before=(before[0], before[1]))
+
+
+def _longer(
+    known: Continued, axis: int, end: int, more: int, vectors: list[Move], border: int, limit: float
+) -> Continued | None:
+    """Add `more` px at one end of an axis; None where no continuation joins at a cost of at most `limit`."""
+
+    def turned(a: Array) -> Array:  # so that what is added comes below
+        a = a if axis == 0 else a.swapaxes(0, 1)
+        return a if end else a[::-1]
+
+    def back(a: Array) -> Array:
+        a = a if end else a[::-1]
+        return np.ascontiguousarray(a if axis == 0 else a.swapaxes(0, 1))
+
+    picture, usable, source = turned(known.picture), turned(known.usable), turned(known.source)
+    sign = 1 if end else -1
+    moves = sorted({(sign * v[axis], v[1 - axis]) for v in vectors})
+    steps = [_last_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
+    strips = [s for m in moves if (s := Strip.of(picture, usable, m, more, border, steps)) is not None]
+    tried = sorted(strips, key=lambda s: (not s.whole, s.mismatch))[:TRIED]
+    fitting = [s for s in tried if s.cost <= limit]
+    if not fitting:
+        return None
+    # From far away, if it goes: that is what no whole period shows.
+    best = min(fitting, key=lambda s: (not s.whole, int(s.y[0]), s.cost))
+    y, x, exists = best.joined(usable)
+    parts = [np.concatenate([a[:-border], a[y, x]]) for a in (picture, source)]
+    valid = np.concatenate([usable[:-border], exists])
+    return Continued(back(parts[0]), back(valid), back(parts[1]))
+
+
+def _last_step(picture: Array, move: Move) -> Int64:
+    """What changes from the last row to the next, seen one translation of the lattice before: (W, C)."""
+    x = np.clip(np.arange(picture.shape[1]) - move[1], 0, picture.shape[1] - 1)
+    y = len(picture) - move[0]
+    return np.asarray(picture[y, x].astype(np.int64) - picture[y - 1, x])
+
+
+def _colour_distances(a: Array, b: Array) -> Int64:
+    """How far pixels (..., C) differ, 1/16 of a feature unit."""
+    return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """The last `border` rows of a picture and those to be added below them, as one translation reads them."""
+
+    y: Array  # (rows,): what is read
+    x: Array  # (columns,): the same
+    there: Mask  # (rows, columns): which of it exists
+    # (border, columns): how far what is read differs from the rows that are there, 1/16 of a feature unit; 0
+    # where one is missing, BARRED above the exemplar's first row.
+    apart: Int64
+
+    @classmethod
+    def of(cls, picture: Array, usable: Array, move: Move, more: int, border: int, steps: list[Array]) -> Strip | None:
+        """Read a strip; None where too little of it exists. `steps`: as :func:`_step` finds them elsewhere."""
+        height, width = usable.shape
+        y, x = np.arange(height - border, height + more) - move[0], np.arange(width) - move[1]
+        if y[border] < -ASIDE or y[-1] >= height:
+            return None
+        inside, before = (x >= -ASIDE) & (x < width + ASIDE), y[:border] < 0
+        x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
+        there = usable[np.ix_(y, x)] & inside
+        if there[border:].mean() < COVERED:
+            return None
+        both = there[:border] & usable[-border:]
+        apart = np.where(both, _colour_distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
+        if before[-1]:  # from the opposite edge: no seam but a straight one, good where the step across it is usual
+            across = picture[y[border], x].astype(np.int64) - picture[-1]
+            nearest = min((_colour_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
+            among = [int(_colour_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
+            apart[-1] = BARRED if nearest is None else np.maximum(nearest - min(among, default=0), 0)
+            before[-1] = False
+        apart[before] = BARRED
+        return cls(y, x, there, apart)
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of it exists."""
+        return bool(self.there.all())
+
+    @property
+    def mismatch(self) -> float:
+        """How far the rows differ, on average."""
+        known = self.there[: len(self.apart)] & (self.apart < BARRED)
+        return float(self.apart[known].sum()) / max(int(known.sum()), 1)
+
+    @cached_property
+    def path(self) -> Int64:
+        """The row of the cheapest seam in every column."""
+        return np.asarray(paths.cheapest(np.ascontiguousarray(self.apart.T)))
+
+    @property
+    def cost(self) -> float:
+        """What a px of that seam costs, on average."""
+        width = len(self.x)
+        along = self.apart[self.path, np.arange(width)]
+        return float(along.sum()) / max(int(self.there[self.path, np.arange(width)].sum()), 1)
+
+    def joined(self, usable: Array) -> tuple[Array, Array, Mask]:
+        """Rows and columns that are read when the strip is joined along its seam, and which of them exist."""
+        border, height = len(self.apart), len(usable)
+        own = np.zeros(self.there.shape, bool)
+        own[:border] = usable[-border:]
+        below = np.arange(len(self.y))[:, None] > self.path
+        taken = self.there & (below | ~own)
+        rows = np.clip(np.arange(height - border, height - border + len(self.y)), 0, height - 1)[:, None]
+        return np.where(taken, self.y[:, None], rows), np.where(taken, self.x, np.arange(len(self.x))), taken | own
+
+
+IMAGINED = 2012  # keeps the draws of imagined gaps apart: on level 0, where courses, of the same number, draw nothing
+GAPS = 96  # imagined gaps for each place
+LEAST_GAPS = 1024
+MOST_PLACES = 40  # of more, each is seldom shown anyway
+ZONE = 120  # px of a gap's seam zone that are compared
+BIDS = 40
+EVEN = 5  # percent from its share at which a place keeps its price, or px may be shown more or less often than usual
+BAR = 1 << 40  # above any mismatch
+Shifts = Int64
+
+
+@dataclass(frozen=True, eq=False)
+class GapTable:
+    """What pairs of places cost side by side."""
+
+    # For each neighbour (above, below, left, right) squared differences (k, n, moves) of its places and the gap's.
+    sums: tuple[Floats, ...]
+    px: tuple[Floats, ...]  # and of how many px; whole numbers
+    # (k, n) each: 1 where a place of the gap repeats the neighbour's, 2 where it only continues it.
+    barred: tuple[UInt8, ...]
+    sampled: int  # px that were compared
+    slack: int  # how far a place is moved, px
+    prices: Int64  # (n,): what a place costs beside its mismatch
+
+    @classmethod
+    def of(
+        cls, picture: Int16, usable: Mask, core: UInt8, sides: NDArray[np.int8],
+        own: tuple[Shifts, Int64], neighbours: Sequence[tuple[Shifts, Shifts, Int64]], slack: int,
+    ) -> GapTable | None:  # fmt: skip
+        """Compare all places; None where they are too many.
+
+        `core`, `sides`: the window of a gap, as :func:`.gap_kernels.ring` makes them; `own`: what is added to its px to
+        read the gap's places (n, 2), and how often each is to be shown (n,); `neighbours`: for each side the same for
+        the neighbour's places where they lie, for these places in the gap, and their shares.
+        """
+        places, shares = own
+        count, most = len(places), max(len(there) for there, _, _ in neighbours)
+        if not 2 <= count <= MOST_PLACES or most > MOST_PLACES:
+            return None
+        y, x = np.nonzero(sides >= 0)
+        zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
+        zone = zone[:: max(1, len(zone) // ZONE)]
+        pairs, barred = [], []
+        for side, (there, here, _) in enumerate(neighbours):
+            pairs.append(gap_kernels.pair_sums(picture, usable, zone[zone[:, 2] == side], places, there, slack))
+            alike, next_to = (np.abs(places - given[:, None]).sum(axis=2) <= 2 * slack for given in (here, there))
+            barred.append(np.where(next_to, 2, alike).astype(np.uint8))
+        sums, px = zip(*pairs, strict=True)
+        cut = ~gap_kernels.whole_moves(usable, core, places, slack)
+        for each in px:
+            each[:, cut] = 0  # not read, as if not there: what a real gap refuses must not be counted on
+        table = cls(sums, px, tuple(barred), len(zone), slack, np.zeros(count, np.int64))
+        order = _orders(max(LEAST_GAPS, GAPS * count))
+        around = np.stack([_dealt(order[:, k], each) for k, (_, _, each) in enumerate(neighbours)], axis=1)
+        gap_kernels.auction(table.costs(around)[0], shares, BIDS, EVEN, BAR, table.prices)
+        return table
+
+    def costs(self, around: Int64) -> tuple[Int64, Int64]:
+        """What each place costs in gaps (g, n) without its price, and how it is best moved; `around` (g, 4)."""
+        shape = len(around), len(self.prices)
+        costs, moves = np.empty(shape, np.int64), np.empty(shape, np.int64)
+        gap_kernels.gap_costs(self.sums, self.px, self.barred, around, self.sampled, BAR, costs, moves)
+        return costs, moves
+
+    def ranked(self, around: Sequence[int]) -> tuple[Int64, Int64, Shifts]:
+        """The places for a gap, the best first: their numbers, what they cost, and their moves (n, 2) px."""
+        costs, moves = self.costs(np.array([around], np.int64))
+        priced = costs[0] + self.prices
+        order = np.argsort(priced, kind="stable")
+        side = 2 * self.slack + 1
+        return order, priced[order], np.stack(np.divmod(moves[0][order], side), axis=1) - self.slack
+
+
+@lru_cache(maxsize=2)
+def _orders(gaps: int) -> Int64:
+    """Four orders of the numbers below `gaps`, drawn: (gaps, 4)."""
+    bits = np.array(draw_many(0, IMAGINED, 0, [(k, side) for k in range(gaps) for side in range(4)]), np.uint64)
+    return np.argsort(bits.reshape(gaps, 4), axis=0, kind="stable").astype(np.int64)
+
+
+def _dealt(order: Int64, shares: Int64) -> Int64:
+    """A neighbour's place for each imagined gap: each exactly as often as its share says, as in a real mosaic."""
+    ends = np.cumsum(shares)
+    return np.asarray(np.searchsorted(ends, order * ends[-1] // len(order), side="right"), np.int64)
+
 
 SAMPLES = 16  # px of a block along each side that are looked at
 BINS = 8  # of a block's side, in which shown px are counted
 WHOLE = 1 << 16  # sum of the shares of the places that one block may be read from
-EVEN = 5  # percent more or less often than the mean that px may be shown
 MOST = 2  # times more or less often than the mean a place may be read
 ROUNDS = 20
-Shares = dict[tuple[int, int], NDArray[np.int64]]
+Shares = dict[Pair, Int64]
 
 
 class FewPlaces(MethodError):
@@ -33,7 +289,7 @@ class FewPlaces(MethodError):
 
 
 def grid_and_places(
-    settings: BlockSettings, picture: NDArray[np.int16], usable: NDArray[np.bool_], cell: Cell, element: float
+    settings: BlockSettings, picture: Int16, usable: Mask, cell: Cell, element: float
 ) -> tuple[BlockGrid, Continued, Places]:
     """Choose the blocks and complete the periods around them; smaller ones where there are too few places for large.
 
@@ -70,7 +326,7 @@ def place_shares(grid: BlockGrid, sheet: Sheet, nearest: NDArray[np.intp] | None
     return dict(zip(counts, evened, strict=True))
 
 
-def dealt(shares: NDArray[np.int64], bits: int, order: list[int]) -> list[int]:
+def dealt(shares: Int64, bits: int, order: list[int]) -> list[int]:
     """One place for each number of `order`, each place as often as its share says, rounded up or down by drawn bits."""
     if shares.min() == shares.max():
         return order
@@ -82,8 +338,8 @@ def dealt(shares: NDArray[np.int64], bits: int, order: list[int]) -> list[int]:
 
 
 def _parts_shown(
-    grid: BlockGrid, sheet: Sheet, nearest: NDArray[np.intp] | None, places: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    grid: BlockGrid, sheet: Sheet, nearest: NDArray[np.intp] | None, places: Int64
+) -> tuple[Int64, Int64]:
     """The part of the exemplar that each of a block's px shows at each place, (n, px), and how many px it has."""
     half, parts = 2 * np.indices((SAMPLES, SAMPLES)).reshape(2, -1, 1) + 1, 2 * SAMPLES
     offsets = (half[0] * grid.rows + half[1] * grid.columns) // parts
@@ -100,7 +356,7 @@ def _parts_shown(
     return parts_yx[..., 0] * across + parts_yx[..., 1], np.outer(rows, columns).reshape(-1).astype(np.int64)
 
 
-def _even_shares(shown: NDArray[np.int64], size: NDArray[np.int64], kinds: list[NDArray[np.intp]]) -> NDArray[np.int64]:
+def _even_shares(shown: Int64, size: Int64, kinds: list[NDArray[np.intp]]) -> Int64:
     """The shares of places that show parts of `size` px, those of one kind (numbers of places) equal where they may."""
     shares = np.empty(len(shown), np.int64)
     for own in kinds:

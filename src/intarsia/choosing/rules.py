@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..geometry import Wrap
-from ..lattice.vectors import vectors_of
+from ..lattice.lattice import vectors_of
 from .facts import BOUNDS, Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters

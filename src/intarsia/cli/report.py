@@ -144,8 +144,7 @@ def _listen() -> None:
     """Have the reports of the moment told when a kernel of this process must be compiled, and what is wrong with it."""
     global _registered
     if not _registered:
-        from ..kernels.announcing import on_first_compilation
-        from ..kernels.cache import on_trouble
+        from ..kernels.cache import on_first_compilation, on_trouble
 
         _registered = True
         on_first_compilation(_compiling)

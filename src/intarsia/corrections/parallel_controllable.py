@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..field import Field
 from ..geometry import Box, Wrap
-from ..lattice.vectors import check_lattice, lattice_of, lattices_of
+from ..lattice.lattice import check_lattice, lattice_of, lattices_of
 from ..methods.parallel_controllable import ParallelControllable
 from ..params import AUTO, check_sizes
 from ..run import Run

@@ -5,19 +5,126 @@ A course runs along x here, from bed to bed; whoever has courses that stand upri
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, Int16, Int64, Mask, Pair
 from ..errors import MethodError
 from ..kernels import paths
-from ..lattice.vectors import UNIT, Vector
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import Vector
 from ..lazy import ndimage
-from .mortar import FACE, levelled, model, mortar_at
-from .peaks import peaks
+from .wall_kernels import FACE as CUT
+
+
+def peaks(profile: Array, height: float, prominence: float, distance: int) -> list[int]:
+    """Return where a profile (n,) has peaks so high, that rise so far above what separates them from higher ones.
+
+    The middle of a plateau counts. Of two nearer than `distance` the higher one stays, the later one of two as high.
+    """
+    found = [at for at in _tops(profile) if profile[at] >= height]
+    kept: list[int] = []
+    for at in sorted(found, key=lambda at: (profile[at], at), reverse=True):
+        if all(abs(at - other) >= distance for other in kept):
+            kept.append(at)
+    return [at for at in sorted(kept) if _prominence(profile, at) >= prominence]
+
+
+def _tops(profile: Array) -> list[int]:
+    """The middles of what is higher than both neighbours."""
+    begins = np.concatenate([[0], np.flatnonzero(np.diff(profile)) + 1])
+    ends = np.append(begins[1:], len(profile)) - 1
+    level = profile[begins]
+    inner = np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1
+    return [int(at) for at in (begins[inner] + ends[inner]) // 2]
+
+
+def _prominence(profile: Array, at: int) -> float:
+    """How far one must go down from a peak, at least, to come to a higher one, or to the end."""
+    lowest = []
+    for side in (profile[at::-1], profile[at:]):
+        higher = np.flatnonzero(side > profile[at])
+        lowest.append(side[: higher[0] if len(higher) else len(side)].min())
+    return float(profile[at] - max(lowest))
+
+
+FACE = 255  # what a pixel of a face counts; one of mortar counts 0
+
+
+class Mortar(NamedTuple):
+    """How mortar is told from faces. What halving and doubling does is of 16 walls (docs/design/012)."""
+
+    noise: float = 16.0  # variance of a channel at least; at 1 2 joints of 25 are lost, at 256 one course of 5
+    near: int = 1  # tenths of the way from mortar to faces that are still mortar; at 0 one wall loses a joint of 43,
+    far: int = 8  # and all face; at 7 one loses two of 25
+    middle: Pair = (3, 7)  # tenths of a course are faces; (4, 6): 54 joints of 113, (1, 9): all walls differ
+    dull: int = FACE // 3  # the least of a face: it is raised to a full one; halved and doubled: nothing is seen
+    sharp: int = 4096  # the largest weight of a channel: whole numbers, so that no last bit decides
+    least: int = 4  # px of each are the fewest to compare; halved and doubled: nothing
+
+
+MORTAR = Mortar()
+
+
+def model(smooth: Array, usable: Mask, beds: Array, pitch: float) -> tuple[Int16, float]:
+    """How little each pixel looks like mortar, by the mixture of channels that parts it from faces best; and how well.
+
+    Fisher's linear discriminant between the pixels on the beds (n, W) and those in the middle between them. The
+    weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
+    """
+    first, last = MORTAR.middle
+    parts = np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10)))
+    between = (np.rint(a + part * (b - a)).astype(np.int64) for a, b in pairwise(beds) for part in parts)
+    mortar, face = _on([*(beds - 1), *beds], usable.shape, 1) & usable, _on(between, usable.shape, 0) & usable
+    plain = np.full(usable.shape, FACE, np.int16)
+    if min(mortar.sum(), face.sum()) < MORTAR.least:
+        return plain, 0.0
+    one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
+    a, b = np.median(one, axis=0), np.median(two, axis=0)
+    spread = np.atleast_2d(np.cov(one, rowvar=False) + np.cov(two, rowvar=False)) / 2
+    weights = np.linalg.solve(spread + MORTAR.noise * np.eye(smooth.shape[2]), b - a)
+    score = float((weights * (b - a)).sum())
+    if score < 1e-9:
+        return plain, 0.0
+    whole = np.rint(weights * (MORTAR.sharp / np.abs(weights).max())).astype(np.int64)
+    low, high = int((a * whole).sum()), int((b * whole).sum())
+    value = (smooth.astype(np.int64) * whole).sum(axis=2) - low
+    faces = (value * 10 - MORTAR.near * (high - low)) * FACE // ((MORTAR.far - MORTAR.near) * max(high - low, 1))
+    return np.asarray(np.clip(faces, 0, FACE), np.int16), score
+
+
+def _on(rows: Iterable[Array], shape: Pair, rim: int) -> Mask:
+    """The pixels of some rows (W,), those of the rim above and below left out."""
+    on = np.zeros(shape, bool)
+    x = np.arange(shape[1])
+    for y in rows:
+        ok = (y >= rim) & (y < shape[0] - rim)
+        on[y[ok], x[ok]] = True
+    return on
+
+
+def levelled(faces: Array, pitch: int) -> Int16:
+    """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
+    side = max(3, 2 * pitch)
+    part = faces > MORTAR.dull
+    count = ndimage.uniform_filter(part.astype(np.float64), side)
+    mean = ndimage.uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
+    factor = FACE / np.clip(mean, MORTAR.dull, FACE)
+    return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
+
+
+def mortar_at(row: Array, x: int) -> Pair:
+    """The pixels around x that look like mortar: first, end; none where x itself does not."""
+    a = b = min(max(x, 0), len(row) - 1)
+    while a > 0 and row[a - 1] < FACE // 2:
+        a -= 1
+    while b < len(row) and row[b] < FACE // 2:
+        b += 1
+    return a, b
 
 
 class Finding(NamedTuple):
@@ -32,7 +139,7 @@ class Finding(NamedTuple):
     low: int = 150  # of 255 a joint's crossing costs at most; halved: 271 joints of 310; 255: boards get joints
     depth: int = 60  # and so much less than both sides; halved: 436 joints, not 349 (invented), doubled: 270, not 366
     apart: int = 4  # joints lie a course's height / apart from one another; halved 1 of 16 changes, doubled 2
-    readable: tuple[int, int] = (7, 8)  # of a course must be usable; 15/16 and 3/4: one straightened wall changes
+    readable: Pair = (7, 8)  # of a course must be usable; 15/16 and 3/4: one straightened wall changes
     least_span: int = 4  # columns of a course: fewer have no inside; halved and doubled: nothing
 
 
@@ -50,11 +157,11 @@ class Line:
     pitch: int
     slope: Vector
 
-    def lean(self, x: Array) -> NDArray[np.int64]:
+    def lean(self, x: Array) -> Int64:
         """How far down the line is in some columns, 1/256 px."""
         return np.asarray(x * (self.slope[0] * UNIT) // self.slope[1], np.int64)
 
-    def rows(self, i: int, width: int) -> NDArray[np.int64]:
+    def rows(self, i: int, width: int) -> Int64:
         """The row of bed `i` in every column of the exemplar."""
         x = np.arange(width, dtype=np.int64)
         return (self.phase + i * self.pitch + UNIT // 2) // UNIT + x * self.slope[0] // self.slope[1]
@@ -65,16 +172,16 @@ class Brickwork:
     """Beds, joints and bricks of an exemplar."""
 
     line: Line  # where beds lie on average
-    beds: NDArray[np.int64]  # (n, W): the row of every bed that is found, in every column
+    beds: Int64  # (n, W): the row of every bed that is found, in every column
     courses: list[int]  # numbers k of the whole courses, between beds k and k + 1
-    spans: dict[int, tuple[int, int]]  # the columns (first, end) of each course that lie in the exemplar
-    joints: NDArray[np.int64]  # (m, H): the column of every joint in every row
+    spans: dict[int, Pair]  # the columns (first, end) of each course that lie in the exemplar
+    joints: Int64  # (m, H): the column of every joint in every row
     of_course: dict[int, list[int]]  # the joints of each course, from left to right
-    faces: NDArray[np.int16]  # (H, W): how little a pixel looks like mortar: 0 to 255
+    faces: Int16  # (H, W): how little a pixel looks like mortar: 0 to 255
     thickness: int  # width of a joint, px
 
 
-def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:
+def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
     """Where the beds lie: across the vector, at the phase at which they differ most from what lies between."""
     down, aside = vector if vector[0] > 0 else (-vector[0], -vector[1])
     pitch = round((down * down + aside * aside) / down)
@@ -88,7 +195,7 @@ def line_of(smooth: Array, usable: NDArray[np.bool_], vector: Vector) -> Line:
     return found
 
 
-def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> Brickwork:
+def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
     """Find beds, mortar and joints; MethodError where no course is whole."""
     height = len(picture)
     size = 3 if vector[0] ** 2 + vector[1] ** 2 > (FINDING.coarse * UNIT) ** 2 else 1
@@ -105,7 +212,7 @@ def brickwork_of(picture: Array, usable: NDArray[np.bool_], vector: Vector) -> B
 
 
 def with_joints(
-    line: Line, beds: Array, courses: list[int], spans: dict[int, tuple[int, int]], faces: Array
+    line: Line, beds: Array, courses: list[int], spans: dict[int, Pair], faces: Array
 ) -> Brickwork:
     """Find the joints of courses whose beds and mortar are known."""
     found, of_course = list[Array](), dict[int, list[int]]()
@@ -117,9 +224,9 @@ def with_joints(
     return Brickwork(line, beds, courses, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
 
 
-def spans_of(usable: NDArray[np.bool_], beds: Array, pitch: int) -> tuple[list[int], dict[int, tuple[int, int]]]:
+def spans_of(usable: Mask, beds: Array, pitch: int) -> tuple[list[int], dict[int, Pair]]:
     """Which courses are whole, and in which columns; MethodError where none is. `pitch`: 1/256 px."""
-    courses, spans = list[int](), dict[int, tuple[int, int]]()
+    courses, spans = list[int](), dict[int, Pair]()
     out = FINDING.outside * pitch / UNIT
     for k in range(len(beds) - 1):
         inside = (beds[k] >= -out) & (beds[k + 1] <= len(usable) + out)
@@ -152,11 +259,11 @@ def _numbers(line: Line, height: int, width: int) -> list[int]:
     return list(range(int(first), int(last) + 1))
 
 
-def _lines(line: Line, shape: tuple[int, int]) -> NDArray[np.int64]:
+def _lines(line: Line, shape: Pair) -> Int64:
     return np.stack([line.rows(i, shape[1]) for i in _numbers(line, *shape)])
 
 
-def _beds(faces: Array, line: Line) -> NDArray[np.int64]:
+def _beds(faces: Array, line: Line) -> Int64:
     """The beds near their lines that stay in mortar best."""
     (height, width), reach = faces.shape, max(1, int(FINDING.stray * line.pitch / UNIT))
     offsets, found = np.arange(-reach, reach + 1), []
@@ -169,7 +276,7 @@ def _beds(faces: Array, line: Line) -> NDArray[np.int64]:
     return np.stack(found).astype(np.int64)
 
 
-def _readable(usable: Array, above: Array, below: Array) -> NDArray[np.bool_]:
+def _readable(usable: Array, above: Array, below: Array) -> Mask:
     """The columns in which most of a course may be used."""
     height = usable.shape[0]
     good = np.concatenate([np.zeros((1, usable.shape[1]), np.int64), np.cumsum(usable, axis=0)])
@@ -179,7 +286,7 @@ def _readable(usable: Array, above: Array, below: Array) -> NDArray[np.bool_]:
     return np.asarray((good[end, x] - good[top, x]) * whole >= part * np.maximum(end - top, 1))
 
 
-def _longest(inside: Array) -> tuple[int, int]:
+def _longest(inside: Array) -> Pair:
     """The longest run of true values: first, end."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(np.int8), [0]])))
     if not len(edges):
@@ -189,7 +296,7 @@ def _longest(inside: Array) -> tuple[int, int]:
     return int(best[0]), int(best[1])
 
 
-def joints_across(faces: Array, above: Array, below: Array, span: tuple[int, int]) -> list[NDArray[np.int64]]:
+def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[Int64]:
     """The joints of one course: for each its column in every row of the exemplar."""
     height = len(faces)
     x0, x1 = span
@@ -240,3 +347,135 @@ def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], bed
                 a, b = mortar_at(faces[y], int(joints[j, y]))
                 widths += [b - a] if b > a else []
     return int(np.median(widths)) if widths else 4
+
+
+Brick = tuple[int, int, int, int, int]
+
+
+class Sorting(NamedTuple):
+    """Which bricks of an exemplar are shown. Counts are of 16 walls of 512 px (docs/design/012)."""
+
+    margin: int = 3  # px at the border of the exemplar, left for the seam; halved and doubled: nothing is seen
+    broken: float = 0.3  # of the usual brick is the least; halved: one wall lays chips, doubled: 9 of 67 are lost
+    half: float = 0.45  # of it must be seen at the border, where whole ones are few; halved: slivers in four walls
+    least: float = 0.9  # of the shortest whole one, where they are many; halved: three walls show halved setts
+    few: int = 8  # whole bricks; halved: 859 pieces cut by the border are shown instead of 268, doubled: 343
+    enough: int = 16  # of them: none is shown that the border cuts; at 20 whole stones one piece in seven looked cut
+    straying: int = 70  # of 255 is what beds of a brick may look like; without it setts show two stones as one
+
+
+class Bond(NamedTuple):
+    """What joints cost by where those of other courses lie, in units of `Costs`; from the same 16 walls."""
+
+    stacked: int = 500  # one upon another; at 0 417 joints instead of 313, halved 125 for 123, doubled 87 for 83
+    unusual: int = 240  # as they never lie in the exemplar; at 0 a drawn English bond has 53 of 279 near others, not 22
+    rare: int = 60  # e times rarer than the most usual; halved: 293 upon others instead of 310, doubled 103 for 79
+    blur: float = 0.08  # of a brick, at least 1.5 px, smooths distances; halved 254 for 232, doubled 139 for 125
+    close: float = 0.1  # of all distances are smaller, and stacked; halved: 286 instead of 241, doubled: 182, not 258
+    beyond: int = 4  # times less count joints of the next course but one; halved 330 for 280, doubled 100 for 77
+
+
+SORTING, BOND = Sorting(), Bond()
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """The bricks of an exemplar."""
+
+    # (n, 5): of every brick its course, first column and end in the exemplar, and what lies at both ends: the
+    # number of a joint, or CUT where the border of the exemplar cuts it.
+    table: Int64
+    usual: float  # the mean length of a whole brick, px
+    least: int  # the shortest piece of a brick that looks like one, px
+    beside: Int64  # what a joint costs by its distance (px) from the nearest one in the next course,
+    beyond: Int64  # and in the next but one
+    common: int  # the distance from joints of the next course that is the most usual
+
+    @property
+    def sizes(self) -> Int64:
+        """Length of every brick, px."""
+        return np.asarray(self.table[:, 2] - self.table[:, 1], np.int64)
+
+
+def bricks_of(work: Brickwork) -> Bricks | None:
+    """List the bricks; None where the courses are not made of bricks."""
+    places = {k: _places(work, k) for k in work.courses}
+    if sum(len(p) for p in places.values()) < max(2, len(work.courses) // 2):
+        return None
+    whole: list[Brick] = []
+    cut: list[Brick] = []
+    for k in work.courses:
+        names, at, (x0, x1) = work.of_course[k], places[k], work.spans[k]
+        half, begin, end = work.thickness // 2, x0 + SORTING.margin, x1 - SORTING.margin
+        while at and at[0] < x0 + half:  # only half of the joint is there
+            begin, names, at = max(begin, at[0] + half), names[1:], at[1:]
+        while at and at[-1] >= x1 - half:
+            end, names, at = min(end, at[-1] - half), names[:-1], at[:-1]
+        whole += [(k, at[n], at[n + 1], names[n], names[n + 1]) for n in range(len(at) - 1)]
+        if at:
+            cut += [(k, begin, at[0], CUT, names[0]), (k, at[-1], end, names[-1], CUT)]
+    whole, cut = (_straight(work, [e for e in some if e[2] - e[1] >= 3]) for some in (whole, cut))
+    if not whole and not cut:
+        return None
+    lengths = np.array([b - a for _, a, b, _, _ in whole or cut])
+    usual = float(np.median(lengths))
+    whole = [e for e in whole if e[2] - e[1] >= max(SORTING.broken * usual, 3)]
+    if whole:
+        usual = float(np.mean([e[2] - e[1] for e in whole]))
+    shortest = min((e[2] - e[1] for e in whole), default=0)
+    least = SORTING.half * usual if len(whole) < SORTING.few else SORTING.least * shortest
+    cut = [] if len(whole) >= SORTING.enough else cut  # its end is straight, and its corners are sharp
+    table = np.array(whole + [e for e in cut if e[2] - e[1] >= max(least, 3)], np.int64).reshape(-1, 5)
+    if not len(table) or not (table[:, 3] != CUT).any():
+        return None
+    beside, common = _costs(_distances(places, 1), usual)
+    beyond, _ = _costs(_distances(places, 2), usual)
+    return Bricks(table, usual, max(2, int(min(least, SORTING.half * usual))), beside, beyond // BOND.beyond, common)
+
+
+def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
+    """Leave out bricks whose beds leave the mortar, while enough are left."""
+    if len(some) <= SORTING.few:
+        return some
+    off = []
+    for k, a, b, _, _ in some:
+        beds = np.clip(work.beds[k : k + 2, a:b], 0, work.faces.shape[0] - 1)
+        off.append(work.faces[beds, np.arange(a, b)].mean())
+    least = max(SORTING.straying, sorted(off)[SORTING.few - 1])
+    return [e for e, face in zip(some, off, strict=True) if face <= least]
+
+
+def _places(work: Brickwork, k: int) -> list[int]:
+    """The columns of the joints of a course, in the middle of it."""
+    x0, x1 = work.spans[k]
+    y = int(np.median(work.beds[k][x0:x1] + work.beds[k + 1][x0:x1])) // 2
+    height = work.joints.shape[1]
+    low, high = np.clip([y - 2, y + 3], 0, height - 1)
+    return [int(np.median(work.joints[j, low : high + 1])) for j in work.of_course[k]]
+
+
+def _distances(places: dict[int, list[int]], step: int) -> list[int]:
+    """How far each joint lies from the nearest of another course."""
+    found = []
+    for k, some in places.items():
+        other = places.get(k + step)
+        if some and other:
+            found += [min(abs(a - b) for b in other) for a in some]
+            found += [min(abs(a - b) for a in some) for b in other]
+    return found
+
+
+def _costs(distances: list[int], usual: float) -> tuple[Int64, int]:
+    """What a distance costs: the more the rarer it is, and dear below what nearly all keep."""
+    reach = int(2 * usual) + 2
+    if not distances:
+        return np.zeros(reach, np.int64), int(usual / 2)
+    seen = np.array([d for d in distances if d < reach], np.int64)
+    count = np.bincount(seen, minlength=reach).astype(np.float64)
+    density = ndimage.gaussian_filter(count, max(1.5, BOND.blur * usual))
+    common = int(np.argmax(density))
+    cost = np.clip(-BOND.rare * np.log((density + 1e-9) / max(density.max(), 1e-9)), 0, BOND.unusual)
+    low = max(float(np.quantile(np.array(distances), BOND.close)), 1.0)
+    d = np.arange(reach)
+    cost += np.where(d < low, BOND.stacked * (1 - d / low), 0)
+    return np.asarray(np.rint(cost), np.int64), common

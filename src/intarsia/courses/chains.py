@@ -7,20 +7,27 @@ half-way between, then the others: each knows those around it that came before, 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, Int64, Pair
 from ..draws import below, draw
-from ..lattice.vectors import UNIT
-from . import chain_kernels
-from .bricks import Bricks
-from .brickwork import Brickwork
-from .rows import STAGE, CourseLayout, Piece, Rows
+from ..lattice.candidates import UNIT
+from . import wall_kernels
+from .brickwork import Bricks, Brickwork
+from .rows import STAGE, CourseLayout, Piece, Rows, StackedRows
+from .unequal import UNEQUAL, Masonry
 from .wall_kernels import FACE
+
+
+def neighbours(chain: list[Piece]) -> list[Pair]:
+    """Return the pairs of stones of which the second lies right of the first."""
+    return [(a.brick, b.brick) for a, b in pairwise(chain)]
+
 
 LONG = 512  # px from anchor to anchor; halved: repeats in brick walls rise from 46 to 59, doubled: they stay
 LEAST_LONG = 8  # usual bricks from anchor to anchor; halved: 25 joints lie over others instead of 9, doubled: 8
@@ -74,7 +81,7 @@ class Chains(CourseLayout):
         late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
         return int(late[np.argmin(self._joints(self._around_anchor(i, s), late + place) + np.array(drawn))])
 
-    def _joints(self, around: list[tuple[int, list[Piece]]], at: Array) -> NDArray[np.int64]:
+    def _joints(self, around: list[tuple[int, list[Piece]]], at: Array) -> Int64:
         """What joints at some columns cost, by those around."""
         total = np.zeros(len(at), np.int64)
         for off, table in ((1, self.bricks.beside), (2, self.bricks.beyond)):
@@ -112,7 +119,7 @@ class Chains(CourseLayout):
     def _chained(self, i: int, s: int) -> list[Piece]:
         return self._linked(i, s, None)
 
-    def _linked(self, i: int, s: int, more: dict[tuple[int, int], int] | None) -> list[Piece]:
+    def _linked(self, i: int, s: int, more: dict[Pair, int] | None) -> list[Piece]:
         """The cheapest chain; `more` is what some bricks cost one after another, besides."""
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
         length = end - first
@@ -133,7 +140,7 @@ class Chains(CourseLayout):
         joint = self._joints(around, np.arange(length + 1) + first)
         out = np.empty((length + 2, 3), np.int64)
         start = self._starts(hand, around, first, length)
-        count = chain_kernels.link(length, sizes, start, joint, pair, np.ascontiguousarray(follow), rules, out)
+        count = wall_kernels.link(length, sizes, start, joint, pair, np.ascontiguousarray(follow), rules, out)
         return [self._piece(hand[int(k)], first + int(a), first + int(b)) for k, a, b in out[:count]]
 
     def _piece(self, brick: int, first: int, end: int) -> Piece:
@@ -144,7 +151,7 @@ class Chains(CourseLayout):
             return Piece(first, end, low, k, left, FACE, low, low + end - first, brick)
         return Piece(first, end, low - over // 2, k, left, right, low, high, brick)
 
-    def _pairs(self, hand: list[int]) -> NDArray[np.int64]:
+    def _pairs(self, hand: list[int]) -> Int64:
         """What it costs that one brick follows another."""
         left, right, mean = self.bricks.table[hand, 3], self.bricks.table[hand, 4], self.mean[hand]
         apart = np.abs(mean[:, None] - mean) / self.bricks.usual
@@ -157,7 +164,7 @@ class Chains(CourseLayout):
 
     def _starts(
         self, hand: list[int], around: list[tuple[int, list[Piece]]], first: int, length: int
-    ) -> NDArray[np.int64]:
+    ) -> Int64:
         """What each brick costs by the column that it begins at."""
         count, usual = len(hand), self.bricks.usual
         turn = (np.arange(length + 1) / usual).astype(np.int64)
@@ -173,3 +180,65 @@ class Chains(CourseLayout):
                 if p.brick in places and low < high:
                     cost[places[p.brick], low:high] += fall[low - at : high - at] // off
         return np.ascontiguousarray(cost, np.int64)
+
+
+class Laying(NamedTuple):
+    """Which stones lie in a course, and what pairs that return cost."""
+
+    near: float = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
+    fewest: int = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
+    twice: int = 600  # what a pair costs that is shown nearby already; at 300 125 return in rows, not 106
+    give: int = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
+    wider: int = 2  # px: a stone that is too long by more is a cut one
+    cut: int = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
+    rounds: int = 6  # times at most that a chain is laid while pairs return in it; 4 and 8: a few pairs more or less
+
+
+LAYING = Laying()
+
+
+class Stones(Chains):
+    """Chains of whole stones along courses of unequal heights."""
+
+    def __init__(self, found: Masonry, rows: StackedRows, seed: int) -> None:
+        super().__init__(found.work, found.bricks, rows, seed)
+        self.stacked = rows
+        self.give, self.cut = min(max(found.work.thickness // LAYING.give, 1), LAYING.wider), LAYING.cut
+        self.cards = [self._alike(found, height) for height in found.heights]
+
+    @staticmethod
+    def _alike(found: Masonry, height: int) -> list[int]:
+        """The stones about as high as a course, those that fit best if they are few."""
+        off = np.abs(found.own - height)
+        beyond = np.maximum(off - int(LAYING.near * height), 0)  # px too high or too low
+        order = np.argsort(beyond, kind="stable")
+        near = int((off <= UNEQUAL.like * height).sum())
+        whole = int(np.flatnonzero(found.bricks.table[order, 3] != FACE)[0]) + 1
+        count = max(int((beyond == 0).sum()), min(LAYING.fewest, near), whole)
+        return sorted(order[:count].tolist())
+
+    def _cards(self, i: int) -> Sequence[int]:
+        return self.cards[self.stacked.kind(i)]
+
+    def _chained(self, i: int, s: int) -> list[Piece]:
+        """The chain in which the fewest pairs return."""
+        near = Counter[Pair]()
+        for _, chain in self._around(i, s):
+            near.update(neighbours(chain))
+        if s % 2:  # every other chain of a course knows those beside it
+            for beside in (s - 1, s + 1):
+                if self.named(i, beside)[1] % 2 == 0:
+                    near.update(neighbours(self.chain(i, beside)))
+        more = {pair: LAYING.twice * n for pair, n in near.items()}
+        best, least = list[Piece](), -1
+        for _ in range(LAYING.rounds):
+            chain = self._linked(i, s, more)
+            own = Counter(neighbours(chain))
+            again = sum(n - 1 for n in own.values()) + sum(n for pair, n in own.items() if pair in near)
+            if least < 0 or again < least:
+                best, least = chain, again
+            if not any(n > 1 for n in own.values()):
+                break
+            for pair, n in own.items():
+                more[pair] = more.get(pair, 0) + LAYING.twice * (n - 1)
+        return best

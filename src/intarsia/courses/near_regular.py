@@ -6,26 +6,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..analysis.features import features
-from ..arrays import Laid
-from ..blocks.grid import BlockSettings
+from ..arrays import Int32, Laid, UInt8
+from ..blocks.grid import BlockSettings, resolved_poses
 from ..blocks.mosaic import Mosaic
 from ..blocks.places import FewPlaces
-from ..blocks.pose_sheet import resolved_poses
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..methods.near_regular import NearRegular
 from ..params import AUTO
-from ..patches.continuation import Continuation, drafted
+from ..patches.growing_map import Continuation, drafted
 from ..run import Run
 from ..sourcemap import SourceMap
 from ..tiles.tiling import Tiling
-from .rectified import Rectified, rectified_for
+from .rectify import Rectified, rectified_for
 from .unequal import masonry_of
 from .wall import Wall
 
@@ -38,7 +34,7 @@ class Layer(Protocol):
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run
-    ) -> tuple[NDArray[np.int32], NDArray[np.uint8] | None]:
+    ) -> tuple[Int32, UInt8 | None]:
         """The exemplar pixels (height, width, 2) and the poses (height, width) of a window; None: all upright."""
 
 

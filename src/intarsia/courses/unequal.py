@@ -12,18 +12,16 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import course_lines, features
-from ..arrays import Array
+from ..arrays import Array, Int16, Int64, Mask
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels import paths
-from ..lattice.vectors import UNIT
+from ..lattice.candidates import UNIT
 from ..lazy import ndimage
-from .bricks import Bricks, bricks_of
-from .brickwork import FINDING, Brickwork, Line, spans_of, with_joints
-from .mortar import FACE, levelled, model
+from ..params import Weights
+from .brickwork import FACE, FINDING, Bricks, Brickwork, Line, bricks_of, levelled, model, spans_of, with_joints
 from .wall_kernels import FACE as CUT
 
 
@@ -52,12 +50,12 @@ UNEQUAL = Unequal()
 class Masonry(NamedTuple):
     """Courses of unequal heights, which run along x: what the exemplar shows, whole bricks, and heights."""
 
-    picture: NDArray[np.int16]  # (H, W, C): features, axes swapped where courses stand upright
-    usable: NDArray[np.bool_]
+    picture: Int16  # (H, W, C): features, axes swapped where courses stand upright
+    usable: Mask
     upright: bool
     work: Brickwork
     bricks: Bricks
-    own: NDArray[np.int64]  # of every brick how high it is, px
+    own: Int64  # of every brick how high it is, px
     heights: tuple[int, ...]  # of the courses that some bricks are about as high as, from top to bottom, px
     faces: int  # how much joints look like faces in the mean, 0 to 255
 
@@ -82,12 +80,12 @@ class Masonry(NamedTuple):
         return (step, 0.0) if self.upright else (0.0, step)
 
 
-def masonry_of(exemplar: Exemplar, weights: tuple[float, ...] | None = None) -> Masonry:
+def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
     """Find the courses of an exemplar by its lines; MethodError where it has none, or they are not made of bricks."""
     return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
 
 
-def _found(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Masonry:
+def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     feats = features([exemplar], weights)
     lines, picture, level = course_lines(feats, [exemplar]), feats.pictures[0], feats.level
     if not lines:
@@ -134,7 +132,7 @@ def _filled(work: Brickwork, brick: list[int]) -> bool:
     return int(faces.sum(dtype=np.int64)) >= UNEQUAL.full * len(faces)
 
 
-def _heights(work: Brickwork, bricks: Bricks) -> NDArray[np.int64]:
+def _heights(work: Brickwork, bricks: Bricks) -> Int64:
     """How high every brick is, with half of the beds above and below."""
     between = [work.beds[k + 1, a:b] - work.beds[k, a:b] for k, a, b, _, _ in bricks.table]
     return np.array([int(high.sum()) // len(high) for high in between], np.int64)
@@ -152,7 +150,7 @@ def _faces(work: Brickwork) -> int:
     return total // count if count else FACE
 
 
-def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwork:
+def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
     """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
     reach = max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
     smooth = ndimage.uniform_filter(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
@@ -174,7 +172,7 @@ def work_of(picture: Array, usable: NDArray[np.bool_], lines: Array) -> Brickwor
     return with_joints(Line(0, lowest * UNIT, (0, 1)), beds, courses, spans, faces)
 
 
-def _fields(smooth: Array, reach: int) -> list[NDArray[np.int64]]:
+def _fields(smooth: Array, reach: int) -> list[Int64]:
     """What pixels cost a bed, 0 to 255: where beds are dark, where they are bright."""
     light, side = smooth.sum(axis=2), 2 * reach + 1
     found = []
@@ -185,7 +183,7 @@ def _fields(smooth: Array, reach: int) -> list[NDArray[np.int64]]:
     return found
 
 
-def _drawn(cost: Array, lines: Array, reach: int) -> NDArray[np.int64]:
+def _drawn(cost: Array, lines: Array, reach: int) -> Int64:
     """The cheapest paths not farther from lines (n, W) than some px."""
     (height, width), aside, found = cost.shape, np.arange(-reach, reach + 1)[:, None], list[Array]()
     path = np.empty(width, np.int32)
@@ -199,7 +197,7 @@ def _drawn(cost: Array, lines: Array, reach: int) -> NDArray[np.int64]:
     return np.stack(found)
 
 
-def _apart(beds: Array, reach: int) -> NDArray[np.int64]:
+def _apart(beds: Array, reach: int) -> Int64:
     """Beds of which no two are the same."""
     kept: list[Array] = []
     for bed in np.sort(beds, axis=0):

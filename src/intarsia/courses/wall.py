@@ -13,35 +13,174 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from threading import Lock
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.sums import nearest
-from ..arrays import Array, Laid
+from ..arrays import Array, Int16, Int32, Int64, Laid, Pair
 from ..canvas import Canvas
+from ..draws import below, draw
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels import paths
-from ..lattice.vectors import UNIT, Pairs, cell_of
+from ..lattice.candidates import UNIT
+from ..lattice.lattice import Pairs, cell_of
 from ..lazy import ndimage
+from ..params import Weights
 from ..run import Run
+from . import wall_kernels
 from . import wall_kernels as kernels
-from .boards import Boards
-from .bricks import bricks_of
-from .brickwork import Brickwork, brickwork_of
-from .chains import Chains
-from .lately import Lately
-from .mortar import FACE
-from .rows import CourseRows, Piece, Rows
-from .stack import StackedRows
-from .stones import Stones
+from .brickwork import FACE, Brickwork, bricks_of, brickwork_of
+from .chains import Chains, Stones
+from .rows import STAGE, CourseLayout, CourseRows, Piece, Rows, StackedRows
 from .unequal import masonry_of
+from .wall_kernels import OPEN
+
+LONG = 1024  # px from anchor to anchor; halved and doubled: leaps elsewhere, nothing is seen
+
+
+class Leaps(NamedTuple):
+    """How boards leap; seams are what leaps differ by on planks and on a knotted board of 320 px (docs/design/012)."""
+
+    keep: int = 10  # from every column, so that a walk is short; 5 and 20: the same
+    overlap: int = 10  # columns compared on each side; halved: seams of 48.7 instead of 47.0, doubled: 48.6 for 47.2
+    spare: int = 32  # columns on each side in which the cut may wander; halved: 55.7 for 47.2, doubled: 46.1
+    longest: int = 1024  # columns of a course that are used: the table of leaps takes 8 MiB of them
+    small: int = 64  # columns of a course that may leap from anywhere to anywhere; halved: the same
+    loop: int = 45  # percent of its columns that a leap goes at least, or knots return; 22: 52.0, 60: 61.0 for 47.2
+    shade: int = 60  # a change of colour, where a difference of single pixels counts 16; 0: 56.8, 30: 54.4, 240: 46.1
+    fee: float = 0.1  # of leaps are cheaper than what each costs besides; halved and doubled: 8 % of pixels change
+
+
+LEAPS = Leaps()
+
+
+class Boards(CourseLayout):
+    """Courses without joints along the rows of an endless canvas; each shows one course of the exemplar."""
+
+    def __init__(self, picture: Int16, work: Brickwork, rows: Rows, seed: int) -> None:
+        super().__init__(rows, seed, LONG * UNIT)
+        self.picture, self.work = picture, work
+        self._leaps: dict[int, tuple[Array, Array, int]] = {}
+
+    def course(self, i: int) -> int:
+        """The exemplar's course that a course shows: dealt from shuffled decks, no two alike side by side."""
+        turn, around = self.rows.turn, self.rows.around
+        closed = math.gcd(turn, around) if around else abs(turn)
+        i = i % closed if turn else (i % around if around else i)  # once around a board meets itself
+        courses = self.work.courses
+        n = len(courses)
+        number, at = divmod(i, n)
+        order = list(self.dealt(n, number, 0))
+        if n > 2 and order[0] == self.dealt(n, number - 1, 0)[-1]:
+            order[0], order[1] = order[1], order[0]
+        if around and n > 2 and i == around - 1 and order[at] == self.dealt(n, 0, 0)[0]:
+            at = (at + 1) % n
+        return courses[order[at]]
+
+    def _late(self, i: int, s: int, place: int, room: int) -> int:
+        return below(max(1, room), draw(self.seed, STAGE, 1, i, s))
+
+    def _shown(self, i: int, s: int) -> int:
+        """The column of its board that an anchor shows."""
+        i, s, _ = self.named(i, s)
+        costs, _, half = self._table(self.course(i))
+        return half + below(max(1, len(costs) - 3 * half), draw(self.seed, STAGE, 2, i, s))
+
+    def _chained(self, i: int, s: int) -> list[Piece]:
+        k = self.course(i)
+        costs, leaps, _ = self._table(k)
+        first, here, there = self.anchor(i, s), self._shown(i, s), self._shown(i, s + 1)
+        length = self.anchor(i, s + 1) - first
+        known = costs[costs < wall_kernels.FAR]
+        fee = int(np.quantile(known, LEAPS.fee)) if len(known) else 1
+        out = np.empty((length + 1, 3), np.int64)
+        key = np.uint64(draw(self.seed, STAGE, 3, i, s))
+        count = wall_kernels.leap(length, costs, leaps, np.array([here, there], np.int64), max(fee, 1), key, out)
+        x0, x1 = self._span(k)
+        pieces, at, shown = [], 0, here
+        for u, _, to in [*out[:count][::-1].tolist(), (length, 0, 0)]:
+            if u > at:
+                low = x0 + shown
+                pieces.append(Piece(first + at, first + u, low, k, OPEN, OPEN, x0, x1, k))
+            at, shown = u, to
+        return pieces
+
+    def _span(self, k: int) -> Pair:
+        x0, x1 = self.work.spans[k]
+        spare = max(0, x1 - x0 - LEAPS.longest) // 2
+        return x0 + spare, x1 - spare
+
+    def _table(self, k: int) -> tuple[Array, Array, int]:
+        """What leaps in a course cost, and the best from every column."""
+        if k not in self._leaps:
+            x0, x1 = self._span(k)
+            x = np.arange(x0, x1)
+            above, below_ = self.work.beds[k], self.work.beds[k + 1]
+            tall = max(1, self.work.line.pitch // UNIT)
+            y = (above[x] + below_[x] - tall) // 2 + np.arange(tall)[:, None]
+            strip = self.picture[np.clip(y, 0, self.picture.shape[0] - 1), x]
+            n = x1 - x0
+            half = max(1, min(LEAPS.spare, n // 6))
+            costs = wall_kernels.leap_costs(np.ascontiguousarray(strip), min(LEAPS.overlap, half), half)
+            costs[costs < wall_kernels.FAR] += _shades(strip, 2 * half)[costs < wall_kernels.FAR]
+            apart, keep = (1, n) if n <= LEAPS.small else (LEAPS.loop * n // 100, LEAPS.keep)
+            self._leaps[k] = costs, wall_kernels.best_leaps(costs, apart, keep), half
+        return self._leaps[k]
+
+
+def _shades(strip: Array, wide: int) -> Int64:
+    """How much the colour of a board changes at each leap: before column x and from column z on, (n, n)."""
+    mean = strip.mean(axis=0)
+    total = np.concatenate([np.zeros((1, mean.shape[1])), np.cumsum(mean, axis=0)])
+    at = np.arange(len(mean))
+    first, end = np.maximum(at - wide, 0), np.minimum(at + wide, len(mean))
+    before = (total[at] - total[first]) / np.maximum(at - first, 1)[:, None]
+    after = (total[end] - total[at]) / np.maximum(end - at, 1)[:, None]
+    gap = np.sqrt(((before[:, None] - after) ** 2).sum(axis=2))
+    return np.asarray(np.rint(LEAPS.shade * gap), np.int64)
+
+
+Made = TypeVar("Made", bound=tuple[Array, ...])
+
+
+class Lately(Generic[Made]):
+    """Tuples of arrays by where they are, in so many bytes; those that were used longest ago give way."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self._size, self._held = most, 0, dict[Pair, Made]()
+        self._lock = Lock()
+
+    def __reduce__(self) -> Any:
+        return Lately, (self._most,)
+
+    def all(
+        self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Made]]
+    ) -> list[Made]:
+        """Return what belongs to the keys; `make` is asked for those that are not there."""
+        with self._lock:
+            found = {key: self._held[key] for key in keys if key in self._held}
+        missing = [key for key in keys if key not in found]
+        found |= zip(missing, make(missing), strict=True)
+        with self._lock:
+            for key, made in found.items():
+                self._size += _bytes(made) - _bytes(self._held.pop(key, None))
+                self._held[key] = made
+            while self._size > self._most:
+                self._size -= _bytes(self._held.pop(next(iter(self._held))))
+        return [found[key] for key in keys]
+
+
+def _bytes(made: tuple[Array, ...] | None) -> int:
+    return 0 if made is None else sum(array.nbytes for array in made)
+
 
 Strip = tuple[Array, Array, Array]
-Cut = tuple[NDArray[np.int64]]
+Cut = tuple[Int64]
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], list[Any]]
 HELD, CUTS_HELD = 24 << 20, 1 << 20  # bytes of courses that are kept for the windows beside, and of their cuts
 CHUNK = 256  # columns of a bed that are cut at once, so that any window is made of a few; 128 and 512: the same bytes
@@ -65,14 +204,14 @@ REACH = Reach()
 
 
 def courses_of(
-    lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
+    lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
     """Find the courses of an exemplar, and what they lie in: features and which are usable, axes swapped if upright."""
     return exemplar.latest("courses", (lattice, weights), lambda: _courses_of(lattice, weights, exemplar))
 
 
 def _courses_of(
-    lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
+    lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
     feats = features([exemplar], weights)
     picture, level = feats.pictures[0], feats.level
@@ -111,7 +250,7 @@ class Wall:
 
     @classmethod
     def of(
-        cls, lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar, canvas: Canvas, seed: int
+        cls, lattice: Pairs, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int
     ) -> Wall:
         """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
         work, picture, usable, upright = courses_of(lattice, weights, exemplar)
@@ -121,7 +260,7 @@ class Wall:
         return cls._of(picture, usable, upright, work, layout, _weighted(picture, work, work.faces))
 
     @classmethod
-    def unequal(cls, weights: tuple[float, ...] | None, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
+    def unequal(cls, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
         """Find courses of unequal heights by lines; MethodError where there are none, ParameterError as above."""
         found = masonry_of(exemplar, weights)
         work = found.work
@@ -141,7 +280,7 @@ class Wall:
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[NDArray[np.int32], None]:
+    ) -> tuple[Int32, None]:
         """The exemplar pixels (height, width, 2) of a window of the wall, all upright."""
         if self.upright:
             y0, x0, height, width = x0, y0, width, height
@@ -168,12 +307,12 @@ class Wall:
         run.tick(total, total, draft)
         return self._usable(out), None
 
-    def _draft(self, out: NDArray[np.int32]) -> Laid:
+    def _draft(self, out: Int32) -> Laid:
         """What of a window is laid."""
         laid = out[:, :, 0] >= 0
         return self._usable(out), None, laid.T if self.upright else laid
 
-    def _usable(self, out: NDArray[np.int32]) -> NDArray[np.int32]:
+    def _usable(self, out: Int32) -> Int32:
         """Exemplar pixels that exist and are usable, with the axes of the exemplar."""
         height, width = self.scene[1].shape
         y, x = np.clip(out[:, :, 0], 0, height - 1), np.clip(out[:, :, 1], 0, width - 1)
@@ -199,7 +338,7 @@ class Wall:
             return u // CHUNK
         return u * max(1, self.rows.width // CHUNK) // self.rows.width
 
-    def _laid(self, each: Each, names: Sequence[tuple[int, int]]) -> list[Strip]:
+    def _laid(self, each: Each, names: Sequence[Pair]) -> list[Strip]:
         """Lay courses of chunks. Chains know one another, so they are made in turn; what is cut from them is not."""
         spare, laid = RUN_UP + 2 * REACH.open, []
         for m, i in names:
@@ -207,7 +346,7 @@ class Wall:
         return each(self._strip, laid)
 
     def _cut_all(
-        self, each: Each, strips: Mapping[tuple[int, int], Strip], names: Sequence[tuple[int, int]]
+        self, each: Each, strips: Mapping[Pair, Strip], names: Sequence[Pair]
     ) -> list[Cut]:
         """Cut courses of chunks together with those below them."""
         return each(self._cut, [(strips[m, i], strips[m, i + 1]) for m, i in names])
@@ -267,7 +406,7 @@ class Wall:
         return (np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64),)
 
 
-def _weighted(picture: Array, work: Brickwork, shown: Array) -> NDArray[np.int64]:
+def _weighted(picture: Array, work: Brickwork, shown: Array) -> Int64:
     """What showing a pixel out of place costs: as much as it differs from mortar, in the units of colour."""
     faces = work.faces
     mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]

@@ -10,10 +10,87 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, Grown, canvas_place
+
+NEVER = 1 << 62  # the distance of patches that fit less well than the best, wherever that is known
+MOST = ((1 << 31) - 1) // 4092**2  # squares of what two features differ by at most: so many stay below 2**31
+FIRST = 4  # every so many-th row is measured first: its distance is the least that the whole can have
+
+
+@kernel
+def _runs(known: Any, channels: int) -> Any:
+    """Where known pixels lie side by side: rows, and in these the first number and the one after the last, (n, 3)."""
+    h, w = known.shape
+    runs, count = np.empty((h * (w // 2 + 1), 3), np.int64), 0
+    for i in range(h):
+        j = 0
+        while j < w:
+            begin = j
+            while j < w and known[i, j]:
+                j += 1
+            if j > begin:
+                runs[count, 0], runs[count, 1], runs[count, 2] = i, begin * channels, j * channels
+                count += 1
+            j += 1
+    return runs[:count]
+
+
+@kernel
+def _apart(window: Any, flat: Any, a: Any, b: Any, n: int) -> Any:
+    """Return the squared distance of n numbers of `window` from `a` on and of `flat` from `b` on, in 64 bits.
+
+    Parts of it are added up in 32 bits, and unsigned offsets let these run in vector registers.
+    """
+    total = np.int64(0)
+    for first in range(0, n, MOST):
+        part, c, d = np.int32(0), a + np.uint64(first), b + np.uint64(first)
+        for k in range(np.uint64(min(n - first, MOST))):
+            difference = np.int16(window[c + k] - flat[d + k])
+            part = np.int32(part + np.int32(difference) * np.int32(difference))
+        total += part
+    return total
+
+
+@kernel
+def measure_best(feats: Any, known: Any, posed: Any, most: int, rows: Any) -> None:
+    """Write the distance of each patch (distance, variant, row, column) of `rows` from a window into it.
+
+    Those that are surely not among the `most` best have NEVER: their measuring ends where they are farther than these.
+    """
+    flat, table = posed
+    h, w, channels = feats.shape
+    window, runs = feats.reshape(h * w * channels), _runs(known, channels)
+    least, best = np.zeros(len(rows), np.int64), np.full(most, NEVER, np.int64)
+    for k in range(len(rows)):
+        v = rows[k, 1]
+        begin, stride = table[v, 0] + (rows[k, 2] * table[v, 3] + rows[k, 3]) * channels, table[v, 3] * channels
+        for n in range(len(runs)):
+            i, a, b = runs[n, 0], runs[n, 1], runs[n, 2]
+            if i % FIRST == 0:
+                here, there = np.uint64(i * w * channels + a), np.uint64(begin + i * stride + a)
+                least[k] += _apart(window, flat, here, there, b - a)
+    for k in np.argsort(least):
+        v, total = rows[k, 1], least[k]
+        begin, stride = table[v, 0] + (rows[k, 2] * table[v, 3] + rows[k, 3]) * channels, table[v, 3] * channels
+        for n in range(len(runs)):
+            i, a, b = runs[n, 0], runs[n, 1], runs[n, 2]
+            if total > best[most - 1]:
+                break
+            if i % FIRST > 0:
+                here, there = np.uint64(i * w * channels + a), np.uint64(begin + i * stride + a)
+                total += _apart(window, flat, here, there, b - a)
+        rows[k, 0] = total if total <= best[most - 1] else NEVER
+        if total >= best[most - 1]:
+            continue
+        n = most - 1
+        while n > 0 and best[n - 1] > total:
+            best[n] = best[n - 1]
+            n -= 1
+        best[n] = total
+
 
 STEP = 4  # px; the lists are a sixteenth of the canvas, and a cell of the exemplar is one sample each time it is shown
 ONE = 256  # a copy whose surroundings are those of the pixel
@@ -27,27 +104,27 @@ FINE = 16  # prices are kept in 1/16 of what seams are counted in
 class Origins(NamedTuple):
     """Which exemplar pixel every pixel of the pieces is, and how striking it is."""
 
-    pixel: NDArray[np.int32]  # (pixels of all variants,): number of the exemplar pixel
-    laid: NDArray[np.int32]  # the same; -1 where it must not be shown
-    frames: NDArray[np.int64]  # (V, 4): where a variant begins in these, rows, columns and stride
-    torus: NDArray[np.bool_]  # (V,): whether it continues in itself
-    steps: NDArray[np.int64]  # (V, 4): steps of the exemplar to steps of the variant, row by row
-    pose: NDArray[np.uint8]  # (V,): how a variant lies
-    place: NDArray[np.int32]  # (exemplar pixels, 2): row and column
-    cell: NDArray[np.int32]  # (exemplar pixels,): number of its cell
-    weight: NDArray[np.int32]  # (exemplar pixels,): how much a repeat of it is seen, 256 = usual
+    pixel: Int32  # (pixels of all variants,): number of the exemplar pixel
+    laid: Int32  # the same; -1 where it must not be shown
+    frames: Int64  # (V, 4): where a variant begins in these, rows, columns and stride
+    torus: Mask  # (V,): whether it continues in itself
+    steps: Int64  # (V, 4): steps of the exemplar to steps of the variant, row by row
+    pose: UInt8  # (V,): how a variant lies
+    place: Int32  # (exemplar pixels, 2): row and column
+    cell: Int32  # (exemplar pixels,): number of its cell
+    weight: Int32  # (exemplar pixels,): how much a repeat of it is seen, 256 = usual
 
 
 class Copies(NamedTuple):
     """Samples by what they show and where they lie: lists that begin at `head`, and how many show a cell."""
 
-    shown: NDArray[np.int32]  # (H, W): number of the exemplar pixel, -1 in holes
-    head: NDArray[np.int32]  # (cells, tiles): the first sample, -1: none
-    next: NDArray[np.int32]  # (samples,): the one after it
-    cell: NDArray[np.int32]  # (samples,): the cell that it is listed under, -1: none
-    lies: NDArray[np.int32]  # (samples, 5): row and column, those at which it would show pixel 0, 0; its variant
-    shows: NDArray[np.int32]  # (cells,): how many
-    tiles: NDArray[np.int64]  # (4,): rows and columns of tiles, and a tile's rows and columns in px
+    shown: Int32  # (H, W): number of the exemplar pixel, -1 in holes
+    head: Int32  # (cells, tiles): the first sample, -1: none
+    next: Int32  # (samples,): the one after it
+    cell: Int32  # (samples,): the cell that it is listed under, -1: none
+    lies: Int32  # (samples, 5): row and column, those at which it would show pixel 0, 0; its variant
+    shows: Int32  # (cells,): how many
+    tiles: Int64  # (4,): rows and columns of tiles, and a tile's rows and columns in px
 
 
 class Terms(NamedTuple):
@@ -57,7 +134,7 @@ class Terms(NamedTuple):
     spare: int  # copies, in 1/256, that cost nothing
     near: int  # how much dearer a copy is at no distance, 256 = as much again
     reach: int  # px: where nearness ends
-    around: NDArray[np.int64]  # (8, 8, 8, 3): places around a pixel in one pose, as around a copy in another: rows,
+    around: Int64  # (8, 8, 8, 3): places around a pixel in one pose, as around a copy in another: rows,
     # columns, and so many pixels of the canvas
 
 
@@ -279,7 +356,7 @@ def savings(old: Any, new: Any, width: int, saved: Any) -> None:
 
 
 @kernel
-def taken_sums(old: Any, new: Any, take: Any) -> tuple[int, int]:
+def taken_sums(old: Any, new: Any, take: Any) -> Pair:
     """Add up old and new prices of blocks over the pixels that are taken."""
     h, w = take.shape
     paid, left = 0, 0

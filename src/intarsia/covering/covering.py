@@ -6,30 +6,207 @@ import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
+from ..arrays import Array, Mask, Pair
 from ..canvas import Canvas
 from ..exemplar import Exemplar
+from ..geometry import ISOMETRIES
+from ..guide import Guide
 from ..kernels.cuts import SeamPrice
-from ..patches.growth import Growth
-from ..patches.settings import PatchSettings
+from ..lattice.candidates import UNIT
+from ..params import Poses, Steps, Weights
+from ..patches.growth import Growth, PatchSettings, Pick
 from ..run import Run
 from ..seams import recut_kernels
-from ..seams.cut import Box, Cut
-from ..seams.graphcut import GraphcutGrowth
-from ..seams.settings import GraphcutSettings
+from ..seams.graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
+from ..seams.placement_kernels import mark_steps
+from ..seams.worst import WorstSeams
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..search.posed import posed_exemplars
-from ..sourcemap import SourceMap
-from .constraints import Constraints
-from .lattice_steps import Lattice, in_step
+from ..sourcemap import HOLE, SourceMap
+from . import copies_kernels
 
-Array = NDArray[Any]
+STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut
+
+
+@dataclass(frozen=True)
+class Repair:
+    """How a map is repaired.
+
+    Attributes
+    ----------
+    patch : (rows, columns)
+        Of a window, px.
+    passes : int
+        How often the worst places are looked for.
+    weights, isometries
+        As the parameters of the methods: channel weights, poses of new patches.
+    distance : int
+        No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+    """
+
+    patch: Pair
+    passes: int
+    weights: Weights = None
+    isometries: Poses = "none"
+    distance: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Repaired:
+    """A map with its worst seams covered: what they cost before and now, and how many patches were laid."""
+
+    map: SourceMap
+    before: int
+    after: int
+    patches: int
+
+
+def repaired(
+    repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+) -> Repaired:
+    """Cover the worst seams of a finished map, as long as the whole becomes better.
+
+    What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
+    """
+    work = Repairing(repair, exemplars, canvas, smap)
+    before, patches = work.sewing.total, 0
+    for number in range(repair.passes):
+        run.tick(number, repair.passes, work.growth.draft)
+        wave = work.worst.apart(work.around)
+        if not wave:
+            break
+        patches += work.cover(wave, run)
+    run.tick(repair.passes, repair.passes, work.growth.draft)
+    return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
+
+
+class Constraints:
+    """Says which pixels of a box must not be taken from a patch.
+
+    Parameters
+    ----------
+    growth : Growth
+        The map, with all that it is made from.
+    guide : Guide, optional
+        Where a patch differs more from it than the map does, the map stays.
+    distance : int
+        Where a patch would show an exemplar pixel nearer than so many px to another copy of it, the map stays; 0:
+        no such rule.
+    """
+
+    def __init__(self, growth: Growth, guide: Guide | None, distance: int) -> None:
+        self.work, self.variants, self.wraps = growth.growing, growth.variants, growth.layout.wraps
+        self.distance, self.guide = distance, guide
+        self.any = guide is not None or distance > 0
+        self.tallest = max(e.height for e in growth.exemplars)
+        self.widest = max(e.width for e in growth.exemplars)
+
+    def __call__(self, box: Box, pick: Pick) -> Array:
+        """Return (rows, columns) bool: True where the patch `pick` that begins at the box's first pixel may not be."""
+        yx, which = self._patch(box, pick)
+        barred = np.zeros(box[2:], bool)
+        if self.guide is not None:
+            here = self._around(box, 0)
+            old = self.variants.to_exemplars(self.work.yx[here], self.work.variant[here])
+            barred |= self._off(yx, which, here) > self._off(old[0], old[1], here)
+        if self.distance:
+            barred |= self._too_near(box, yx, which)
+        return barred
+
+    def returns(self, box: Box, pick: Pick, take: Array) -> bool:
+        """Say whether what is taken of a patch would now return too near."""
+        if not self.distance:
+            return False
+        return bool((self._too_near(box, *self._patch(box, pick)) & (take > 0)).any())
+
+    def _patch(self, box: Box, pick: Pick) -> tuple[Array, Array]:
+        """Exemplar pixels (rows, columns, 2), and exemplars (rows, columns), that a patch shows in a box."""
+        size = self.variants.table[pick[0], 1:3]
+        yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
+        yx = (yx % size).astype(np.int32)  # beyond an exemplar that does not continue nothing is taken
+        grown, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
+        return grown, which
+
+    def _around(self, box: Box, px: int) -> tuple[Array, ...]:
+        """Index of a box and `px` around it, within the canvas or round it."""
+        axes = []
+        for at, n, length, wrap in zip(box[:2], box[2:], self.work.variant.shape, self.wraps, strict=True):
+            along = np.arange(at - px, at + n + px)
+            axes.append(along % length if wrap else along[(along >= 0) & (along < length)])
+        return np.ix_(*axes)
+
+    def _off(self, yx: Array, which: Array, here: tuple[Array, ...]) -> Array:
+        """How far pixels are from what the guide asks for here: 0 or 1 with labels, else the sum over channels."""
+        assert self.guide is not None
+        target = self.guide.target.samples[here]
+        out = np.zeros(which.shape, np.float64)
+        for number, plane in enumerate(self.guide.sources):
+            mine = which == number
+            there = plane.samples[yx[mine, 0], yx[mine, 1]]
+            if self.guide.is_labels:
+                out[mine] = (there != target[mine]).any(axis=1)
+            else:
+                out[mine] = np.abs(there.astype(np.float64) - target[mine]).sum(axis=1)
+        return out
+
+    def _too_near(self, box: Box, yx: Array, which: Array) -> Array:
+        """Where a copy of the pixel, at another place than this, is nearer than the distance."""
+        reach = self.distance - 1
+        first = [at - reach if wrap else max(at - reach, 0) for at, wrap in zip(box[:2], self.wraps, strict=True)]
+        index = self._around(box, reach)
+        there, others, _ = self.variants.to_exemplars(self.work.yx[index], self.work.variant[index])
+        mine, known = self._keys(yx, which).ravel(), self._keys(there, others).ravel()
+        order = np.argsort(known, kind="stable")
+        begin, end = (np.searchsorted(known[order], mine, side) for side in ("left", "right"))
+        counts = end - begin
+        p = np.repeat(np.arange(len(mine)), counts)  # every pair of a pixel of the patch and a copy on the canvas
+        q = order[np.arange(len(p)) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(begin, counts)]
+        gaps = [a + f - b - at for a, b, f, at in zip(
+            np.divmod(q, others.shape[1]), np.divmod(p, which.shape[1]), first, box[:2], strict=True)]  # fmt: skip
+        far = gaps[0] ** 2 + gaps[1] ** 2
+        out = np.zeros(len(mine), bool)
+        out[p[(far > 0) & (far < self.distance**2)]] = True
+        return out.reshape(which.shape)
+
+    def _keys(self, yx: Array, which: Array) -> Array:
+        """One number for every exemplar pixel; another one for holes."""
+        keys = (which.astype(np.int64) * self.tallest + yx[..., 0]) * self.widest + yx[..., 1]
+        return np.where(which == HOLE, -1, keys)
+
+
+
+SLACK = 1  # px: how far a patch may leave the lattice, whose vectors are fractions
+
+
+def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick, most: int) -> Candidates:
+    """Return the `most` best patches for the window at `at` that lie whole steps from the one that has `shown` there.
+
+    `lattice`: one vector or two (dx, dy), px of the exemplar. A middle that was made a hole does not count.
+    """
+    valid, torus = growth.variants.valid[shown[0]], bool(growth.variants.toroidal[shown[0]])
+    j = np.array(ISOMETRIES[int(growth.variants.pose[shown[0]])].j, np.int64)
+    side = 2 * int(growth.variants.table[shown[0], 1:3].max())
+    steps, ends = np.zeros((2, 2), np.int64), np.array([(0, 1), (0, 1)], np.int64)  # of one vector the second is still
+    for k, (dx, dy) in enumerate(lattice):
+        steps[k] = (round(dy * UNIT), round(dx * UNIT)) @ j
+        far = side * UNIT // max(int(np.abs(steps[k]).max()), UNIT) + 1
+        ends[k] = -far, far + 1
+    there = np.zeros(valid.shape, np.uint8)
+    mark_steps(steps, ends, shown[1:], torus, (UNIT, SLACK), valid.view(np.uint8), there)
+    places = np.flatnonzero(there)
+    grown = growth.growing
+    assert isinstance(growth.finder, PatchSearch)
+    feats, known = growth.finder.windows(grown.variant, grown.yx, np.array([at], np.int64), growth.layout.wraps)
+    rows = np.empty((len(places), 4), np.int64)
+    rows[:, 1], rows[:, 2], rows[:, 3] = shown[0], *np.divmod(places, valid.shape[1])
+    copies_kernels.measure_best(feats[0], known[0], growth.variants.posed, most, rows)
+    return Candidates(rows[np.argsort(rows[:, 0], kind="stable")[:most]], 0, feats[0], known[0])
+
 
 REACH = 6  # a patch reaches 1 / REACH of its side around its window
 PLAIN = GraphcutSettings()
@@ -55,9 +232,9 @@ class Laying:
         The map is nobody else's, and may be used up: its pixels are laid over in place.
     """
 
-    weights: tuple[float, ...] | None = None
-    isometries: str | tuple[int, ...] = "none"
-    lattice: Lattice = ()
+    weights: Weights = None
+    isometries: Poses = "none"
+    lattice: Steps = ()
     distance: int = 0
     own: bool = False
 
@@ -111,7 +288,7 @@ class Covering:
         growth.finder = PatchSearch(growth.variants, patch, overlap, listed=growth.settings.listed)
         self.growth, self.margin = growth, side // REACH
 
-    def sharpen(self, knee: tuple[int, int]) -> None:
+    def sharpen(self, knee: Pair) -> None:
         """Count a seam by its square up to four times what the seams of this map cost on average.
 
         That average counts as at least, and at most, so many % of the spread of colours. The prices of the map stay
@@ -147,7 +324,7 @@ class Covering:
         return means
 
     def stepped(
-        self, boxes: list[Box], holes: list[Box], lattice: Lattice, listed: int, run: Run
+        self, boxes: list[Box], holes: list[Box], lattice: Steps, listed: int, run: Run
     ) -> list[Candidates]:
         """The same that lie whole steps of a lattice from what is in the middles of windows."""
         sewn, shown = self.sewing, []
@@ -172,7 +349,7 @@ class Covering:
         return [candidates for part in found for candidates in part]
 
 
-def kept(start: SourceMap | None, smap: SourceMap) -> NDArray[np.bool_]:
+def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
     """Say which pixels of a map are what it started with, and must stay."""
     if start is None:
         return np.zeros((smap.height, smap.width), bool)
@@ -180,3 +357,42 @@ def kept(start: SourceMap | None, smap: SourceMap) -> NDArray[np.bool_]:
     for mine, other in ((start.which, smap.which), (start.pose, smap.pose)):
         same &= np.equal(0 if mine is None else mine, 0 if other is None else other)
     return np.asarray(same)
+
+
+class Repairing(Covering):
+    """A finished map under repair."""
+
+    def __init__(self, repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap) -> None:
+        settings = PatchSettings(
+            repair.patch, (0, 0), weights=repair.weights, structure=STRUCTURE, courses=COURSES,
+            isometries=repair.isometries,
+        )  # fmt: skip
+        stitch = GraphcutSettings(seam="sharp")
+        super().__init__(settings, exemplars, canvas, smap, repair.distance, stitch)
+        self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
+
+    def cover(self, wave: dict[Pair, Pair], run: Run) -> int:
+        """Cover windows that lie apart; returns how many patches were laid."""
+        boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
+        found = self.found(boxes, list(map(middle, boxes)), self.sewing.search_prices(), run)
+        with run.pool() as each:
+            cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
+        laid: list[Cut] = []
+        for cell, cut in zip(wave, cuts, strict=True):
+            if cut is None:
+                self.worst.give_up(cell)
+            elif not self.bars.returns(cut.box, cut.pick, cut.take):  # what this pass laid before counts, too
+                self.sewing.paste(cut)
+                laid.append(cut)
+        self.worst.renew(*(cut.box for cut in laid))
+        return len(laid)
+
+    def _best(self, box: Box, found: Candidates) -> Cut | None:
+        """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
+        picks = self.sewing.shown(box)[: TRIES // SHOWN]
+        price = self.sewing.priced(box, found)
+        for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist():
+            _, variant, u, s = found.rows[k].tolist()
+            picks.append((variant, u, s))
+        cut = self.sewing.best(box, picks)
+        return cut if cut is not None and cut.change < 0 else None

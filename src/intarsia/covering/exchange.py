@@ -12,12 +12,12 @@ That elements are exchanged within their outlines is this project's own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from ..arrays import Array, Int64, Mask, Pair
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..geometry import widened
@@ -25,16 +25,12 @@ from ..kernels.parts import boxes_of_parts
 from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run
-from ..seams.cut import Box, Cut
-from ..seams.whole import MUST, RULE, Mending
-from ..seams.whole_elements import RING, Elements
-from ..segments.things import things
-from ..segments.wholes import wholes
+from ..seams.graphcut import Box, Cut
+from ..seams.whole import MUST, RING, RULE, Elements, Mending
+from ..segments.wholes import things, wholes
 from ..sourcemap import SourceMap
 from .covering import Covering, Laying
-from .showings import COUNTING, Show, Staying, asked_for
-
-Array = NDArray[Any]
+from .striking import COUNTING, Show, Staying, asked_for
 
 
 class Scale(NamedTuple):
@@ -94,7 +90,7 @@ def exchanged(
     return work.growth.map(smap.blend) if done else smap
 
 
-def striking(exemplar: Exemplar) -> NDArray[np.int64]:
+def striking(exemplar: Exemplar) -> Int64:
     """How much each element of an exemplar strikes, in 1/256 of what is usual; 0: not more than others."""
     found, seen = wholes(exemplar), things(exemplar)
     assert found is not None
@@ -109,7 +105,7 @@ def striking(exemplar: Exemplar) -> NDArray[np.int64]:
 class Exchange:
     """A finished map whose striking elements are exchanged where they are too many."""
 
-    def __init__(self, work: Covering, elements: Elements, strikes: NDArray[np.int64]) -> None:
+    def __init__(self, work: Covering, elements: Elements, strikes: Int64) -> None:
         self.work, self.sewn, self.elements = work, work.sewing, elements
         self.map = Mending(self.sewn, elements)
         self.map.number()
@@ -189,9 +185,9 @@ class Exchange:
         fits &= self._within(number, box, fits.shape)
         if not fits.any():
             return None
-        known = dict[tuple[int, int], int]()
+        known = dict[Pair, int]()
 
-        def price(at: tuple[int, int]) -> int:
+        def price(at: Pair) -> int:
             if at not in known:
                 known[at] = self._cut(self._place(number, box, at), box, must).change
             return known[at]
@@ -208,7 +204,7 @@ class Exchange:
         return self._place(number, box, (y, x), price((y, x)) + more)
 
     @staticmethod
-    def _place(number: int, box: Box, at: tuple[int, int], price: int = 0) -> Place:
+    def _place(number: int, box: Box, at: Pair, price: int = 0) -> Place:
         """The place that an index of `covered` stands for, where the element was wider by its ring."""
         return Place(price, number, box[2] - 1 + RING - at[0], box[3] - 1 + RING - at[1])
 
@@ -229,7 +225,7 @@ class Exchange:
         return self.sewn.cut(box, pick, 0, saved=lambda box, pick: must)
 
 
-def covered(mask: NDArray[np.bool_], mine: NDArray[np.bool_]) -> NDArray[np.int64]:
+def covered(mask: Mask, mine: Mask) -> Int64:
     """How many pixels of `mine` (h, w) a mask (m, n) covers, for every way it may lie: (m + h - 1, n + w - 1).
 
     At (y, x) the first pixel of `mine` lies over row y - h + 1 and column x - w + 1 of the mask.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays import Int32, Int64, Pair
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
 
@@ -17,17 +15,17 @@ CELL = 16  # px of a variant: samples of a map are kept by these
 class Looks(NamedTuple):
     """What all variants show, one after the other, each row by row."""
 
-    things: NDArray[np.int32]  # (pixels of all variants,): the thing that a pixel belongs to, 0: none
-    strikes: NDArray[np.int32]  # the same: how much it strikes
-    frames: NDArray[np.int64]  # (V, 3): where a variant begins in these, rows and columns
+    things: Int32  # (pixels of all variants,): the thing that a pixel belongs to, 0: none
+    strikes: Int32  # the same: how much it strikes
+    frames: Int64  # (V, 3): where a variant begins in these, rows and columns
 
 
 class Samples(NamedTuple):
     """Every so many-th pixel of a map, by cells of what it shows."""
 
-    at: NDArray[np.int32]  # (n, 4): row and column on the canvas, row and column in the variant
-    begin: NDArray[np.int64]  # (cells + 1,): where a cell begins in these
-    cells: NDArray[np.int64]  # (V, 3): the first cell of a variant, rows and columns of cells
+    at: Int32  # (n, 4): row and column on the canvas, row and column in the variant
+    begin: Int64  # (cells + 1,): where a cell begins in these
+    cells: Int64  # (V, 3): the first cell of a variant, rows and columns of cells
     step: int
 
 
@@ -57,7 +55,7 @@ def sort_samples(grown: Any, samples: Any) -> None:
 
 
 @kernel
-def _posed_place(turn: Any, y: int, x: int) -> tuple[int, int]:
+def _posed_place(turn: Any, y: int, x: int) -> Pair:
     """Where a pixel of a variant lies in another one of the same exemplar."""
     return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
 

@@ -10,18 +10,119 @@ Source: Lopez Recas 2011, section 3.3 (peaks, pairs, reduction); regions of domi
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.fft import next_fast_len, rfft2
+from scipy.fft import dctn, idctn, next_fast_len, rfft2
 
+from ..analysis.correlation import autocorrelation, gaussian
+from ..analysis.sums import spreads
+from ..arrays import Array, Floats, Int32, Int64, Mask
 from ..lazy import ndimage
-from .correlation_map import CorrelatedPictures, CorrelationMap
-from .shift_kernels import top_of
+from .scoring_kernels import top_of
 
-Floats = NDArray[np.float64]
-Int64 = NDArray[np.int64]
+MILLION = 1_000_000  # correlations are kept in millionths: rounding errors of transforms are far below
+READ = 0.3  # offsets at which less than this share of the pixels overlaps have weight 0
+REACH = 0.8  # of each side: the largest offset looked at
+LIGHT = 6  # the short side over this is the sigma of what counts as light
+
+
+@dataclass(frozen=True)
+class CorrelatedPictures:
+    """The two pictures that are correlated, and which of their pixels count.
+
+    Whole numbers, 0 where pixels do not count; no mask where all of them do.
+    """
+
+    colours: Floats  # (H, W, C)
+    edges: Floats  # (H, W, 1)
+    usable: Mask | None  # (H, W): which pixels of the colours count,
+    inner: Mask | None  # and of the edges: those with four usable neighbours
+
+
+@dataclass(frozen=True)
+class CorrelationMap:
+    """How well the texture agrees with itself at every offset; the offset 0 is in the middle.
+
+    All are (2 rows + 1, 2 columns + 1).
+    """
+
+    values: Int32  # correlations in millionths,
+    smooth: Int32  # and after a Gaussian of sigma 1 px
+    # 1000 times the root of the share of pixels that overlap; 0 where that share is below 0.3.
+    weights: Int32
+    share: Int32  # the share of pixels that overlap, in thousandths
+
+
+def pictures(features: Int64, usable: Mask | None) -> CorrelatedPictures:
+    """Prepare what is correlated: colours without slow light, and edges, of features in 1/16."""
+    weight = None if usable is None else usable.astype(np.float64)
+    values = _evened(features, usable)
+    colours = np.rint(high_pass(values, weight, min(features.shape[:2]) / LIGHT))
+    strength = np.zeros(features.shape[:2])
+    for axis in (0, 1):
+        if features.shape[axis] > 1:
+            step = np.gradient(values, axis=axis)
+            strength += (step * step).sum(axis=2)
+    edges = np.rint(np.sqrt(strength))[..., None]
+    inner = None
+    if usable is not None:
+        inner = usable.copy()
+        for axis in (0, 1):
+            near, far = np.moveaxis(inner, axis, 0), np.moveaxis(usable, axis, 0)
+            near[1:] &= far[:-1]
+            near[:-1] &= far[1:]
+        colours[~usable] = 0
+        edges[~inner] = 0
+    return CorrelatedPictures(colours, edges, usable, inner)
+
+
+def _evened(features: Int64, usable: Mask | None) -> Floats:
+    """Let channels count alike, whatever weights the features gave to colours; faint ones at most fourfold."""
+    chosen = features.reshape(-1, features.shape[2]) if usable is None else features[usable]
+    deviation = np.sqrt(np.array([s / max(len(chosen), 1) ** 2 for s in spreads(chosen)]))
+    top = deviation.max()
+    if top <= 0:
+        return features.astype(np.float64)
+    evened: Floats = np.rint(features * (top / np.maximum(deviation, top / 4)))
+    return evened
+
+
+def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
+    """Correlate the pictures with themselves; None where there is nothing to correlate."""
+    height, width = prepared.colours.shape[:2]
+    reach = int(REACH * height), int(REACH * width)
+    colours, pairs = autocorrelation(prepared.colours, prepared.usable, reach)
+    edges, _ = autocorrelation(prepared.edges, prepared.inner, reach)
+    middle = colours.shape[0] // 2, colours.shape[1] // 2
+    given = [c for c in (colours, edges) if c[middle] > 0.5]
+    if not given or pairs[middle] < 1:
+        return None
+    values = np.rint(MILLION * sum(given) / len(given))
+    smooth = np.rint(ndimage.gaussian_filter(values, 1.0, mode="nearest"))
+    share = pairs / pairs[middle]
+    weights = np.where(share >= READ, np.rint(1000 * np.sqrt(share)), 0)
+    arrays = (values, smooth, weights, np.rint(1000 * share))
+    return CorrelationMap(*(array.astype(np.int32) for array in arrays))
+
+
+def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
+    """Take away what changes slowly: a Gaussian of `sigma` px with mirrored borders, channel by channel.
+
+    Such a Gaussian is a product in the cosine transform; any width costs the same. With a mask it is divided
+    by the blurred mask, so that what does not count does not leak in.
+    """
+    passed = gaussian(picture.shape[:2], sigma)[..., None]
+
+    def slow(values: Floats) -> Floats:
+        return np.asarray(idctn(dctn(values, axes=(0, 1)) * passed, axes=(0, 1)))
+
+    if weight is None:
+        return picture - slow(picture)
+    light, mass = slow(picture * weight[..., None]), slow(weight[..., None])
+    return np.asarray((picture - light / np.maximum(mass, 1e-9)) * weight[..., None])
+
 
 UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 SHORTEST = 4  # px: shorter vectors are grain, not elements
@@ -90,14 +191,14 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
     return _refined(smooth, at[order])
 
 
-def _maxima(values: NDArray[Any], among: NDArray[np.bool_]) -> Int64:
+def _maxima(values: Array, among: Mask) -> Int64:
     """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
     top = (ndimage.maximum_filter(ranked, 3) == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 
-def _refined(values: NDArray[Any], at: Int64) -> Floats:
+def _refined(values: Array, at: Int64) -> Floats:
     """Move peaks (n, 2), px from the middle, to the tops of the parabolas along both axes."""
     result = at.astype(np.float64)
     for n, (i, j) in enumerate((at + np.array(values.shape) // 2).tolist()):

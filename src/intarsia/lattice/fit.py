@@ -15,15 +15,85 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from ..lazy import ndimage
-from .candidates import UNIT, canonical, distinct
-from .correlation_map import CorrelationMap
-from .scoring_kernels import NOTHING, fit_step, means, rings
+from .candidates import UNIT, CorrelationMap, canonical, distinct
+from .scoring_kernels import NOTHING, best_shift, fit_step, means, rings
 
-Floats = NDArray[np.float64]
-Int64 = NDArray[np.int64]
+WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
+POINTS = 12  # lattice points looked at: two of each direction
+ANGLES = 6  # directions of a half circle, 30 degrees each, over which they are spread
+FARTHEST = 0.5  # of each side: the other half is left to compare
+SPARE = 2  # px besides those that one px of the reduced copy stands for: the peak may lie beside its px
+SPANNED = 0.5  # the determinant of whole numbers is 0 where all points lie in a row, 1 or more else
+
+
+def refined(features: Int16, usable: Mask | None, vectors: Int64, factor: int) -> Int64 | None:
+    """Make the vectors (1/256 px) exact at full resolution; None where the exemplar does not allow it.
+
+    Weighted least squares over the points that lie furthest out: their error is shared by many cells.
+    """
+    height, width = features.shape[:2]
+    mask = np.ones((1, 1), np.bool_) if usable is None else usable
+    rows, right = [], []
+    found = np.empty(2)
+    radius = factor + SPARE
+    for index in _furthest(vectors, height, width):
+        at = (np.array(index) @ vectors) / UNIT
+        if best_shift(features, mask, np.rint(at).astype(np.int64), radius, WINDOW, found):
+            rows.append(index)
+            right.append((float(found[0]), float(found[1])))
+    return _least_squares(rows, right, vectors, factor)
+
+
+def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
+    """Lattice points that leave half of each side to compare, the furthest first, spread over directions."""
+    n = len(vectors)
+    most = [max(1, int(FARTHEST * max(height, width) * UNIT / math.hypot(*v))) for v in vectors]
+    found = []
+    for a in range(most[0] + 1):
+        for b in range(-most[1], most[1] + 1) if n == 2 else (0,):
+            index = (a, b)[:n]
+            if index <= (0, 0)[:n]:
+                continue
+            y, x = (np.array(index) @ vectors) / UNIT
+            if abs(y) <= FARTHEST * height and abs(x) <= FARTHEST * width:
+                angle = math.floor(ANGLES * (math.atan2(y, x) % math.pi) / math.pi)
+                found.append((round(math.hypot(y, x)), angle, index))
+    found.sort(key=lambda f: (-f[0], f[2]))
+    seen: dict[int, int] = {}
+    ranked = []
+    for far, angle, index in found:
+        seen[angle] = seen.get(angle, 0) + 1
+        ranked.append((seen[angle], -far, index))
+    return [index for _, _, index in sorted(ranked)[:POINTS]]
+
+
+def _least_squares(
+    rows: list[tuple[int, ...]], right: list[tuple[float, float]], vectors: Int64, factor: int
+) -> Int64 | None:
+    if not rows:
+        return None
+    a, p = np.array(rows, np.float64), np.array(right)
+    n = len(vectors)
+    if n == 1:
+        across = vectors[0] / math.hypot(*vectors[0])
+        exact = ((a[:, 0] * (p @ across)).sum() / (a[:, 0] ** 2).sum()) * across[None]
+    else:
+        aa, ab, bb = (a[:, 0] ** 2).sum(), (a[:, 0] * a[:, 1]).sum(), (a[:, 1] ** 2).sum()
+        determinant = aa * bb - ab * ab
+        if determinant < SPANNED:
+            return None
+        t0, t1 = (a[:, 0, None] * p).sum(axis=0), (a[:, 1, None] * p).sum(axis=0)
+        exact = np.array([bb * t0 - ab * t1, aa * t1 - ab * t0]) / determinant
+    whole: Int64 = np.rint(UNIT * exact).astype(np.int64)
+    if np.abs(whole - vectors).max() > UNIT * factor:
+        return None
+    if n == 2:
+        whole = canonical(whole[None])[0]
+    return whole
+
 
 HALVES = np.array([(4, 0), (0, 4), (4, 4)])
 RING = np.array(
@@ -119,7 +189,7 @@ class Scored:
         return index > 1 and bool(np.abs(times - whole).max() < RANKING.whole)
 
 
-def score(found: CorrelationMap, vectors: Int64, phases: NDArray[np.int64]) -> Scored:
+def score(found: CorrelationMap, vectors: Int64, phases: Int64) -> Scored:
     """Score lattices against the phases given."""
     n = len(vectors)
     mean, points = np.empty(n, np.int64), np.empty(n, np.int64)
@@ -145,7 +215,7 @@ def _few(points: Int64) -> Int64:
 
 
 def _contrasted(
-    found: CorrelationMap, vectors: Int64, mean: Int64, points: Int64, phases: NDArray[np.int64]
+    found: CorrelationMap, vectors: Int64, mean: Int64, points: Int64, phases: Int64
 ) -> Scored:
     aside = np.empty(len(vectors), np.int64)
     rings(found.values, found.weights, vectors, phases, aside)
@@ -163,7 +233,7 @@ class Fit:
     used: int
 
 
-def fit(found: CorrelationMap, vectors: Int64, smooth: NDArray[np.int32] | None = None) -> Fit | None:
+def fit(found: CorrelationMap, vectors: Int64, smooth: Int32 | None = None) -> Fit | None:
     """Move the vectors of a lattice to where the peaks are; None where there are none, or elsewhere.
 
     Weighted least squares over the peaks near the lattice points up to index 2, then 5, then all: the further
@@ -230,7 +300,7 @@ def _solved(sums: Floats, current: Floats) -> Floats | None:
     return None
 
 
-def fitted(found: CorrelationMap, vectors: Int64, size: tuple[int, int]) -> tuple[Int64, dict[tuple[int, ...], Fit]]:
+def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, dict[tuple[int, ...], Fit]]:
     """Fit many lattices, dropping those whose fit fails; returns them in 1/256 px, and each one's fit."""
     fits = {}
     for lattice in vectors:

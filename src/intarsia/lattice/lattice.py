@@ -11,25 +11,132 @@ All decisions compare whole numbers.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..analysis.features import features
 from ..analysis.sums import factor_for, reduced
-from ..errors import ParameterError
-from .candidates import candidates, distinct, waves_of
-from .correlation_map import CorrelatedPictures, CorrelationMap, correlation_map, pictures
-from .fit import RING, fitted, relatives, resolved, score, shortlist
-from .refine import refined
-from .row_pitch import courses
-from .verdict import FAINT, SURE, Lattice, Lattices, one_vector, two_vectors
+from ..arrays import Int16, Int64, Mask
+from ..errors import MethodError, ParameterError
+from ..exemplar import Exemplar
+from ..params import Steps, Weights
+from .candidates import (
+    UNIT,
+    CorrelatedPictures,
+    CorrelationMap,
+    candidates,
+    correlation_map,
+    distinct,
+    pictures,
+    waves_of,
+)
+from .fit import RING, fitted, refined, relatives, resolved, score, shortlist
+from .verdict import FAINT, SURE, Lattice, Lattices, courses, one_vector, two_vectors
+
+Vector = tuple[int, int]  # (rows, columns) in 1/256 px
+Vectors = tuple[Vector, Vector]
+Pairs = Sequence[Sequence[float]] | None
+
+
+def lattice_of(
+    exemplar: Exemplar, slug: str, channel_weights: Weights = None
+) -> Steps:
+    """Find the lattice vectors of an exemplar, (x, y) in px; MethodError where it has none."""
+    found = lattices_of(exemplar, channel_weights)
+    if found.accepted is None:
+        confidence = found.ranked[0].confidence if found.ranked else 0.0
+        raise MethodError(
+            f"{slug} finds no lattice in the exemplar (confidence {confidence:.2f}); use method image-quilting, or "
+            "give the lattice vectors."
+        )
+    return vectors_of(found.accepted)
+
+
+def lattices_of(exemplar: Exemplar, channel_weights: Weights = None) -> Lattices:
+    """What is known of the lattice of an exemplar; looked for once."""
+
+    def looked() -> Lattices:
+        return find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable)
+
+    return exemplar.memo(("lattices", channel_weights), looked)
+
+
+def vectors_of(found: Lattice) -> Steps:
+    """The vectors of a lattice as methods take them: (x, y) px."""
+    return tuple((x / UNIT, y / UNIT) for y, x in found.vectors)
+
+
+def check_lattice(lattice: Pairs, exemplar: Exemplar) -> None:
+    """Refuse vectors that span no lattice, or leave the exemplar."""
+    cell_of(lattice, (exemplar.height, exemplar.width))
+
+
+def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | None]:
+    """The lattice vectors as (rows, columns) in 1/256 px, refusing what spans no lattice."""
+    vectors = [(round(y * UNIT), round(x * UNIT)) for x, y in lattice or ()]
+    for v in vectors:
+        if not UNIT <= math.hypot(*v) <= UNIT * max(shape):
+            raise ParameterError("a lattice vector must be 1 px long at least, and shorter than the exemplar.")
+    if len(vectors) == 2:
+        (a, b), (c, d) = vectors
+        if abs(a * d - b * c) < 0.1 * math.hypot(a, b) * math.hypot(c, d):
+            raise ParameterError("the two lattice vectors are parallel, or nearly so; give others, or only one.")
+        return vectors[0], vectors[1]
+    return vectors[0], None
+
+
+NEAR = 0.05  # of the shortest vector: 2 px on tiles of 40 px, which a joint hides
+LEAST = 1.5  # px: no finer misfit is seen, rounding to whole px makes half of it, and photographs bend by as much
+
+
+def misfit(vectors: Sequence[Vector], length: int, axis: int) -> float:
+    """Return how far, px, a lattice is from closing around `length` px of an axis (0: rows, 1: columns).
+
+    `vectors`: one or two of (rows, columns) in 1/256 px. Of rows alone only their pitch must close.
+    """
+    goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
+    if len(vectors) == 1:
+        y, x = vectors[0]
+        pitch = math.hypot(y, x)
+        along = (goal[0] * y + goal[1] * x) / pitch
+        return abs(along - pitch * round(along / pitch)) / UNIT
+    (a, b), (c, d) = vectors
+    area = a * d - b * c
+    m, n = (goal[0] * d - goal[1] * c) // area, (goal[1] * a - goal[0] * b) // area
+    steps = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3)]
+    points = [(s * a + t * c, s * b + t * d) for s, t in steps if (s, t) != (0, 0)]
+    return min(math.dist(point, goal) for point in points) / UNIT
+
+
+def allowed(vectors: Sequence[Vector]) -> float:
+    """Return the misfit, px, below which a lattice is taken to close."""
+    return max(LEAST, NEAR * min(math.hypot(*v) for v in vectors) / UNIT)
+
+
+def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int = 1) -> int | None:
+    """Return the largest multiple of `unit` up to `length` px, at least half of it, around which a lattice closes.
+
+    Of neighbouring lengths that do the one that fits best; `length` itself where it does, or where it runs along rows
+    that nearly keep to the axis. None: there is none.
+    """
+    most = allowed(vectors)
+    if len(vectors) == 1 and length * UNIT * abs(vectors[0][axis]) < math.hypot(*vectors[0]) ** 2:
+        return length
+    if misfit(vectors, length, axis) <= most:
+        return length
+    fitting = [n for n in range(length - length % unit, (length - 1) // 2, -unit) if misfit(vectors, n, axis) <= most]
+    if not fitting:
+        return None
+    first = [n for k, n in enumerate(fitting) if fitting[0] - n == k * unit]
+    return min(first, key=lambda n: misfit(vectors, n, axis))
+
 
 __all__ = ["Lattice", "Lattices", "Rule", "find_lattice"]
 
-Mask = NDArray[np.bool_]
-Int64 = NDArray[np.int64]
 Rule = Literal["contrast", "courses"]
 
 LEAST_SIDE = 16  # px: four of the shortest vectors; a smaller exemplar has no room for a lattice
@@ -37,7 +144,7 @@ SHOWN = 5  # candidates that are reported
 FAMILY = 6  # best lattices whose double and half cells are tried as well
 
 
-def find_lattice(features: NDArray[np.int16], usable: Mask | None = None, rule: Rule = "contrast") -> Lattices:
+def find_lattice(features: Int16, usable: Mask | None = None, rule: Rule = "contrast") -> Lattices:
     """Find by which steps a texture repeats.
 
     Parameters
@@ -72,7 +179,7 @@ def find_lattice(features: NDArray[np.int16], usable: Mask | None = None, rule: 
     return found if factor == 1 else _at_full_size(found, features, usable, factor)
 
 
-def _found(features: NDArray[np.int64], usable: Mask | None, one: bool) -> Lattices:
+def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
     """Search an exemplar of its own size."""
     height, width = features.shape[:2]
     prepared = pictures(features, usable)
@@ -109,7 +216,7 @@ def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) ->
     return ranked
 
 
-def _at_full_size(found: Lattices, features: NDArray[np.int16], usable: Mask | None, factor: int) -> Lattices:
+def _at_full_size(found: Lattices, features: Int16, usable: Mask | None, factor: int) -> Lattices:
     """Scale the vectors back, and refine those of the accepted lattice at full resolution."""
 
     def scaled(one: Lattice) -> Lattice:

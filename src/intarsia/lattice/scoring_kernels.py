@@ -7,22 +7,88 @@ little overlaps. Positions are in 1/2048 px: an eighth of a 1/256 px, so that ph
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from ..kernels.jit import kernel
-from .shift_kernels import top_of
+
+
+@kernel
+def top_of(before: float, here: float, after: float) -> float:
+    """Return where the parabola through three neighbours has its top, px from the middle one; 0 where it has none."""
+    bend = 2.0 * here - before - after
+    return 0.5 * (after - before) / bend if bend > 0 else 0.0
+
+
+@kernel
+def best_shift(
+    picture: Int16,
+    usable: Mask,
+    near: Int64,
+    radius: int,
+    window: int,
+    found: Floats,
+) -> bool:
+    """Find the shift near `near` by which a picture differs least from itself; False where none stands out.
+
+    The same px, at most window x window around the middle of the overlap, are compared for every shift, in
+    whole numbers; a constant difference of light does not count. `usable` of one px means that all are.
+    """
+    height, width, channels = picture.shape
+    top, left = max(0, radius - near[0]), max(0, radius - near[1])
+    bottom, right = min(height, height - near[0] - radius), min(width, width - near[1] - radius)
+    if bottom - top > window:
+        top = (top + bottom - window) // 2
+        bottom = top + window
+    if right - left > window:
+        left = (left + right - window) // 2
+        right = left + window
+    if bottom - top < 8 or right - left < 8:
+        return False
+    masked = usable.size > 1
+    side = 2 * radius + 1
+    cost = np.zeros((side, side))
+    for i in range(side):
+        for j in range(side):
+            dy, dx = near[0] + i - radius, near[1] + j - radius
+            total = 0.0
+            for c in range(channels):
+                square, plain, count = 0, 0, 0
+                for y in range(top, bottom):
+                    for x in range(left, right):
+                        if masked and not (usable[y, x] and usable[y + dy, x + dx]):
+                            continue
+                        d = np.int64(picture[y + dy, x + dx, c]) - picture[y, x, c]
+                        square += d * d
+                        plain += d
+                        count += 1
+                if count < 64:
+                    return False
+                total += (square - plain * plain / count) / count
+            cost[i, j] = total
+    bi, bj = 0, 0
+    for i in range(side):
+        for j in range(side):
+            if cost[i, j] < cost[bi, bj]:
+                bi, bj = i, j
+    if bi == 0 or bj == 0 or bi == side - 1 or bj == side - 1:
+        return False
+    here = cost[bi, bj]
+    found[0] = near[0] + bi - radius + top_of(-cost[bi - 1, bj], -here, -cost[bi + 1, bj])
+    found[1] = near[1] + bj - radius + top_of(-cost[bi, bj - 1], -here, -cost[bi, bj + 1])
+    return True
+
 
 NOTHING = -(1 << 40)  # the mean of no point at all
 
 
 @kernel
-def sample_between(values: NDArray[np.int32], y: int, x: int) -> int:
+def sample_between(values: Int32, y: int, x: int) -> int:
     """Read a map between its pixels, at (y, x) in 1/2048 px from its middle; bilinear, rounded down."""
     return int(sample_at(values, y + ((values.shape[0] >> 1) << 11), x + ((values.shape[1] >> 1) << 11)))
 
 
 @kernel
-def sample_at(values: NDArray[np.int32], y: int, x: int) -> int:
+def sample_at(values: Int32, y: int, x: int) -> int:
     """Read a map between its pixels, at (y, x) in 1/2048 px from its first."""
     i, j = y >> 11, x >> 11
     fy, fx = y & 2047, x & 2047
@@ -34,7 +100,7 @@ def sample_at(values: NDArray[np.int32], y: int, x: int) -> int:
 
 
 @kernel
-def weight_at(weights: NDArray[np.int32], y: int, x: int) -> int:
+def weight_at(weights: Int32, y: int, x: int) -> int:
     """Read the weight of the nearest offset; 0 outside of the map."""
     height, width = weights.shape
     i = ((y + 1024) >> 11) + (height >> 1)
@@ -48,8 +114,8 @@ def weight_at(weights: NDArray[np.int32], y: int, x: int) -> int:
 
 @kernel
 def lattice_mean(
-    values: NDArray[np.int32], weights: NDArray[np.int32], lattice: NDArray[np.int64], i: int, j: int
-) -> tuple[int, int]:
+    values: Int32, weights: Int32, lattice: Int64, i: int, j: int
+) -> Pair:
     """Average the map over all points (a + i/8) v1 + (b + j/8) v2; returns the mean and the number of points.
 
     `lattice` holds v1 and v2 as rows (dy, dx) in 1/256 px. At phase (0, 0) one half plane is read, without the
@@ -85,11 +151,11 @@ def lattice_mean(
 
 @kernel
 def means(
-    values: NDArray[np.int32],
-    weights: NDArray[np.int32],
-    lattices: NDArray[np.int64],
-    mean: NDArray[np.int64],
-    count: NDArray[np.int64],
+    values: Int32,
+    weights: Int32,
+    lattices: Int64,
+    mean: Int64,
+    count: Int64,
 ) -> None:
     """Fill in the mean and the number of points of every lattice."""
     for k in range(len(lattices)):
@@ -98,11 +164,11 @@ def means(
 
 @kernel
 def rings(
-    values: NDArray[np.int32],
-    weights: NDArray[np.int32],
-    lattices: NDArray[np.int64],
-    phases: NDArray[np.int64],
-    best: NDArray[np.int64],
+    values: Int32,
+    weights: Int32,
+    lattices: Int64,
+    phases: Int64,
+    best: Int64,
 ) -> None:
     """Fill in the best mean of every lattice shifted by the phases (n, 2), in eighths of its vectors."""
     for k in range(len(lattices)):
@@ -115,11 +181,11 @@ def rings(
 
 @kernel
 def course_profile(
-    values: NDArray[np.int32],
-    weights: NDArray[np.int32],
-    direction: NDArray[np.int64],
-    mean: NDArray[np.int64],
-    mass: NDArray[np.int64],
+    values: Int32,
+    weights: Int32,
+    direction: Int64,
+    mean: Int64,
+    mass: Int64,
 ) -> None:
     """Average the map along straight lines: entry s is the line s/2 px from the middle, 0 where none is seen.
 
@@ -153,7 +219,7 @@ def course_profile(
 
 @kernel
 def pitch_contrasts(
-    mean: NDArray[np.int64], mass: NDArray[np.int64], pitches: NDArray[np.int64], contrast: NDArray[np.int64]
+    mean: Int64, mass: Int64, pitches: Int64, contrast: Int64
 ) -> None:
     """Fill in the mean of a profile at whole pitches minus that at half pitches; pitches in 1/256 of a step."""
     seen = len(mass) - 1
@@ -175,7 +241,7 @@ def pitch_contrasts(
 
 @kernel
 def peak_near(
-    smooth: NDArray[np.int32], y: float, x: float, radius: float, found: NDArray[np.float64]
+    smooth: Int32, y: float, x: float, radius: float, found: Floats
 ) -> bool:
     """Find the peak of a map near (y, x), px from its middle; False where none lies within `radius` px.
 
@@ -205,13 +271,13 @@ def peak_near(
 
 @kernel
 def fit_step(
-    smooth: NDArray[np.int32],
-    weights: NDArray[np.int32],
-    vectors: NDArray[np.float64],
+    smooth: Int32,
+    weights: Int32,
+    vectors: Floats,
     most: int,
     radius: float,
-    sums: NDArray[np.float64],
-) -> tuple[int, int]:
+    sums: Floats,
+) -> Pair:
     """Gather the normal equations of v1 and v2 from the peaks near their points up to index `most`.
 
     `sums`: w aa, w ab, w bb, w a y, w a x, w b y, w b x, w residual^2, w. Returns how many points had a peak,

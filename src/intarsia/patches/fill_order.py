@@ -13,20 +13,17 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Mask, Pair
 from ..geometry import spread
 from ..lazy import ndimage
 
-Place = tuple[int, int]
-Mask = NDArray[np.bool_]
-Pair = tuple[int, int]
 Wraps = tuple[bool, bool]
 
 EDGE = 2  # a ring takes windows in which at least 1/EDGE of one seam is known
 
 
-def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Place]:
+def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pair]:
     """Return the first pixels of the windows that fill all that is not known, in the order of filling.
 
     `known` (H, W): what is on the canvas; some of it, or nothing is to be continued. `patch`, `overlap`: rows and
@@ -49,7 +46,7 @@ def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pl
     return _ordered(known.copy(), found, patch, overlap, wraps)
 
 
-def levels(found: list[Place], patch: Pair, size: Pair, wraps: Wraps) -> list[int]:
+def levels(found: list[Pair], patch: Pair, size: Pair, wraps: Wraps) -> list[int]:
     """Return for every window the wave in which it can be filled: after all earlier ones that it touches."""
     near = _Neighbours(found, patch, size, wraps)
     out = [-1] * len(found)
@@ -58,7 +55,7 @@ def levels(found: list[Place], patch: Pair, size: Pair, wraps: Wraps) -> list[in
     return out
 
 
-def _outside(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> Iterator[Place]:
+def _outside(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> Iterator[Pair]:
     """Windows that fill what lies outside the rectangle around all that is known."""
     axes, whole = [], True
     for axis in (0, 1):
@@ -87,7 +84,7 @@ def _beside(begin: int, end: int, length: int, patch: int, overlap: int, wrap: b
     return sorted({*before, *middle, *behind})
 
 
-def _over(part: Mask, box: tuple[slice, ...], patch: Pair, overlap: Pair, size: Pair, wraps: Wraps) -> list[Place]:
+def _over(part: Mask, box: tuple[slice, ...], patch: Pair, overlap: Pair, size: Pair, wraps: Wraps) -> list[Pair]:
     """Windows over one hole: one in its middle if it is small, else a grid that begins an overlap before it."""
     axes = []
     for axis in (0, 1):
@@ -109,13 +106,13 @@ def _cover(begin: int, end: int, patch: int, overlap: int, length: int, wrap: bo
     return [s % length if wrap else min(max(s, 0), length - patch) for s in starts]
 
 
-def _ordered(known: Mask, found: list[Place], patch: Pair, overlap: Pair, wraps: Wraps) -> list[Place]:
+def _ordered(known: Mask, found: list[Pair], patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pair]:
     """Order windows ring by ring from what is known; move those that hold little still unknown to its middle."""
     size, least = known.shape, min(overlap[0] * patch[1], overlap[1] * patch[0]) // EDGE
     near = _Neighbours(found, patch, size, wraps)
     counts = np.array([np.count_nonzero(known[_index(y, x, patch, size)]) for y, x in found], np.int64)
     waiting = np.ones(len(found), bool)
-    out: list[Place] = []
+    out: list[Pair] = []
     while waiting.any():
         most = int(counts[waiting].max())
         ring = np.flatnonzero(waiting & (counts >= min(max(least, 1), most)))
@@ -135,7 +132,7 @@ def _ordered(known: Mask, found: list[Place], patch: Pair, overlap: Pair, wraps:
     return out
 
 
-def _centred(place: Place, left: Mask, patch: Pair, overlap: Pair, size: Pair, wraps: Wraps) -> Place:
+def _centred(place: Pair, left: Mask, patch: Pair, overlap: Pair, size: Pair, wraps: Wraps) -> Pair:
     """Move a window so that what is left in it lies in its middle, if that is little."""
     out = []
     for axis in (0, 1):
@@ -159,14 +156,14 @@ def _index(y: int, x: int, patch: Pair, size: tuple[int, ...]) -> Any:
 class _Neighbours:
     """Finds the windows that overlap a given one, or lie side by side with it."""
 
-    def __init__(self, found: list[Place], patch: Pair, size: tuple[int, ...], wraps: Wraps) -> None:
+    def __init__(self, found: list[Pair], patch: Pair, size: tuple[int, ...], wraps: Wraps) -> None:
         self.found, self.patch, self.size, self.wraps = found, patch, size, wraps
         self.counts = tuple(max(n // p, 1) for n, p in zip(size, patch, strict=True))
         self.cells: dict[Pair, list[int]] = {}
         for k, (y, x) in enumerate(found):
             self.cells.setdefault((y // patch[0], x // patch[1]), []).append(k)
 
-    def of(self, place: Place) -> Iterator[int]:
+    def of(self, place: Pair) -> Iterator[int]:
         """Yield the numbers of the windows that touch the one at `place`, in no order that matters."""
         rows, columns = (self._cells_near(axis, place[axis]) for axis in (0, 1))
         for r in rows:

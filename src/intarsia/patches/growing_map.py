@@ -6,23 +6,110 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
-from ..arrays import Array
+from ..arrays import Array, Int16, Int32, Int64, Laid, Mask, Pair, UInt8
 from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import below
 from ..exemplar import Exemplar
-from ..geometry import ISOMETRIES
+from ..geometry import ISOMETRIES, Wrap
 from ..kernels import windows
-from ..kernels.cuts import SeamPrice
-from ..search.candidates import Candidates
+from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
+from ..kernels.maxflow import FREE, NEW, OLD
+from ..lazy import ndimage
+from ..search.candidates import Candidates, WindowGrid
 from ..search.posed import PosedExemplars
-from ..search.windows import WindowGrid
-from ..sourcemap import HOLE, SourceMap
-from .continuation import depth_of
+from ..sourcemap import HOLE, Source, SourceMap
 from .fill_order import levels
+
+
+def depth_of(known: Mask, wrap: Wrap, most: int) -> Array:
+    """How deep known pixels lie, px from the nearest hole, 1 beside it; around a border that wraps up to `most`."""
+    if known.all():
+        return np.full(known.shape, most + 1, np.int32)
+    pad = [(most + 1, most + 1) if around else (0, 0) for around in (wrap.y, wrap.x)]
+    depth = ndimage.distance_transform_cdt(np.pad(known, pad, mode="wrap"), metric="chessboard")
+    inner = tuple(slice(p[0], n + p[0]) for p, n in zip(pad, known.shape, strict=True))
+    return np.asarray(depth[inner])
+
+
+def drafted(laid: Laid, start: SourceMap | None, source: Source, wrap: Wrap) -> SourceMap:
+    """Return the map of a canvas as far as it is laid: with what it begins with, and holes where nothing is yet."""
+    yx, pose, there = laid
+    if start is not None:
+        yx, pose, there = np.where(start.holes[:, :, None], yx, start.yx), None, there | ~start.holes
+    return SourceMap(yx, np.where(there, 0, HOLE).astype(np.uint8), pose, (source,), wrap)
+
+
+@dataclass(frozen=True, eq=False)
+class Continuation:
+    """The start of a canvas."""
+
+    start: SourceMap  # what is there
+    depth: Array  # (H, W): how deep its pixels lie, 0 in holes
+    rim: int  # how deep they may be replaced, px
+    # The exemplar pixel that canvas pixel (0, 0) shows, or would show if the piece of most pixels reached so far.
+    anchor: Pair
+    band: Mask  # (H, W): the pixels of that piece near holes: what is added must go on from there
+
+    @classmethod
+    def of(cls, canvas: Canvas, rim: int) -> Continuation | None:
+        """Look at the start of a canvas; None where it is empty. `rim`: the method's own, if the canvas names none."""
+        if canvas.start is None or bool(canvas.start.holes.all()):
+            return None
+        start, deepest = canvas.start, rim if canvas.rim is None else canvas.rim
+        known = ~start.holes
+        depth = depth_of(known, canvas.wrap, max(rim, deepest))
+        here = np.moveaxis(np.indices(known.shape), 0, 2)
+        offset = start.yx.astype(np.int64) - here
+        upright = known if start.pose is None else known & (start.pose == 0)
+        found, counts = np.unique(offset[upright if upright.any() else known], axis=0, return_counts=True)
+        anchor: Pair = tuple(found[int(np.argmax(counts))].tolist())  # of equals the first
+        band = upright & (offset == anchor).all(axis=2) & (depth <= rim)
+        return cls(start, depth, deepest, anchor, band)
+
+    @property
+    def full(self) -> bool:
+        """True where nothing is to be added."""
+        return not bool(self.start.holes.any())
+
+    def zone(self, at: Pair, window: Mask, side: int) -> Int64:
+        """List the band's pixels in a window at `at` of the endless texture: (n, 3) row, column, `side`."""
+        ok, index = [], []
+        for axis, around in enumerate((self.start.wrap.y, self.start.wrap.x)):
+            n, length = np.arange(window.shape[axis]) + at[axis] - self.anchor[axis], self.band.shape[axis]
+            ok.append(np.full(len(n), True) if around else (n >= 0) & (n < length))
+            index.append(n % length)
+        y, x = np.nonzero(self.band[np.ix_(*index)] & np.outer(*ok) & window)
+        return np.stack([y, x, np.full(len(y), side)], axis=1).astype(np.int64)
+
+    def joined(
+        self, yx: Int32, pose: UInt8 | None, picture: Int16
+    ) -> tuple[Int32, UInt8 | None]:
+        """Lay the start map over a new map, cut along the cheapest seam; `picture`: the exemplar's features."""
+        taken = self._taken(yx, picture)
+        if pose is not None or self.start.pose is not None:
+            new, old = (np.zeros(taken.shape, np.uint8) if p is None else p for p in (pose, self.start.pose))
+            pose = np.where(taken, new, old)
+        return np.where(taken[:, :, None], yx, self.start.yx), pose
+
+    def _taken(self, yx: Int32, picture: Int16) -> Mask:
+        """Where the new map is shown: in holes, beside them if the rim allows, and as far as the cut goes."""
+        state = np.where(self.depth > self.rim, OLD, FREE).astype(np.uint8)
+        state[self.depth <= min(self.rim, 1)] = NEW
+        taken: Mask = state == NEW
+        free = np.argwhere(state == FREE)
+        if len(free):
+            (y0, x0), (y1, x1) = np.maximum(free.min(axis=0) - 1, 0), free.max(axis=0) + 2
+            box = slice(y0, y1), slice(x0, x1)
+            new = picture[yx[box][:, :, 0], yx[box][:, :, 1]]
+            old = picture[self.start.yx[box][:, :, 0], self.start.yx[box][:, :, 1]]
+            out = np.empty(new.shape[:2], np.uint8)
+            min_cut(np.ascontiguousarray(state[box]), *seam_costs(old, new, PLAIN), out)
+            taken[box] = out.astype(bool)
+        return taken
+
 
 Window = tuple[int, int]
 STRIP = 256  # rows of a start map that are read together: nothing larger is held besides the map
@@ -33,9 +120,9 @@ class GrowingMap:
     """The growing map, in variants and their pixels, and the pixels that must stay."""
 
     variants: PosedExemplars
-    variant: NDArray[np.uint8]
-    yx: NDArray[np.int32]
-    locked: NDArray[np.bool_]
+    variant: UInt8
+    yx: Int32
+    locked: Mask
 
     @classmethod
     def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int, own: bool = False) -> GrowingMap:
@@ -71,7 +158,7 @@ class GrowingMap:
                 variant[rows][mine] = v
         return cls(variants, variant, yx, depth_of(variant != HOLE, canvas.wrap, rim) > rim)
 
-    def open_windows(self, layout: WindowGrid, wanted: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+    def open_windows(self, layout: WindowGrid, wanted: Mask | None = None) -> Mask:
         """Return which windows hold a pixel that is not known yet, or that is `wanted`."""
         if layout.places is not None or (wanted is None and not (self.variant != HOLE).any()):
             return np.ones(layout.shape, bool)
@@ -88,7 +175,7 @@ class GrowingMap:
         )  # fmt: skip
 
     def lay_over(
-        self, at: Window, pick: tuple[int, int, int], known: Array, layout: WindowGrid, seam: tuple[int, int]
+        self, at: Window, pick: tuple[int, int, int], known: Array, layout: WindowGrid, seam: Pair
     ) -> None:
         """Lay the patch `pick` into the window at `at`, cut straight in the middle of seams of `seam` px."""
         windows.overlay(
@@ -96,7 +183,7 @@ class GrowingMap:
             seam,
         )  # fmt: skip
 
-    def known(self, at: Window, layout: WindowGrid) -> NDArray[np.uint8]:
+    def known(self, at: Window, layout: WindowGrid) -> UInt8:
         """Say which pixels of a window are known: (rows, columns) of 0 and 1."""
         y, x = (np.arange(n) + a for n, a in zip(layout.patch, at, strict=True))
         return np.asarray(self.variant[np.ix_(y % layout.height, x % layout.width)] != HOLE, dtype=np.uint8)
@@ -114,7 +201,7 @@ class GrowingMap:
         )
 
 
-def waves(layout: WindowGrid, wanted: NDArray[np.bool_]) -> list[list[Window]]:
+def waves(layout: WindowGrid, wanted: Mask) -> list[list[Window]]:
     """Order the wanted windows in waves: the windows of a wave do not touch, earlier waves come first.
 
     The order is that of a raster scan as far as overlapping windows can tell: a window comes after those above

@@ -7,37 +7,246 @@ patches that were laid before.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.sums import variance
+from ..arrays import Array, Int64, Mask, Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import draw_many
 from ..errors import MethodError
 from ..exemplar import Exemplar
+from ..geometry import laid
+from ..guide import Guide
 from ..kernels.cuts import SeamPrice
+from ..lazy import ndimage
+from ..params import Poses, Weights
 from ..run import Run
-from ..search.candidates import Candidates, Search
+from ..search.candidates import SHORT_LIST, Candidates, Search, WindowGrid
 from ..search.distance_map import best_of_poses, distance_maps, full_scale
 from ..search.fourier import PatchSearch
-from ..search.guide import WindowGuide
-from ..search.guided import Guided, GuidedSearch, seam_unit
-from ..search.posed import isometry_ids, posed_exemplars
+from ..search.guide import Guided, GuidedSearch, WindowGuide, numbered_labels, seam_unit
+from ..search.posed import PosedExemplars, isometry_ids, posed_exemplars
 from ..sourcemap import HOLE, SourceMap
+from .fill_order import fill_order
 from .growing_map import GrowingMap, Window, random_patch, waves
-from .hole_edge_kernels import weigh_edge
-from .repetition import striking
-from .settings import PatchSettings
+from .repetition import Repetition, striking
+from .repetition_kernels import weigh_edge
+
+SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
+
+
+class Repeats(NamedTuple):
+    """What a repeat costs: by which rule, its price, and the least distance of two, px (0: any)."""
+
+    rule: type[Repetition] = Repetition
+    usage: float = 0.0
+    distance: int = 0
+
+
+class Boundaries(NamedTuple):
+    """How patches lie along the boundaries of a guide's labels.
+
+    ``patch``: their side, px; 0: as large as the others. ``isometries``: poses that may be used there besides.
+    ``slack``: how far one label's pixels may lie in another's region, px, before they are replaced; None: any distance.
+    """
+
+    patch: int = 0
+    isometries: Poses = "none"
+    slack: int | None = None
+
+    @classmethod
+    def of(
+        cls, patch: Pair, side: int | None, isometries: Poses | None, slack: int | None
+    ) -> Boundaries:
+        """Decide for patches of (rows, columns) what is None: half a patch, all poses of its shape, half of that."""
+        side = min(patch) // 2 if side is None else side
+        poses = isometries if isometries is not None else "both" if patch[0] == patch[1] else "180"
+        return cls(side, poses, max(2, (side or min(patch)) // SLACK) if slack is None else slack)
+
+
+@dataclass(frozen=True)
+class PatchSettings:
+    """How patches are laid: their size, where, from what, and at which price.
+
+    `weights`, `context`, `structure`, `courses`, `isometries` and `search` as the parameters of these names.
+    """
+
+    patch: Pair  # rows and columns of a window, px
+    overlap: Pair  # that neighbours share, px
+    # Windows keep their pitch, hang over the border, and begin so many overlaps before it; None: they end at it.
+    hangs: int | None = None
+    weights: Weights = None
+    context: float = 0.0  # weight of the surroundings
+    structure: float = 0.0  # weight of outlines and slow colour
+    courses: float = 0.0  # weight of lines between courses
+    isometries: Poses = "none"
+    search: str = "fast"
+    listed: int = SHORT_LIST  # candidates kept of every search
+    repeats: Repeats = field(default=Repeats())  # what a repeat costs
+    rim: int = 0  # how deep start pixels may be replaced, px
+    boundaries: Boundaries = field(default=Boundaries())  # how patches lie along the boundaries of a guide's labels
+    # Makes the search of a method that has one of its own, from variants, size of the windows, and how many it lists;
+    finder: Callable[[PatchSettings, PosedExemplars, Pair, int], Search] | None = None
+    # and from that, under a guide, what the guide says and the unit of seams, the search under the guide.
+    guided: Callable[[Any, WindowGuide, int], Guided[Any]] | None = None
+
+    def poses(self, guide: Guide | None) -> tuple[int, ...]:
+        """The isometries in which patches are taken, those for boundaries of labels included."""
+        own = isometry_ids(self.isometries)
+        if guide is None or not guide.is_labels:
+            return own
+        return tuple(sorted({*own, *isometry_ids(self.boundaries.isometries)}))
+
+    @property
+    def smaller(self) -> PatchSettings | None:
+        """How patches are laid along boundaries of labels; None where they are as large as all others."""
+        side, least = self.boundaries.patch, min(self.patch)
+        if not side or side >= least:
+            return None
+        rows, columns = (max(1, round(p * side / least)) for p in self.patch)
+        shared = zip(self.overlap, (rows, columns), strict=True)
+        high, wide = (min(max(min(o, 1), o * side // least), p - 1) for o, p in shared)
+        bounds = self.boundaries._replace(patch=0)
+        return replace(self, patch=(rows, columns), overlap=(high, wide), boundaries=bounds, rim=max(high, wide))
+
+    def layout(self, canvas: Canvas) -> WindowGrid:
+        """The windows on a canvas: a grid, or around what it starts with; under a guide always a grid."""
+        if canvas.guide is None and canvas.start is not None and not canvas.start.holes.all():
+            patch = (min(self.patch[0], canvas.height), min(self.patch[1], canvas.width))
+            overlap = (min(self.overlap[0], patch[0] - 1), min(self.overlap[1], patch[1] - 1))
+            wraps = canvas.wrap.y, canvas.wrap.x
+            found = fill_order(~canvas.start.holes, patch, overlap, wraps)
+            return WindowGrid((), (), patch, canvas.height, canvas.width, *wraps, tuple(found))
+        rows, height = self._axis(0, canvas.height, canvas.wrap.y)
+        columns, width = self._axis(1, canvas.width, canvas.wrap.x)
+        return WindowGrid(
+            tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
+        )
+
+    def _axis(self, axis: int, length: int, wrap: bool) -> tuple[list[int], int]:
+        return laid(length, self.patch[axis], self.overlap[axis], wrap, self.hangs)
+
+
+PASS = 1 << 20  # draws of the second pass are apart from those of the first
+
+
+class Stages:
+    """The growths that make a map one after another: one alone, or several under labels.
+
+    Iterate and fill each growth, then take the `map`. Under labels the inside of the regions comes first, then the rest
+    with smaller patches, then what strayed too far over a boundary, region by region.
+    """
+
+    map: SourceMap
+
+    def __init__(self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> None:
+        self.settings, self.exemplars, self.canvas, self.blend = settings, exemplars, canvas, blend
+
+    def __iter__(self) -> Iterator[Growth]:
+        guide, settings, exemplars = self.canvas.guide, self.settings, self.exemplars
+        if guide is None or not guide.is_labels:
+            yield from self._filled(Growth(settings, exemplars, self.canvas))
+            return
+        small = settings.smaller
+        yield from self._filled(Growth(settings, exemplars, self.canvas, small is not None, turn=Turn(0, 0, 3)))
+        if small is not None and self.map.holes.any():
+            begun = replace(self.canvas, start=self.map)
+            yield from self._filled(Growth(small, exemplars, begun, turn=Turn(PASS, 1, 3)))
+        if settings.boundaries.slack is not None and guide.weight:
+            yield from self._without_strays(guide, settings.boundaries.slack)
+
+    def _filled(self, growth: Growth) -> Iterator[Growth]:
+        yield growth
+        self.map = growth.map(self.blend)
+
+    def _without_strays(self, guide: Guide, slack: int) -> Iterator[Growth]:
+        """Replace what strayed too far over a boundary, region by region, up to the very boundary of the target.
+
+        Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
+        regions hold is as if outside the canvas; pixels that a start map locks are not touched.
+        """
+        target = numbered_labels(guide.target, guide.names)
+        found = shown_labels(self.map, guide)
+        stray = strays(found, target, slack, neighbours(guide))
+        free = np.ones(target.shape, bool) if self.canvas.start is None else self.canvas.start.holes
+        stray &= free
+        settings = replace(self.settings, boundaries=self.settings.boundaries._replace(isometries="none"))
+        for k in np.unique(target[stray]).tolist():
+            here = target == k
+            which = np.zeros(target.shape, np.uint8) if self.map.which is None else self.map.which
+            kept = np.where(here & (found == k), which, HOLE).astype(np.uint8)
+            start = replace(self.map, which=kept)
+            plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
+            inner = replace(self.canvas, start=start, guide=replace(guide, target=plane))
+            growth = Growth(settings, self.exemplars, inner, wanted=stray & here, turn=Turn(2 * PASS + k, 2, 3))
+            yield growth
+            taken = free & here & (stray | (found == k))
+            self.map = _merged(self.map, growth.map(self.map.blend), taken)
+
+
+def shown_labels(smap: SourceMap, guide: Guide) -> Array:
+    """Return the number of the label that every output pixel has where it comes from; -1 in holes."""
+    out = np.full(smap.yx.shape[:2], -1, np.int16)
+    which = np.zeros(out.shape, np.uint8) if smap.which is None else smap.which
+    for n, source in enumerate(guide.sources):
+        mine = which == n
+        yx = smap.yx[mine]
+        out[mine] = numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
+    return out
+
+
+def neighbours(guide: Guide) -> Array:
+    """Return which pairs of labels lie side by side beside the exemplars: (K + 1, K + 1), True for a label alone."""
+    size = len(guide.names) + 1
+    out = np.eye(size, dtype=bool)
+    for source in guide.sources:
+        ids = numbered_labels(source, guide.names)
+        for a, b in ((ids[1:], ids[:-1]), (ids[:, 1:], ids[:, :-1])):
+            out[a, b] = out[b, a] = True
+    return out
+
+
+def strays(found: Array, target: Array, slack: int, beside: Array) -> Array:
+    """Return the wrong pixels of every patch of them that reaches deeper than `slack` px into a region.
+
+    Where the exemplars never show two labels side by side (`beside`), there is no boundary to keep: all are strays.
+    """
+    wrong = np.asarray(found != target)
+    groups, count = ndimage.label(wrong, np.ones((3, 3)))
+    if not count:
+        return wrong
+    depth = np.zeros(target.shape)
+    for k in np.unique(target).tolist():
+        here = target == k
+        if here.all():
+            depth[:] = np.inf
+        else:
+            depth[here] = ndimage.distance_transform_edt(here)[here]
+    deepest = np.append(-1.0, ndimage.maximum(depth, groups, np.arange(1, count + 1)))
+    return np.asarray((deepest[groups] > slack) | ~beside[found, target])
+
+
+def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
+    """Return `below` with the pixels `taken` from `above`."""
+    parts = []
+    for name in ("which", "pose"):
+        a, b = getattr(below, name), getattr(above, name)
+        zero = np.zeros(taken.shape, np.uint8)
+        both = np.where(taken, zero if b is None else b, zero if a is None else a).astype(np.uint8)
+        parts.append(None if a is None and not both.any() else both)
+    yx = np.where(taken[:, :, None], above.yx, below.yx)
+    return replace(below, yx=yx, which=parts[0], pose=parts[1])
+
 
 Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
-Join = Callable[[tuple[int, int], Pick, Candidates], None]
+Join = Callable[[Pair, Pick, Candidates], None]
 
 AROUND_HOLES = 64  # candidates kept where a patch must fit a hole,
 AMONG_COURSES = 64  # or keep courses: few of those that do fit their stones, too
@@ -71,7 +280,7 @@ class Growth:
 
     def __init__(
         self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
-        wanted: NDArray[np.bool_] | None = None, turn: Turn = ONLY, own: bool = False,
+        wanted: Mask | None = None, turn: Turn = ONLY, own: bool = False,
     ) -> None:  # fmt: skip
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
         self.layout = settings.layout(canvas)
@@ -165,7 +374,7 @@ class Growth:
         now = self.map(Blend())
         return replace(now, yx=now.yx.copy())
 
-    def at(self, window: Window) -> tuple[int, int]:
+    def at(self, window: Window) -> Pair:
         """First pixel of a window on the canvas."""
         return self.layout.at(*window)
 
@@ -195,7 +404,7 @@ class Growth:
         found: list[Any] = [None] * len(wave)
         parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
         size = -(-len(wave) // parts)
-        at: NDArray[np.int64] = np.array([self.at(w) for w in wave], np.int64)
+        at: Int64 = np.array([self.at(w) for w in wave], np.int64)
 
         def part(begin: int) -> None:
             self._check()
@@ -214,7 +423,7 @@ class Growth:
         each(part, range(0, len(wave), size))
         return [self.weighed(at[k], f) for k, f in enumerate(found)]
 
-    def weighed(self, at: NDArray[np.int64], found: Candidates) -> Candidates:
+    def weighed(self, at: Int64, found: Candidates) -> Candidates:
         """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
         if self.layout.places is None:
             return found

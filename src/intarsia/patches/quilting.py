@@ -14,8 +14,7 @@ from ..run import Run
 from ..search.guide import check_guide
 from ..search.sizes import check_patch, default_patch
 from ..sourcemap import SourceMap
-from .labelled import Stages
-from .settings import Boundaries, PatchSettings, Repeats
+from .growth import Boundaries, PatchSettings, Repeats, Stages
 
 STAGE = 2002  # keeps this method's draws apart from those of others
 

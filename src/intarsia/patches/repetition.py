@@ -12,24 +12,75 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import Features
 from ..analysis.rarity import rarity
-from ..arrays import Array
+from ..arrays import Array, Int32, Pair, UInt8
 from ..geometry import ISOMETRIES
 from ..kernels import returns
-from ..search.candidates import Candidates, Prices, Search
+from ..search import fourier_kernels
+from ..search.candidates import SHORT_LIST, Candidates, Prices, Search, WindowGrid, nearest
 from ..search.fourier import PatchSearch
+from ..search.fourier_kernels import FAR
 from ..search.posed import PosedExemplars, in_one_row
-from ..search.windows import WindowGrid
 from ..sourcemap import HOLE
 from . import repetition_kernels
-from .repeats import Table, best_given, is_little
 from .repetition_kernels import Terms, Uses, Wave
+
+CHUNK = 4096  # patches measured between two looks at whether to go on
+LITTLE = 1 << 22  # so many px of patches are measured, rather than searched
+
+
+class Table:
+    """Where patches begin at all, of every variant: one flat uint8 table, and where each variant lies in it."""
+
+    def __init__(self, valid: Sequence[Array]) -> None:
+        self.flat, self.offsets = in_one_row(valid)
+
+    def rows(self, mask: Array) -> Array:
+        """Return the patches that are 1 in `mask`, a table like ``flat``, as candidates not measured yet: (n, 4)."""
+        at = np.flatnonzero(mask)
+        rows = np.zeros((len(at), 4), np.int64)
+        rows[:, 1] = np.searchsorted(self.offsets[:, 0], at, side="right") - 1
+        begins, _, widths = self.offsets[rows[:, 1]].T
+        rows[:, 2], rows[:, 3] = np.divmod(at - begins, widths)
+        return rows
+
+
+def best_given(
+    search: PatchSearch, found: Candidates, table: Table, mask: Array, prices: Prices,
+    check: Callable[[], None],
+) -> Candidates:  # fmt: skip
+    """Return the best patches of a mask of a table for a window: of a search among them, or if that finds none, of all.
+
+    `check` is called between parts of the work, and ends it by raising.
+    """
+    if found.free:
+        return replace(found, rows=table.rows(mask), permitted=True)
+    check()
+    again = replace(found, rows=found.rows[:0])
+    if not is_little(mask, search.patch):
+        (again,) = search.search(found.feats[None], found.known[None], prices, lambda *_: mask)
+    if not len(again.rows):
+        rows, best = table.rows(mask), np.empty((0, 4), np.int64)
+        for first in range(0, len(rows), CHUNK):
+            check()
+            part = rows[first : first + CHUNK]
+            part[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
+            fourier_kernels.measure(found.feats, found.known, search.variants.posed, part)
+            best = nearest(np.concatenate([best, part]))[:SHORT_LIST]
+        again = replace(found, rows=best)
+    return replace(again, usual=found.usual, permitted=True)
+
+
+def is_little(mask: Array, patch: Pair) -> bool:
+    """True where all patches of a table are so few and small that they are soon measured."""
+    return mask.size * math.prod(patch) <= LITTLE
+
 
 REACH = 4  # blocks around a window in which nearness counts
 LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
@@ -130,7 +181,7 @@ class Repetition:
         around = np.concatenate([near, start])
         return around[around[:, 5] >= 0] if self.reach else around[:0]
 
-    def note_start(self, variant: NDArray[np.uint8], yx: NDArray[np.int32]) -> None:
+    def note_start(self, variant: UInt8, yx: Int32) -> None:
         """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
         if not self.reach:  # nobody asks
             return
@@ -197,7 +248,7 @@ class Repetition:
         return Table(self.search.variants.valid)
 
     def pick_all(
-        self, windows: list[tuple[int, int]], found: list[Candidates], tolerance: float, bits: list[int]
+        self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]
     ) -> Iterator[tuple[int, list[tuple[int, int, int]]]]:
         """Pick for many windows in turn, noting each.
 

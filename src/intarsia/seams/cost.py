@@ -7,13 +7,12 @@ like there: the difference of each pixel and the other side's continuation (Kwat
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import Features, features, pose_array
 from ..analysis.sums import variance
+from ..arrays import Array, Pair
 from ..exemplar import Exemplar
 from ..frames import matrices, positions
 from ..geometry import ISOMETRIES, Box
@@ -22,7 +21,6 @@ from ..patches.growth import knee_of
 from ..sourcemap import SourceMap
 from .energy_kernels import Part, Pieces, exact_energy, warped_energy
 
-Array = NDArray[Any]
 # Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.
 CELL, TONE = 8, 2  # px; how much it counts beside them; at 0 a step as large as grain is not seen
 STEPS = np.array([i.j for i in ISOMETRIES], np.int32)
@@ -56,7 +54,7 @@ def energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
     return 1_000_000 * total // (knee * smap.height * smap.width)
 
 
-def _band(smap: SourceMap, first: int, size: tuple[int, int]) -> SourceMap:
+def _band(smap: SourceMap, first: int, size: Pair) -> SourceMap:
     """Rows of a map with the row below and the first column again, where it goes on there."""
     more = first + size[0] < smap.height or smap.wrap.y
     return smap.window(Box(first, 0, first + size[0] + more, size[1] + smap.wrap.x))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int16, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import J, goes_on
@@ -18,21 +18,21 @@ UNIT, JOINT = 64, 128  # of a share of depth; what the sureness of a joint begin
 class Part(NamedTuple):
     """Rows and columns of a map, and one more of both where it goes on there."""
 
-    yx: NDArray[np.int32]  # (h, w, 2)
-    which: NDArray[np.uint8]  # (h, w): number of the exemplar, HOLE where none is
-    pose: NDArray[np.uint8]  # (h, w)
-    size: tuple[int, int]  # rows and columns without those that are there to go on
+    yx: Int32  # (h, w, 2)
+    which: UInt8  # (h, w): number of the exemplar, HOLE where none is
+    pose: UInt8  # (h, w)
+    size: Pair  # rows and columns without those that are there to go on
 
 
 class Pieces(NamedTuple):
     """What a map is sewn from: the posed exemplars laid end to end, and which of their pixels may be shown."""
 
-    flat: NDArray[np.int16]  # (numbers,): features, channel by channel of each pixel
-    table: NDArray[np.int64]  # (V, 4): where each begins in flat, height, width and stride, px
-    usable: NDArray[np.uint8]  # (pixels,): 1 where a pixel may be shown
-    torus: NDArray[np.bool_]  # (V,): whether it continues in itself
+    flat: Int16  # (numbers,): features, channel by channel of each pixel
+    table: Int64  # (V, 4): where each begins in flat, height, width and stride, px
+    usable: UInt8  # (pixels,): 1 where a pixel may be shown
+    torus: Mask  # (V,): whether it continues in itself
     channels: int
-    inside: NDArray[np.uint8] = np.zeros(1, np.uint8)  # (pixels,) if a price asks: depth in elements, JOINT + joints
+    inside: UInt8 = np.zeros(1, np.uint8)  # (pixels,) if a price asks: depth in elements, JOINT + joints
 
 
 @kernel

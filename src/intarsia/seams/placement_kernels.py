@@ -4,8 +4,34 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..arrays import Pair
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
+
+
+@kernel
+def mark_steps(steps: Any, ends: Any, shown: Any, torus: bool, fine: Any, valid: Any, there: Any) -> None:
+    """Mark in `there` all places whole steps from the one `shown`, and around them, where a patch may lie.
+
+    `steps` (2, 2): of so many parts of a px as the first of `fine` says; the second: how far around, px. `ends` (2, 2):
+    the first number of each step that is tried, and the one after the last. `valid` (rows, columns): the places where a
+    patch may lie; on a torus they are all.
+    """
+    rows, columns = valid.shape
+    unit, slack = fine
+    for m in range(ends[0, 0], ends[0, 1]):
+        for n in range(ends[1, 0], ends[1, 1]):
+            dy, dx = m * steps[0, 0] + n * steps[1, 0], m * steps[0, 1] + n * steps[1, 1]
+            y, x = shown[0] + (dy + unit // 2) // unit, shown[1] + (dx + unit // 2) // unit
+            if not torus and not (-slack <= y < rows + slack and -slack <= x < columns + slack):
+                continue
+            for i in range(y - slack, y + slack + 1):
+                for j in range(x - slack, x + slack + 1):
+                    if torus:
+                        there[i % rows, j % columns] = valid[i % rows, j % columns]
+                    elif 0 <= i < rows and 0 <= j < columns:
+                        there[i, j] = valid[i, j]
+
 
 ONE = 256  # all that a window would show is shown once more
 NEAR = 3  # a repeat beside the window counts this much more
@@ -34,7 +60,7 @@ def look_around(box: Any, shape: Any, wraps: Any, nearby: int, step: int) -> Loo
 
 
 @kernel
-def posed_place(turn: Any, y: int, x: int) -> tuple[int, int]:
+def posed_place(turn: Any, y: int, x: int) -> Pair:
     """Where a pixel of a variant lies in another one of the same exemplar."""
     return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
 

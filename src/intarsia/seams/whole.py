@@ -13,12 +13,15 @@ are laid, where they fit, is after Dischler, Maritaud, Levy and Ghazanfarpour, "
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..analysis.features import pose_array
+from ..arrays import Array, Int32, Mask, Pair
 from ..exemplar import Exemplar
 from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
@@ -26,14 +29,84 @@ from ..kernels.parts import boxes_of_parts
 from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run
-from ..segments.wholes import wholes
+from ..search.posed import PosedExemplars
+from ..segments.wholes import Wholes, wholes
 from . import whole_kernels as kernels
-from .cut import Box, Cut
-from .graphcut import GraphcutGrowth
-from .whole_elements import RING, Elements
+from .graphcut import Box, Cut, GraphcutGrowth
 from .whole_kernels import Counts, Shown
 
-Array = NDArray[Any]
+RING = 4  # px: so far around an element its joint is wanted
+RIM = 5  # px: elements so near the exemplar's border may not be whole
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """A whole element of a variant: where its mask begins, the mask, and around it the joint that is wanted."""
+
+    variant: int
+    at: Pair
+    mask: Mask
+    ring: Mask
+    whole: bool
+
+    @property
+    def side(self) -> float:
+        """Root of its area, px."""
+        return math.sqrt(int(self.mask.sum()))
+
+
+class Elements:
+    """All elements of posed exemplars, from 1."""
+
+    def __init__(self, variants: PosedExemplars, found: list[Wholes]) -> None:
+        self.all: list[Element | None] = [None]
+        kin, first = [np.zeros(1, np.int64)], np.cumsum([1, *(len(w.sure) - 1 for w in found)])
+        labels, inside, sure, boxes, masks, begin = [], [], [0.0], [], [], 0
+        for v in range(len(variants)):
+            mine, shape = found[int(variants.exemplar[v])], variants.picture(v).shape[:2]
+            names, depth = (pose_array(a, int(variants.pose[v])) for a in (mine.labels, mine.inside))
+            pad = [(0, n - m) for n, m in zip(shape, names.shape, strict=True)]
+            inside.append(np.pad(depth, pad, "wrap").ravel())
+            labels.append(np.pad(np.where(names > 0, names + len(self.all) - 1, 0), pad).ravel())
+            ends = np.zeros((int(names.max(initial=0)), 5), np.int64)
+            boxes_of_parts(np.ascontiguousarray(names), (False, False), ends)
+            for k, (top, left, height, width) in enumerate(ends[:, :4].tolist(), 1):
+                part = np.s_[top : top + height, left : left + width]
+                element = _element(v, names, part, names[part] == k)
+                if element.whole:
+                    y, x = (int(at.mean()) for at in np.nonzero(element.mask))
+                    area = int(element.mask.sum())
+                    boxes.append((begin, *element.mask.shape, area, y, x, len(self.all)))
+                    masks.append(element.mask.ravel())
+                    begin += element.mask.size
+                self.all.append(element)
+            sure += mine.sure[1:].tolist()
+            kin.append(int(first[int(variants.exemplar[v])]) + np.arange(len(mine.sure) - 1))
+        self.labels, self.inside = np.concatenate(labels).astype(np.int32), np.concatenate(inside)
+        every = np.array([0] + [int(e.mask.sum()) for e in self.all if e is not None], np.int64)
+        self.known, self.kin = (every, np.array(sure)), np.concatenate(kin)
+        self.boxes = np.array(boxes, np.int64).reshape(-1, 7)
+        self.masks = np.concatenate(masks) if masks else np.zeros(0, bool)
+
+    def __getitem__(self, number: int) -> Element:
+        element = self.all[number]
+        assert element is not None, "elements are numbered from 1"
+        return element
+
+
+def _element(v: int, names: Array, part: tuple[slice, ...], mask: Mask) -> Element:
+    (h, w), n = names.shape, RING
+    off = [part[0].start < RIM, part[1].start < RIM, part[0].stop > h - RIM, part[1].stop > w - RIM]
+    big = np.pad(mask, n)
+    ring = ndimage.binary_dilation(big, iterations=n) & ~big
+    y, x = np.nonzero(ring)
+    y, x = y + part[0].start - n, x + part[1].start - n
+    free = (y >= 0) & (x >= 0) & (y < h) & (x < w)
+    free[free] = names[y[free], x[free]] == 0
+    ring[ring] = free
+    return Element(v, (part[0].start, part[1].start), mask, ring, not any(off))
+
+
 MUST = 1 << 24  # what it costs to leave what must be taken
 STRIP = 256  # rows of the canvas that are looked at together: nothing larger is held besides the map
 
@@ -64,7 +137,7 @@ class Candidate(NamedTuple):
 
     box: Box
     pick: Pick
-    wanted: NDArray[np.int32]
+    wanted: Int32
     element: int
 
 
@@ -98,7 +171,7 @@ class Mending:
         self.knee = max(knee, 1)
         sewn.pieces = sewn.pieces._replace(inside=elements.inside)
         sewn.price = SeamPrice(knee=self.knee, inside=RULE.inside, outlined=RULE.outlined)
-        self.shape: tuple[int, int] = (sewn.variant.shape[0], sewn.variant.shape[1])
+        self.shape: Pair = (sewn.variant.shape[0], sewn.variant.shape[1])
         self.joined = np.zeros(self.shape, np.int32)
 
     def cover(self, run: Run) -> int:
@@ -193,7 +266,7 @@ class Mending:
                 continue  # all one
             around = self.sewn.index(widened((y, x, h, w), 2, self.shape, self.sewn.wraps))
             out.append((-int(self.sewn.prices[around].sum()), k, (y, x, h, w)))
-        self.often: dict[int, list[tuple[int, int]]] = {}
+        self.often: dict[int, list[Pair]] = {}
         for k in range(1, self.count):
             if 2 * self.shown.area[k] > self.shown.whole[k]:
                 y, x = self.shown.shift[k].tolist()
@@ -203,7 +276,7 @@ class Mending:
 
     # ---- candidates
 
-    def _candidates(self, body: int, box: Box, mine: NDArray[np.bool_]) -> list[Candidate]:
+    def _candidates(self, body: int, box: Box, mine: Mask) -> list[Candidate]:
         places = list[tuple[int, int, int]]()
         pieces, area = np.unique(self.joined[self.sewn.index(box)][mine], return_counts=True)
         for k in np.argsort(-area, kind="stable")[:3].tolist():  # what shows in part, whole
@@ -215,7 +288,7 @@ class Mending:
         found = [self._laid(*place) for place in places] + self._beside(box, mine)
         return [c for c in found if c is not None]
 
-    def _others(self, body: int, box: Box, mine: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
+    def _others(self, body: int, box: Box, mine: Mask) -> list[tuple[int, int, int]]:
         """The elements that cover a body best: number, first row and column on the canvas."""
         middle = np.array([box[axis] + int(at.mean()) for axis, at in enumerate(np.nonzero(mine))])
         out, places = np.empty((len(self.elements.boxes), 4), np.int64), list[tuple[int, int, int]]()
@@ -232,7 +305,7 @@ class Mending:
                     break
         return places
 
-    def _near(self, a: tuple[int, int], b: tuple[int, int], far: float) -> bool:
+    def _near(self, a: Pair, b: Pair, far: float) -> bool:
         places = zip(a, b, self.shape, self.sewn.wraps, strict=True)
         return all(apart(one, two, length, wrap) < far for one, two, length, wrap in places)
 
@@ -258,7 +331,7 @@ class Mending:
         pick = (element.variant, element.at[0] + low[0] - top, element.at[1] + low[1] - left)
         return Candidate((low[0] % self.shape[0], low[1] % self.shape[1], *wanted.shape), pick, wanted, number)
 
-    def _beside(self, box: Box, mine: NDArray[np.bool_]) -> list[Candidate]:
+    def _beside(self, box: Box, mine: Mask) -> list[Candidate]:
         """What the pieces beside a body would show in its place."""
         sewn, wide = self.sewn, widened(box, 5, self.shape, self.sewn.wraps)
         where, own = sewn.index(wide), np.zeros(wide[2:], bool)
@@ -312,7 +385,7 @@ class Mending:
             self.often.setdefault(candidate.element, []).append(shift)
 
 
-def _over(wanted: NDArray[np.int32], mask: NDArray[np.bool_], at: tuple[int, int], price: int) -> None:
+def _over(wanted: Int32, mask: Mask, at: Pair, price: int) -> None:
     """Ask for what a mask holds, as far as it lies in `wanted`."""
     y, x = (max(a, 0) for a in at)
     part = mask[y - at[0] : wanted.shape[0] - at[0], x - at[1] : wanted.shape[1] - at[1]]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int64, Pair
 from ..kernels.jit import kernel
 from ..kernels.union_find import find_root
 from ..kernels.windows import canvas_place
@@ -20,25 +20,25 @@ SLIVER = 2.0  # what is left of an element counts so much more than what is miss
 class Shown(NamedTuple):
     """The pieces of elements that a map shows, from 1, with room for more."""
 
-    element: NDArray[np.int64]  # (n,)
-    shift: NDArray[np.int64]  # (n, 2): row and column of the canvas less those of the variant
-    area: NDArray[np.int64]  # (n,): px that are shown
-    whole: NDArray[np.int64]  # (n,): px that the canvas could show
-    body: NDArray[np.int64]  # (n,): the first of the pieces that meet inside
+    element: Int64  # (n,)
+    shift: Int64  # (n, 2): row and column of the canvas less those of the variant
+    area: Int64  # (n,): px that are shown
+    whole: Int64  # (n,): px that the canvas could show
+    body: Int64  # (n,): the first of the pieces that meet inside
 
 
 class Counts(NamedTuple):
     """Room to count in, all 0, and left so."""
 
-    lost: NDArray[np.int64]  # (pieces,)
-    got: NDArray[np.int64]  # (elements,)
-    on: NDArray[np.int64]  # (elements,): the piece beside a cut that goes on in it
-    ids: NDArray[np.int64]  # (pieces,)
-    names: NDArray[np.int64]  # (elements,)
+    lost: Int64  # (pieces,)
+    got: Int64  # (elements,)
+    on: Int64  # (elements,): the piece beside a cut that goes on in it
+    ids: Int64  # (pieces,)
+    names: Int64  # (elements,)
 
 
 @kernel
-def number_pieces(grown: Any, pieces: Any, labels: Any, joined: Any, meets: Any) -> tuple[int, int]:
+def number_pieces(grown: Any, pieces: Any, labels: Any, joined: Any, meets: Any) -> Pair:
     """Number the pieces of elements that a map shows: `joined` (H, W), 0 outside elements.
 
     `labels` (pixels of the variants,): elements. `meets` (m, 2): two pieces for each pair of pixels where they meet
@@ -138,7 +138,7 @@ def _damage(area: int, whole: int, sure: float) -> float:
 
 
 @kernel
-def _goes_on(size: tuple[int, int], shown: Any, piece: int, element: int, down: int, right: int) -> bool:
+def _goes_on(size: Pair, shown: Any, piece: int, element: int, down: int, right: int) -> bool:
     """Whether a piece shows an element about where it would be shown, once round the canvas or not."""
     near = (shown.shift[piece, 0] - down + NEAR) % size[0] <= 2 * NEAR
     near = near and (shown.shift[piece, 1] - right + NEAR) % size[1] <= 2 * NEAR

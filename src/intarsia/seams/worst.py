@@ -6,15 +6,11 @@ of a canvas does not take longer the larger it is, but for one look at each row.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import window_sums
+from ..arrays import Array, Pair
 
-Array = NDArray[Any]
-Cell = tuple[int, int]
 CELL = 8  # seams are added up in cells of so many px: half of the smallest automatic patch
 
 
@@ -31,7 +27,7 @@ class WorstSeams:
         Along which axes the canvas continues in itself.
     """
 
-    def __init__(self, prices: Array, patch: tuple[int, int], wraps: tuple[bool, bool]) -> None:
+    def __init__(self, prices: Array, patch: Pair, wraps: tuple[bool, bool]) -> None:
         self.prices, self.patch, self.wraps = prices, patch, wraps
         self.shape = -(-prices.shape[0] // CELL), -(-prices.shape[1] // CELL)
         self._cells = np.zeros(self.shape, np.int64)
@@ -41,7 +37,7 @@ class WorstSeams:
         self._scores, self._open = np.zeros(self.shape, np.int64), Highest(np.zeros(self.shape, np.int64))
         self.read()
 
-    def place(self) -> tuple[int, int] | None:
+    def place(self) -> Pair | None:
         """First row and column of the worst window; None where every place with seams was given up."""
         at = self._open.first()
         if at is None:
@@ -50,13 +46,13 @@ class WorstSeams:
         row, column = (self._first(axis, cell) for axis, cell in enumerate(self._at))
         return row, column
 
-    def apart(self, around: int, share: int = 0) -> dict[Cell, tuple[int, int]]:
+    def apart(self, around: int, share: int = 0) -> dict[Pair, Pair]:
         """The worst windows of which no two come closer than `around` px: cell and first pixel of each, worst first.
 
         Those that cost less than `share` % of the mean are left out.
         """
         least = int(self._scores.sum()) * share // (100 * self._scores.size)
-        scores, found = Highest(np.where(self._scores < least, 0, self._open.values)), dict[Cell, tuple[int, int]]()
+        scores, found = Highest(np.where(self._scores < least, 0, self._open.values)), dict[Pair, Pair]()
         firsts = [np.array([self._first(axis, cell) for cell in range(n)]) for axis, n in enumerate(self.shape)]
         while (at := scores.first()) is not None:
             found[at] = int(firsts[0][at[0]]), int(firsts[1][at[1]])
@@ -68,7 +64,7 @@ class WorstSeams:
             scores.put(near[0], near[1], 0)
         return found
 
-    def give_up(self, cell: Cell | None = None) -> None:
+    def give_up(self, cell: Pair | None = None) -> None:
         """Leave a window, by default the one last named, and those close to it, until something changes there."""
         radius = max(1, min(self.patch) // (4 * CELL))
         near = [self._runs(axis, at - radius, at + radius) for axis, at in enumerate(cell or self._at)]
@@ -141,7 +137,7 @@ class Highest:
         self.values = values
         self._rows = values.max(axis=1)
 
-    def first(self) -> Cell | None:
+    def first(self) -> Pair | None:
         """The cell with the highest number, the first of several; None where none is above 0."""
         y = int(self._rows.argmax())
         return (y, int(self.values[y].argmax())) if self._rows[y] > 0 else None

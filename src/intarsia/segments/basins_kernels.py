@@ -7,7 +7,75 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Floats, Int32, Int64
 from ..kernels.jit import kernel
+from ..kernels.union_find import find_root
+
+
+@kernel
+def smooth(colours: Int32, passes: int) -> None:
+    """Blur (H, W, C) by (1, 2, 1) / 4 along both axes, so many times, rounded to the nearest; in place."""
+    h, w, n = colours.shape
+    rows, above, line = colours.reshape(h, w * n), np.empty(w * n, np.int32), np.empty((w + 2) * n, np.int32)
+    for _ in range(passes):
+        above[:] = rows[0]
+        for i in range(h):
+            here, below = rows[i], rows[min(i + 1, h - 1)]
+            for k in range(w * n):
+                middle = here[k]
+                twice = np.int32(np.int32(middle + middle) + np.int32(2))
+                here[k] = np.int32(np.int32(above[k] + below[k]) + twice) >> np.int32(2)
+                above[k] = middle
+        for i in range(h):
+            here = rows[i]
+            line[n : n + w * n] = here
+            line[:n], line[n + w * n :] = here[:n], here[w * n - n :]
+            for k in range(w * n):
+                twice = np.int32(np.int32(line[k + n] + line[k + n]) + np.int32(2))
+                here[k] = np.int32(np.int32(line[k] + line[k + 2 * n]) + twice) >> np.int32(2)
+
+
+@kernel
+def join_edges(
+    first: Int32,
+    second: Int32,
+    weight: NDArray[np.uint16],
+    order: Int64,
+    slack: int,
+    least: int,
+    parent: Int32,
+) -> None:
+    """Join pixels along edges, lightest first; `parent` (one entry for each pixel) becomes the segments.
+
+    Two segments join over an edge no heavier than ``largest edge inside + slack / pixels`` of both. Those of
+    fewer than `least` px then join a neighbour over the lightest edge. A segment is named by its first pixel.
+    """
+    size = np.ones(parent.size, np.int64)
+    inner = np.zeros(parent.size, np.int64)
+    for v in range(parent.size):
+        parent[v] = v
+    for e in order:
+        a = find_root(parent, first[e])
+        b = find_root(parent, second[e])
+        w = np.int64(weight[e])
+        # w <= inner + slack / size, in whole numbers
+        if a != b and (w - inner[a]) * size[a] <= slack and (w - inner[b]) * size[b] <= slack:
+            if b < a:
+                a, b = b, a
+            parent[b] = a
+            size[a] += size[b]
+            inner[a] = w
+    for e in order:
+        a = find_root(parent, first[e])
+        b = find_root(parent, second[e])
+        if a != b and (size[a] < least or size[b] < least):
+            if b < a:
+                a, b = b, a
+            parent[b] = a
+            size[a] += size[b]
+    for v in range(parent.size):
+        parent[v] = find_root(parent, v)
+
 
 # What is known of a node, in this order.
 AREA, ROWS, COLUMNS, HIGH, WIDE, SLANT, RIM = range(7)
@@ -18,11 +86,11 @@ HUE = 90.0  # what a colour one spread away adds to a border that may be 330 str
 class Nodes(NamedTuple):
     """What is known of basins, and what they merge to: 2 n - 1 rows, of which the first n are the basins."""
 
-    facts: NDArray[np.int64]  # (., FACTS): sums over their pixels
-    colours: NDArray[np.float64]  # (., channels): sums of whole numbers
-    kids: NDArray[np.int64]  # (., 2): what merged; -1 in basins
-    outline: NDArray[np.int64]  # (., 3): strength, length, length where strong
-    inner: NDArray[np.float64]  # (.,): the strongest border inside
+    facts: Int64  # (., FACTS): sums over their pixels
+    colours: Floats  # (., channels): sums of whole numbers
+    kids: Int64  # (., 2): what merged; -1 in basins
+    outline: Int64  # (., 3): strength, length, length where strong
+    inner: Floats  # (.,): the strongest border inside
 
 
 @kernel

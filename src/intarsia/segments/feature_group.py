@@ -15,12 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Int32, Int64, Mask, Pair
 from ..lazy import ndimage
 from .felzenszwalb import LEAST_PIXELS
-
-Int32 = NDArray[np.int32]
-Int64 = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 FINE = 16  # centroids are kept in 1/16 px: a unit; 8 and 32: no size differs by a tenth
 RAGGED = 0.2  # weight of the edge score against the other terms; halved: 6 of 24 sizes differ, doubled: 2, at 0: 8
@@ -133,7 +130,7 @@ def admitted(group: Group | None, pixels: int) -> bool:
     return bool(group.box > FILTERS.spread * pixels and group.areas.sum() >= FILTERS.cover * pixels)
 
 
-def size_and_gap(group: Group) -> tuple[int, int]:
+def size_and_gap(group: Group) -> Pair:
     """Return the usual size of an element with the gap to the next one, and that gap alone, 1/16 px.
 
     Element and gap together are the distance from centre to centre; long elements lie nearer than they are long.
@@ -159,7 +156,7 @@ def variation(values: Int64, weights: Int64) -> float:
     return math.sqrt(total * second - first * first) / max(first, total)
 
 
-def _edge_pixels(elements: Int32) -> NDArray[np.bool_]:
+def _edge_pixels(elements: Int32) -> Mask:
     """Pixels with one of 4 neighbours outside their element; the border of the picture is no edge."""
     edge = np.zeros(elements.shape, bool)
     for axis in (0, 1):
@@ -170,5 +167,5 @@ def _edge_pixels(elements: Int32) -> NDArray[np.bool_]:
     return edge
 
 
-def _sums(where: NDArray[np.int32], values: NDArray[np.generic], count: int) -> Int64:
+def _sums(where: Int32, values: NDArray[np.generic], count: int) -> Int64:
     return np.asarray(np.rint(np.bincount(where, values, count + 1)[1:]), np.int64)

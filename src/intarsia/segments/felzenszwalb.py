@@ -8,17 +8,12 @@ Colours are whole numbers, edges are sorted stably and by whole weights: ties en
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import spreads
-from .felzenszwalb_kernels import join_edges, smooth
-
-Mask = NDArray[np.bool_]
-Int32 = NDArray[np.int32]
-Int64 = NDArray[np.int64]
+from ..arrays import Array, Int32, Mask
+from .basins_kernels import join_edges, smooth
 
 # Halved and doubled on 24 textures (docs/design/012): how many sizes of elements differ by a tenth.
 DEVIATION = 256  # steps of an even colour for each standard deviation of a channel: a unit; either way 11, by rounding
@@ -27,7 +22,7 @@ LEAST_PIXELS = 12  # smaller segments join a neighbour; 4 and 8; and smaller ele
 NOWHERE = -1  # the segment of pixels that do not count
 
 
-def even_colours(colours: NDArray[Any], usable: Mask | None) -> Int32 | None:
+def even_colours(colours: Array, usable: Mask | None) -> Int32 | None:
     """Return colours in which every channel counts by its own contrast, 256 for a standard deviation.
 
     Pixels that do not count become 0, the mean. None where all colours are equal.
@@ -94,7 +89,7 @@ class PixelGraph:
         return numbered(parent).reshape(self.shape)
 
 
-def numbered(names: NDArray[Any]) -> Int32:
+def numbered(names: Array) -> Int32:
     """Number names 0, 1, ... in their order, whatever they are; negative ones become -1."""
     found, number = np.unique(names, return_inverse=True)
     return np.asarray(np.maximum(number.reshape(names.shape) - np.count_nonzero(found < 0), NOWHERE), np.int32)

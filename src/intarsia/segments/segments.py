@@ -17,15 +17,126 @@ from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.elements import element_size
 from ..analysis.features import features
 from ..analysis.sums import factor_for, reduced
+from ..arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..exemplar import Exemplar
-from .clusters import GroupTree, group_tree
+from ..lazy import ndimage
 from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, zone
-from .felzenszwalb import DEVIATION, NOWHERE, Int32, Int64, Mask, PixelGraph, even_colours, smoothed
+from .felzenszwalb import DEVIATION, NOWHERE, PixelGraph, even_colours, smoothed
+
+DEPTH = 3  # splits in a row: at most 8 groups that do not overlap; 2 and 6: ten and eight of 24 sizes differ
+
+
+@dataclass(frozen=True, eq=False)
+class GroupTree:
+    """Segments, and the groups that they form.
+
+    Attributes
+    ----------
+    labels : int32 array, shape (H, W)
+        Segment of every pixel; -1: does not count.
+    nodes : tuple of int arrays
+        The segments of every group, parents before their parts.
+    leaves : tuple of int
+        The nodes without parts; every segment is in one of them.
+    """
+
+    labels: Int32
+    nodes: tuple[Int64, ...]
+    leaves: tuple[int, ...]
+
+    def elements(self, node: int) -> Int32:
+        """Return the elements of a group: its connected regions, numbered from 1; 0 elsewhere.
+
+        Segments of one group that touch are one element: a stone that noise has cut in two becomes whole.
+        """
+        inside = np.zeros(int(self.labels.max()) + 2, bool)
+        inside[self.nodes[node]] = True
+        return _regions(inside[self.labels])  # -1 is the last entry: outside
+
+    def around(self, node: int) -> tuple[Int32, Int32, int]:
+        """Return elements, their groups, and the group that is `node`: a partition that holds this node.
+
+        Elements are the connected regions of all groups, -1 where nothing counts.
+        """
+        mine = set(self.nodes[node].tolist())
+        parts = [n for n in self.leaves if n != node and not mine & set(self.nodes[n].tolist())]
+        parts = sorted([*parts, node], key=lambda n: int(self.nodes[n].min()))
+        out = np.full(self.labels.shape, NOWHERE, np.int32)
+        groups: list[int] = []
+        for g, n in enumerate(parts):
+            found = self.elements(n)
+            out = np.where(found > 0, found + np.int32(len(groups) - 1), out).astype(np.int32)
+            groups += [g] * int(found.max())
+        return out, np.array(groups, np.int32), parts.index(node)
+
+
+def group_tree(labels: Int32, colours: Array, depth: int = DEPTH) -> GroupTree:
+    """Group segments by their mean colour.
+
+    Parameters
+    ----------
+    labels : int32 array, shape (H, W)
+        Segment of every pixel, -1: does not count.
+    colours : integer array, shape (H, W, C)
+        Channels that count alike, see :func:`even_colours`.
+    depth : int
+        How many times in a row a group is split.
+    """
+    flat = labels.ravel()
+    some = flat >= 0
+    area = np.bincount(flat[some])
+    mean = np.stack([_sums(flat[some], c[some]) // area for c in colours.reshape(len(flat), -1).T], axis=1)
+    nodes: list[Int64] = []
+    leaves: list[int] = []
+
+    def grow(members: Int64, level: int) -> None:
+        nodes.append(members)
+        mine = len(nodes) - 1
+        parts = split(mean[members], area[members]) if level < depth else None
+        if parts is None:
+            leaves.append(mine)
+            return
+        for part in (parts, ~parts):
+            grow(members[part], level + 1)
+
+    grow(np.arange(len(area)), 0)
+    return GroupTree(labels, tuple(nodes), tuple(leaves))
+
+
+def split(colours: Int64, areas: Int64) -> Mask | None:
+    """Split colours in two along the channel and at the value that leave least variance (Otsu's rule).
+
+    Areas are weights. Returns which are in the lower part, or None where all are equal. Equal colours stay
+    together, so the order in which they are given does not matter.
+    """
+    best, result = 0.0, None
+    total = int(areas.sum())
+    for channel in colours.T:
+        values, where = np.unique(channel, return_inverse=True)
+        weight = _sums(where, areas)
+        below = np.cumsum(weight)[:-1]
+        partial = np.cumsum(weight * values)
+        gap = (partial[:-1] * total - partial[-1] * below).astype(np.float64)
+        gain = gap * gap / (below * (total - below)).astype(np.float64)
+        if gain.size and gain.max() > best:
+            best = float(gain.max())
+            result = channel <= values[int(np.argmax(gain))]
+    return result
+
+
+def _sums(where: Array, values: Array) -> Int64:
+    """Add up whole values by their number; exact, for doubles hold sums below 2**53."""
+    return np.asarray(np.rint(np.bincount(where, values)), np.int64)
+
+
+def _regions(mask: Mask) -> Int32:
+    found, _ = ndimage.label(mask)
+    return np.asarray(found, np.int32)
+
 
 # Chosen on 28 photographs whose sizes were known (docs/design/008); then fewer, more, halved and doubled on 24 textures
 # (docs/design/012): how many sizes differ by a tenth.
@@ -112,7 +223,7 @@ class Candidate:
     tree: GroupTree
     node: int
     lists: Group
-    scale: tuple[int, int]
+    scale: Pair
     size: int  # of an element and the gap to the next one, 1/16 px
     gap: int
     energy: float
@@ -128,7 +239,7 @@ def segments(exemplar: Exemplar) -> Segments:
     return exemplar.memo("segments", find)
 
 
-def find_segments(features: NDArray[np.int16], usable: Mask | None = None) -> Segments:
+def find_segments(features: Int16, usable: Mask | None = None) -> Segments:
     """Find the segments of a picture, and which of them are its elements.
 
     Parameters
@@ -188,7 +299,7 @@ def _ladder(top: int) -> Int64:
     return np.array(steps, np.int64)
 
 
-def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int], GroupTree]]:
+def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[Pair, GroupTree]]:
     """Segments and groups at every scale: from little to much blur, from little to much slack."""
     unit = int(DEVIATION * math.sqrt(colours.shape[2]))  # the usual distance of a colour from the mean
     blurred, done = colours, 0
@@ -199,7 +310,7 @@ def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[tuple[int, int],
             yield (passes, slack), group_tree(graph.segments(slack * unit), colours)
 
 
-def candidates_at(scale: tuple[int, int], tree: GroupTree, pixels: int) -> Iterator[Candidate]:
+def candidates_at(scale: Pair, tree: GroupTree, pixels: int) -> Iterator[Candidate]:
     """The groups of a scale that pass the filters."""
     for node in range(len(tree.nodes)):
         elements = tree.elements(node)
@@ -223,7 +334,7 @@ def of_group(winner: Candidate, support: float, factor: int, shape: tuple[int, .
     )  # fmt: skip
 
 
-def fallback(features: NDArray[np.int16], usable: Mask | None, tree: GroupTree | None, why: str) -> Segments:
+def fallback(features: Int16, usable: Mask | None, tree: GroupTree | None, why: str) -> Segments:
     """The size from the autocorrelation; the segments, if there are any, of the middle scale."""
     shape = features.shape[:2]
     factor = 1

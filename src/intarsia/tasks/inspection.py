@@ -26,16 +26,15 @@ from ..errors import MethodError, ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Kind, Plane
+from ..lattice.candidates import UNIT
 from ..lattice.lattice import Lattice, Lattices
-from ..lattice.vectors import UNIT
 from ..methods.base import make
 from ..rendering.render import render
 from ..run import Run
 from ..segments.segments import Segments, segments
 from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
-from ..tiles.tile_layout import periods_along, read_offsets
-from ..tiles.tiling import BAND, Tiling
+from ..tiles.tiling import BAND, Tiling, periods_along, read_offsets
 
 CELLS = 8  # periods that a tile holds at most to be a rectangle
 

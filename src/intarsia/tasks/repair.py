@@ -21,9 +21,9 @@ from ..search.sizes import default_patch
 from ..synthesis import Synthesis
 
 if TYPE_CHECKING:
-    from ..covering import repair as repairs
+    from ..covering import covering as repairs
 else:
-    repairs = lazy("intarsia.covering.repair")
+    repairs = lazy("intarsia.covering.covering")
 
 LEAST_PATCH = 8
 LEAST_WINDOW = 12  # px

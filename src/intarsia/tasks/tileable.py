@@ -28,7 +28,7 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.candidates import UNIT
-from ..lattice.closing import allowed, closing_length
+from ..lattice.lattice import allowed, closing_length
 from ..methods.base import Method, make, traits
 from ..params import AUTO, extent, parameters
 from ..run import Run, run_of

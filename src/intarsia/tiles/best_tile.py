@@ -8,13 +8,12 @@ from dataclasses import replace
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..geometry import Box
-from ..lattice.vectors import check_lattice, lattice_of
+from ..lattice.lattice import check_lattice, lattice_of
 from ..methods.best_tile import BestTile
 from ..params import AUTO
 from ..run import Run
 from ..sourcemap import SourceMap
-from .tile_layout import TileLayout
-from .tiling import Tiling
+from .tiling import TileLayout, Tiling
 
 
 def resolved(method: BestTile, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int32
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..geometry import Box
@@ -39,7 +39,7 @@ def window(method: Repeat, exemplars: Sequence[Exemplar], box: Box, seed: int, r
     return SourceMap(_repeated(exemplars[0], box), None, None, (exemplars[0].source,), blend=method.blend)
 
 
-def _repeated(exemplar: Exemplar, box: Box) -> NDArray[np.int32]:
+def _repeated(exemplar: Exemplar, box: Box) -> Int32:
     """The exemplar pixels (height, width, 2) of a box."""
     yx = np.empty((box.height, box.width, 2), np.int32)
     yx[:, :, 0] = (np.arange(box.y0, box.y1) % exemplar.height)[:, None]

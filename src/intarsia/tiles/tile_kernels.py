@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int16, Int32, Int64, Mask
 from ..kernels.jit import kernel
 
 
 @kernel
 def squared_steps(
-    features: NDArray[np.int16], usable: NDArray[np.bool_], dy: int, dx: int, out: NDArray[np.int64]
+    features: Int16, usable: Mask, dy: int, dx: int, out: Int64
 ) -> None:
     """Fill in the squared difference of every px from the one a step away; -1 where either cannot be used."""
     height, width, channels = features.shape
@@ -28,7 +28,7 @@ def squared_steps(
 
 
 @kernel
-def band_costs(difference: NDArray[np.int64], dy: int, dx: int, band: int, costs: NDArray[np.int64]) -> None:
+def band_costs(difference: Int64, dy: int, dx: int, band: int, costs: Int64) -> None:
     """Add to every anchor's cost the differences in a band around its side (dy, dx), |dy| >= |dx|, dy not 0.
 
     In every row of the side the band is `band` px wide, centred on the side. -1 where a difference is missing.
@@ -66,8 +66,8 @@ def band_costs(difference: NDArray[np.int64], dy: int, dx: int, band: int, costs
 
 @kernel
 def lay_tile(
-    out: NDArray[np.int32], begin: NDArray[np.int64], rates: NDArray[np.int64], whole: int, vectors: NDArray[np.int64],
-    anchor: NDArray[np.int64],
+    out: Int32, begin: Int64, rates: Int64, whole: int, vectors: Int64,
+    anchor: Int64,
 ) -> None:  # fmt: skip
     """Fill in, for every px, the px of the tile at `anchor` that repeats there (Lopez Recas 2011, eq. 3.29).
 

@@ -18,16 +18,17 @@ from numpy.typing import NDArray
 
 from ...analysis.features import features
 from ...analysis.sums import valid_windows
-from ...arrays import Array, Laid
-from ...blocks.wrapping import STRAIN, Place, beside, returning, unfit
+from ...arrays import Array, Laid, Pair
+from ...blocks.mosaic import STRAIN, beside, returning, unfit
 from ...canvas import Canvas
 from ...draws import draw_many
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar
 from ...geometry import Box
-from ...lattice.vectors import UNIT, Vector, cell_of, check_lattice, lattice_of
+from ...lattice.candidates import UNIT
+from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of
 from ...params import AUTO
-from ...patches.continuation import drafted
+from ...patches.growing_map import drafted
 from ...run import Run
 from ...sourcemap import SourceMap
 from . import sampling_kernels as kernels
@@ -76,9 +77,9 @@ def window(method: GapFilling, exemplars: Sequence[Exemplar], box: Box, seed: in
 class SquareBlocks:
     """Square blocks of a canvas, and the lattice under it."""
 
-    block: Place  # rows and columns of a block, px; around a wrapped canvas some are one px shorter
-    lengths: Place  # rows and columns of the canvas, px
-    around: Place  # how many blocks lie around it along each axis; 0 where it does not wrap
+    block: Pair  # rows and columns of a block, px; around a wrapped canvas some are one px shorter
+    lengths: Pair  # rows and columns of the canvas, px
+    around: Pair  # how many blocks lie around it along each axis; 0 where it does not wrap
     # The lattice vectors, 1/256 px, that go once around; one px along the axis where it does not wrap.
     turns: tuple[Vector, Vector]
 
@@ -92,7 +93,7 @@ class SquareBlocks:
         across = once_around(cell, canvas.width, 1) if columns else (0, UNIT)
         return cls(block, (canvas.height, canvas.width), (rows, columns), (down, across))
 
-    def begin(self, i: int, j: int) -> Place:
+    def begin(self, i: int, j: int) -> Pair:
         """First pixel of a block."""
         y, x = (
             n * length // count if count else n * side
@@ -100,7 +101,7 @@ class SquareBlocks:
         )
         return y, x
 
-    def block_of(self, y: int, x: int) -> Place:
+    def block_of(self, y: int, x: int) -> Pair:
         """The block that holds a pixel."""
         i, j = (
             ((p + 1) * count - 1) // length if count else p // side
@@ -108,11 +109,11 @@ class SquareBlocks:
         )
         return i, j
 
-    def number(self, i: int, j: int) -> Place:
+    def number(self, i: int, j: int) -> Pair:
         """Number of a block; around a wrapped canvas the numbers return."""
         return returning(self.around, i, j)
 
-    def lattice_place(self, i: int, j: int) -> Place:
+    def lattice_place(self, i: int, j: int) -> Pair:
         """Where a block begins in the lattice, 1/256 px: as on the canvas, less the stretch."""
         y, x = self.begin(*self.number(i, j))
         (a, b), (c, d) = self.turns
@@ -184,7 +185,7 @@ class Sampling:
         gaps = [f for f in fields if sum(f) % 2]
         drawn = self._sampled(sorted({n for f in gaps for n in beside(*f)} | {f for f in fields if sum(f) % 2 == 0}))
         parts = [gaps[k : k + TOGETHER] for k in range(0, len(gaps), TOGETHER)]
-        filled: dict[Place, Place] = {}
+        filled: dict[Pair, Pair] = {}
         wave = 4 * run.workers
 
         def draft() -> Laid:
@@ -201,13 +202,13 @@ class Sampling:
         run.tick(len(parts), len(parts), draft)
         return out, None
 
-    def _write_all(self, fields: list[Place], found: dict[Place, Place], out: Array, y0: int, x0: int) -> None:
+    def _write_all(self, fields: list[Pair], found: dict[Pair, Pair], out: Array, y0: int, x0: int) -> None:
         """Write what of some blocks lies in a window, if they were found."""
         for f in fields:
             if f in found:
                 self._write(f, found[f], out, y0, x0)
 
-    def _sampled(self, blocks: list[Place]) -> dict[Place, Place]:
+    def _sampled(self, blocks: list[Pair]) -> dict[Pair, Pair]:
         """Draw a patch for each block: all its places in the lattice are equally likely (4.2.1)."""
         first = np.array([self._first(*b) for b in blocks], np.int64).reshape(-1, 2)
         bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.blocks.number(*b) for b in blocks])]
@@ -217,7 +218,7 @@ class Sampling:
             raise _no_room(self.blocks.block, self.border)
         return dict(zip(blocks, map(tuple, found.tolist()), strict=True))
 
-    def _filled(self, gaps: list[Place], drawn: dict[Place, Place]) -> dict[Place, Place]:
+    def _filled(self, gaps: list[Pair], drawn: dict[Pair, Pair]) -> dict[Pair, Pair]:
         """Find the patch for each gap whose border fits its four neighbours best (4.2.2)."""
         v1, v2 = np.array(self.cell, np.int64)
         channels = self.picture.shape[2]
@@ -247,7 +248,7 @@ class Sampling:
             found[gap] = int(places[best, 0]), int(places[best, 1])
         return found
 
-    def _first(self, i: int, j: int) -> Place:
+    def _first(self, i: int, j: int) -> Pair:
         """Where a block lies in the lattice, 1/256 px, its border included: near the exemplar's first pixel."""
         y, x = self.blocks.lattice_place(i, j)
         y, x = y - self.border // 2 * UNIT, x - self.border // 2 * UNIT
@@ -256,7 +257,7 @@ class Sampling:
         m, n = (y * d - x * c) // area, (x * a - y * b) // area
         return y - m * a - n * c, x - m * b - n * d
 
-    def _write(self, block: Place, place: Place, out: Array, y0: int, x0: int) -> None:
+    def _write(self, block: Pair, place: Pair, out: Array, y0: int, x0: int) -> None:
         """Write what of a block lies in a window."""
         (y, x), (v, u) = self.blocks.begin(*block), self.blocks.begin(block[0] + 1, block[1] + 1)
         top, left = max(y, y0), max(x, x0)
@@ -284,7 +285,7 @@ def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
     return runs[np.argsort(np.arange(len(runs)) * 40503 % 65536, kind="stable")]
 
 
-def _no_room(block: Place, border: int) -> MethodError:
+def _no_room(block: Pair, border: int) -> MethodError:
     return MethodError(
         f"no patch of {block[1]}x{block[0]} px with a border of {border} px fits into the exemplar at some place of "
         "the lattice; choose a smaller block or border, or a larger exemplar."

@@ -17,10 +17,8 @@ from ...draws import below
 from ...exemplar import Exemplar
 from ...params import AUTO, extent
 from ...patches.growing_map import Window
-from ...patches.growth import Growth, Pick
-from ...patches.labelled import Stages
+from ...patches.growth import Boundaries, Growth, PatchSettings, Pick, Repeats, Stages
 from ...patches.repetition import Repetition
-from ...patches.settings import Boundaries, PatchSettings, Repeats
 from ...run import Run
 from ...search.candidates import Candidates, Search
 from ...search.guide import check_guide

@@ -13,8 +13,7 @@ from ...canvas import Canvas
 from ...draws import below
 from ...exemplar import Exemplar
 from ...params import AUTO, extent
-from ...patches.growth import Growth, Pick
-from ...patches.settings import PatchSettings, Repeats
+from ...patches.growth import Growth, PatchSettings, Pick, Repeats
 from ...run import Run
 from ...search.candidates import Candidates
 from ...search.sizes import check_patch, supplied
