@@ -220,9 +220,7 @@ class Exemplar:
     def _digest(self) -> str:
         h = hashlib.sha256()
         for name, plane in self.planes.items():
-            p = plane.pixels
-            h.update(f"{name}|{plane.kind}|{plane.transfer}|{p.dtype}|{p.shape}|".encode())
-            h.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
+            plane.hashed(h, name)
         h.update(b"mask" + (b"" if self.usable is None else np.packbits(self.usable).tobytes()))
         h.update(b"toroidal" if self.toroidal else b"")
         if self.weights:
