@@ -48,8 +48,7 @@ def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_]
 
 def masks_of(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_]:
     """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
-    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
-    return np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
+    return np.concatenate([enlarged(e.free, grow).reshape(-1) for e in exemplars])
 
 
 def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: NDArray[np.int64]) -> Map:
