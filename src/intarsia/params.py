@@ -22,6 +22,11 @@ OVER = ("field", "picture")  # kinds that lie over the output or the exemplar
 MOST_LEVELS = 20
 AUTO = None  # a field left at AUTO is decided from the exemplar
 
+Extent = int | tuple[int, int] | None  # one side, or rows and columns, px
+Weights = tuple[float, ...] | None  # how much each channel counts
+Poses = str | tuple[int, ...]  # isometries, by the name of a set of them or by their numbers
+Steps = tuple[tuple[float, float], ...]  # by which a texture repeats: one vector or two, (x, y) px
+
 
 @dataclass(frozen=True)
 class Parameter:

@@ -23,12 +23,12 @@ from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, ISOMETRY_SETS
 from ..kernels.lattice_points import lattice_points
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Pairs, Vector, cell_of
+from ..lattice.lattice import Pairs, Vector, Vectors, cell_of
+from ..params import Poses, Weights
 from . import gap_kernels
 
 KEPT = 0.04  # of a lattice vector: how far its mirror image may lie from a lattice point
 ALIKE = 0.75  # of how the exemplar agrees with itself one period on: so well must a copy agree where auto decides
-Vectors = tuple[Vector, Vector]
 Places = dict[Pair, Int64]
 
 
@@ -74,7 +74,7 @@ def sheet_of(
     return Sheet(picture, valid, poses, pitch, (size[0], size[1]), source)
 
 
-def lattice_poses(choice: str | tuple[int, ...], cell: Vectors, exemplar: Exemplar, feats: Features) -> tuple[int, ...]:
+def lattice_poses(choice: Poses, cell: Vectors, exemplar: Exemplar, feats: Features) -> tuple[int, ...]:
     """The isometries of a parameter that map the lattice onto itself, the identity among them.
 
     Of a named set those that do not are left out; ``auto`` also leaves out those that change the look, or whose
@@ -95,9 +95,9 @@ def lattice_poses(choice: str | tuple[int, ...], cell: Vectors, exemplar: Exempl
 
 
 def resolved_poses(
-    choice: str | tuple[int, ...], lattice: Pairs, exemplar: Exemplar,
-    weights: tuple[float, ...] | None,
-) -> str | tuple[int, ...]:  # fmt: skip
+    choice: Poses, lattice: Pairs, exemplar: Exemplar,
+    weights: Weights,
+) -> Poses:  # fmt: skip
     """Decide an ``isometries`` parameter that is "auto", and refuse one that does not keep the lattice."""
     first, second = cell_of(lattice, (exemplar.height, exemplar.width))
     if second is None:  # courses are laid upright
@@ -174,8 +174,8 @@ class BlockSettings(NamedTuple):
     border: int = 14  # width of the zone in which gaps are compared and cut in
     slack: int = 3  # how far a gap's block may leave the lattice
     bend: int = 0  # how far parts of a gap's block may move so that lines meet
-    isometries: str | tuple[int, ...] = "none"
-    channel_weights: tuple[float, ...] | None = None
+    isometries: Poses = "none"
+    channel_weights: Weights = None
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ class BlockGrid:
     cell: Cell  # the lattice vectors, 1/256 px; None for the second where one direction is free
 
     @property
-    def vectors(self) -> tuple[Vector, Vector]:
+    def vectors(self) -> Vectors:
         """The lattice vectors, of which there must be two."""
         assert self.cell[1] is not None
         return self.cell[0], self.cell[1]
@@ -229,7 +229,7 @@ class BlockGrid:
 
 def block_vectors(
     v1: Vector, v2: Vector | None, target: float | None, wide: float, room: Pair
-) -> tuple[Vector, Vector]:
+) -> Vectors:
     """Choose the two sides of a block: whole periods, along the axes where the lattice allows it.
 
     `target`: wanted side in px (None: one period, or enough to reach 40 px); `wide`: width in px in a free
@@ -347,7 +347,7 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
     return places[np.lexsort((places[:, 1], places[:, 0]))]
 
 
-def _upright(v1: Vector, v2: Vector, room: Pair) -> tuple[Vector, Vector]:
+def _upright(v1: Vector, v2: Vector, room: Pair) -> Vectors:
     """The shortest vectors of a lattice along both axes; the two given where it has none."""
     sums = [
         (a * v1[0] + b * v2[0], a * v1[1] + b * v2[1])

@@ -24,6 +24,7 @@ from ..lattice.candidates import CorrelatedPictures, pictures
 from ..lattice.lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice
 from ..lazy import ndimage
+from ..params import Steps, Weights
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
@@ -254,9 +255,6 @@ def _windows(n: int, begins: Int64, step: int) -> Floats:
     return np.where((x >= 0) & (x < 2 * step), np.sin(np.pi * (x + 0.5) / (2 * step)) ** 2, 0.0)
 
 
-Vectors = tuple[tuple[float, float], ...]
-Weights = tuple[float, ...] | None
-
 
 class Gain(NamedTuple):
     """When the straight exemplar is taken: of 92 textures 27 can be laid straight, one gains (docs/design/012)."""
@@ -275,7 +273,7 @@ class Rectified:
     """The exemplar that blocks are read from, its lattice (x, y) px, and how it was laid straight, if it was."""
 
     exemplar: Exemplar
-    lattice: Vectors
+    lattice: Steps
     straight: Straight | None
 
     def to_exemplar(self, yx: Int32) -> Int32:
@@ -284,7 +282,7 @@ class Rectified:
 
 
 def rectified_for(
-    exemplar: Exemplar, slug: str, lattice: Vectors | None = None, choice: str = "auto", weights: Weights = None
+    exemplar: Exemplar, slug: str, lattice: Steps | None = None, choice: str = "auto", weights: Weights = None
 ) -> Rectified:
     """Decide whether courses are laid straight, and find the lattice; MethodError, of the method `slug`, without one.
 
@@ -381,12 +379,12 @@ class Straight:
         return np.ascontiguousarray(self.yx[yx[..., 0], yx[..., 1]])
 
 
-def straight_of(exemplar: Exemplar, weights: tuple[float, ...] | None = None) -> Straight | None:
+def straight_of(exemplar: Exemplar, weights: Weights = None) -> Straight | None:
     """Lay the courses of an exemplar straight; None where none are found, or they are straight already."""
     return exemplar.memo(("straight", weights), lambda: _straight(exemplar, weights))
 
 
-def _straight(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Straight | None:
+def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
     picture = features([exemplar], weights).pictures[0]
     if min(picture.shape[:2]) < 32:
         return None

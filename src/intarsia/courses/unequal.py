@@ -20,6 +20,7 @@ from ..exemplar import Exemplar
 from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lazy import ndimage
+from ..params import Weights
 from .brickwork import FACE, FINDING, Bricks, Brickwork, Line, bricks_of, levelled, model, spans_of, with_joints
 from .wall_kernels import FACE as CUT
 
@@ -79,12 +80,12 @@ class Masonry(NamedTuple):
         return (step, 0.0) if self.upright else (0.0, step)
 
 
-def masonry_of(exemplar: Exemplar, weights: tuple[float, ...] | None = None) -> Masonry:
+def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
     """Find the courses of an exemplar by its lines; MethodError where it has none, or they are not made of bricks."""
     return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
 
 
-def _found(exemplar: Exemplar, weights: tuple[float, ...] | None) -> Masonry:
+def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     feats = features([exemplar], weights)
     lines, picture, level = course_lines(feats, [exemplar]), feats.pictures[0], feats.level
     if not lines:

@@ -30,6 +30,7 @@ from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Pairs, cell_of
 from ..lazy import ndimage
+from ..params import Weights
 from ..run import Run
 from . import wall_kernels
 from . import wall_kernels as kernels
@@ -203,14 +204,14 @@ REACH = Reach()
 
 
 def courses_of(
-    lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
+    lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
     """Find the courses of an exemplar, and what they lie in: features and which are usable, axes swapped if upright."""
     return exemplar.latest("courses", (lattice, weights), lambda: _courses_of(lattice, weights, exemplar))
 
 
 def _courses_of(
-    lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar
+    lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
     feats = features([exemplar], weights)
     picture, level = feats.pictures[0], feats.level
@@ -249,7 +250,7 @@ class Wall:
 
     @classmethod
     def of(
-        cls, lattice: Pairs, weights: tuple[float, ...] | None, exemplar: Exemplar, canvas: Canvas, seed: int
+        cls, lattice: Pairs, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int
     ) -> Wall:
         """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
         work, picture, usable, upright = courses_of(lattice, weights, exemplar)
@@ -259,7 +260,7 @@ class Wall:
         return cls._of(picture, usable, upright, work, layout, _weighted(picture, work, work.faces))
 
     @classmethod
-    def unequal(cls, weights: tuple[float, ...] | None, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
+    def unequal(cls, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
         """Find courses of unequal heights by lines; MethodError where there are none, ParameterError as above."""
         found = masonry_of(exemplar, weights)
         work = found.work

@@ -17,6 +17,7 @@ from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
 from ..lattice.candidates import UNIT
+from ..params import Poses, Steps, Weights
 from ..patches.growth import Growth, PatchSettings, Pick
 from ..run import Run
 from ..seams import recut_kernels
@@ -50,8 +51,8 @@ class Repair:
 
     patch: Pair
     passes: int
-    weights: tuple[float, ...] | None = None
-    isometries: str | tuple[int, ...] = "none"
+    weights: Weights = None
+    isometries: Poses = "none"
     distance: int = 0
 
 
@@ -178,12 +179,11 @@ class Constraints:
         return np.where(which == HOLE, -1, keys)
 
 
-Lattice = tuple[tuple[float, float], ...]
 
 SLACK = 1  # px: how far a patch may leave the lattice, whose vectors are fractions
 
 
-def in_step(growth: Growth, lattice: Lattice, at: Pair, shown: Pick, most: int) -> Candidates:
+def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick, most: int) -> Candidates:
     """Return the `most` best patches for the window at `at` that lie whole steps from the one that has `shown` there.
 
     `lattice`: one vector or two (dx, dy), px of the exemplar. A middle that was made a hole does not count.
@@ -232,9 +232,9 @@ class Laying:
         The map is nobody else's, and may be used up: its pixels are laid over in place.
     """
 
-    weights: tuple[float, ...] | None = None
-    isometries: str | tuple[int, ...] = "none"
-    lattice: Lattice = ()
+    weights: Weights = None
+    isometries: Poses = "none"
+    lattice: Steps = ()
     distance: int = 0
     own: bool = False
 
@@ -324,7 +324,7 @@ class Covering:
         return means
 
     def stepped(
-        self, boxes: list[Box], holes: list[Box], lattice: Lattice, listed: int, run: Run
+        self, boxes: list[Box], holes: list[Box], lattice: Steps, listed: int, run: Run
     ) -> list[Candidates]:
         """The same that lie whole steps of a lattice from what is in the middles of windows."""
         sewn, shown = self.sewing, []

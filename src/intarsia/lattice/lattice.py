@@ -23,6 +23,7 @@ from ..analysis.sums import factor_for, reduced
 from ..arrays import Int16, Int64, Mask
 from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
+from ..params import Steps, Weights
 from .candidates import (
     UNIT,
     CorrelatedPictures,
@@ -37,12 +38,13 @@ from .fit import RING, fitted, refined, relatives, resolved, score, shortlist
 from .verdict import FAINT, SURE, Lattice, Lattices, courses, one_vector, two_vectors
 
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
+Vectors = tuple[Vector, Vector]
 Pairs = Sequence[Sequence[float]] | None
 
 
 def lattice_of(
-    exemplar: Exemplar, slug: str, channel_weights: tuple[float, ...] | None = None
-) -> tuple[tuple[float, float], ...]:
+    exemplar: Exemplar, slug: str, channel_weights: Weights = None
+) -> Steps:
     """Find the lattice vectors of an exemplar, (x, y) in px; MethodError where it has none."""
     found = lattices_of(exemplar, channel_weights)
     if found.accepted is None:
@@ -54,7 +56,7 @@ def lattice_of(
     return vectors_of(found.accepted)
 
 
-def lattices_of(exemplar: Exemplar, channel_weights: tuple[float, ...] | None = None) -> Lattices:
+def lattices_of(exemplar: Exemplar, channel_weights: Weights = None) -> Lattices:
     """What is known of the lattice of an exemplar; looked for once."""
 
     def looked() -> Lattices:
@@ -63,7 +65,7 @@ def lattices_of(exemplar: Exemplar, channel_weights: tuple[float, ...] | None = 
     return exemplar.memo(("lattices", channel_weights), looked)
 
 
-def vectors_of(found: Lattice) -> tuple[tuple[float, float], ...]:
+def vectors_of(found: Lattice) -> Steps:
     """The vectors of a lattice as methods take them: (x, y) px."""
     return tuple((x / UNIT, y / UNIT) for y, x in found.vectors)
 

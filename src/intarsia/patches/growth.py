@@ -25,6 +25,7 @@ from ..geometry import laid
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
 from ..lazy import ndimage
+from ..params import Poses, Weights
 from ..run import Run
 from ..search.candidates import SHORT_LIST, Candidates, Search, WindowGrid
 from ..search.distance_map import best_of_poses, distance_maps, full_scale
@@ -56,12 +57,12 @@ class Boundaries(NamedTuple):
     """
 
     patch: int = 0
-    isometries: str | tuple[int, ...] = "none"
+    isometries: Poses = "none"
     slack: int | None = None
 
     @classmethod
     def of(
-        cls, patch: Pair, side: int | None, isometries: str | tuple[int, ...] | None, slack: int | None
+        cls, patch: Pair, side: int | None, isometries: Poses | None, slack: int | None
     ) -> Boundaries:
         """Decide for patches of (rows, columns) what is None: half a patch, all poses of its shape, half of that."""
         side = min(patch) // 2 if side is None else side
@@ -80,11 +81,11 @@ class PatchSettings:
     overlap: Pair  # that neighbours share, px
     # Windows keep their pitch, hang over the border, and begin so many overlaps before it; None: they end at it.
     hangs: int | None = None
-    weights: tuple[float, ...] | None = None
+    weights: Weights = None
     context: float = 0.0  # weight of the surroundings
     structure: float = 0.0  # weight of outlines and slow colour
     courses: float = 0.0  # weight of lines between courses
-    isometries: str | tuple[int, ...] = "none"
+    isometries: Poses = "none"
     search: str = "fast"
     listed: int = SHORT_LIST  # candidates kept of every search
     repeats: Repeats = field(default=Repeats())  # what a repeat costs

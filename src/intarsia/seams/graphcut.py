@@ -22,7 +22,7 @@ from ..draws import draw
 from ..exemplar import Exemplar
 from ..kernels.windows import Grown
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Vector
+from ..lattice.lattice import Vectors
 from ..patches.growing_map import random_patch
 from ..patches.growth import Growth, Pick
 from ..run import Run
@@ -92,7 +92,7 @@ class GraphcutSettings:
     usage: float = 0.05
     seam: str = "difference"
     margin: int = 16
-    lattice: tuple[Vector, Vector] | None = None
+    lattice: Vectors | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +160,7 @@ def shifts_around(
     return list(zip((found // columns // rows).tolist(), y.tolist(), x.tolist(), strict=True))
 
 
-def in_step(valid: Mask, vectors: tuple[Vector, Vector], place: Pair, slack: int = SLACK) -> Mask:
+def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int = SLACK) -> Mask:
     """Say which of the places `valid` lie whole steps from `place`, which may lie anywhere, give or take `slack` px.
 
     `vectors` in 1/256 px. Where none does, the slack grows until one does; bool, as `valid`.

@@ -10,7 +10,7 @@ from ..analysis.symmetry import resolved_isometries
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar
-from ..lattice.lattice import Vector, cell_of, check_lattice
+from ..lattice.lattice import Vectors, cell_of, check_lattice
 from ..methods.graphcut import LARGEST, Graphcut
 from ..params import AUTO, extent
 from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
@@ -89,7 +89,7 @@ def _room(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas) -> in
     return room
 
 
-def _steps(method: Graphcut) -> tuple[Vector, Vector] | None:
+def _steps(method: Graphcut) -> Vectors | None:
     """The vectors as whole numbers."""
     first, second = cell_of(method.lattice, (1 << 16, 1 << 16)) if method.lattice else (None, None)
     return (first, second) if first and second else None

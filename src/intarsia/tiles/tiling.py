@@ -22,7 +22,8 @@ from ..canvas import Canvas
 from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Pairs, Vector, cell_of
+from ..lattice.lattice import Pairs, Vector, Vectors, cell_of
+from ..params import Weights
 from ..run import Run
 from .tile_kernels import band_costs, lay_tile, squared_steps
 
@@ -47,11 +48,11 @@ class TileLayout:
     """
 
     anchor: Vector
-    vectors: tuple[Vector, Vector]
+    vectors: Vectors
     rates: Rates
 
     @classmethod
-    def of(cls, anchor: Vector, vectors: tuple[Vector, Vector], canvas: Canvas | None = None) -> TileLayout:
+    def of(cls, anchor: Vector, vectors: Vectors, canvas: Canvas | None = None) -> TileLayout:
         """Lay a tile out as its sides say; ParameterError where the canvas wraps at no whole number of them."""
         (p, q), (r, s) = vectors
         area = p * s - q * r
@@ -88,7 +89,7 @@ class TileLayout:
         return out, None
 
 
-def read_offsets(vectors: tuple[Vector, Vector]) -> tuple[Mask, Vector]:
+def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
     """Which px around its corner a tile of sides in 1/256 px may read, and where in that array the corner is.
 
     Real vectors: all px whose square meets the parallelogram. Whole ones: those of one period, no more.
@@ -110,7 +111,7 @@ def read_offsets(vectors: tuple[Vector, Vector]) -> tuple[Mask, Vector]:
     return inside, (above, before)
 
 
-def periods_along(vectors: tuple[Vector, Vector], axis: int, longest: int) -> list[tuple[int, int, int]]:
+def periods_along(vectors: Vectors, axis: int, longest: int) -> list[tuple[int, int, int]]:
     """List which periods lead straight down (axis 0) or to the right (axis 1), at most `longest` px, rising.
 
     Each as the number of both vectors, and the length in px, rounded.
@@ -134,7 +135,7 @@ def periods_along(vectors: tuple[Vector, Vector], axis: int, longest: int) -> li
     return [(int(counts[0][k]), int(counts[1][k]), int(px[k])) for k in order]
 
 
-def _once_around(vectors: tuple[Vector, Vector], canvas: Canvas, axis: int) -> Vector | None:
+def _once_around(vectors: Vectors, canvas: Canvas, axis: int) -> Vector | None:
     """How many of both vectors go once around the canvas along an axis; None where it does not wrap."""
     length, wraps = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))[axis]
     if not wraps:
@@ -177,13 +178,13 @@ class Tile:
     """
 
     anchor: Vector
-    vectors: tuple[Vector, Vector]
+    vectors: Vectors
     cost: int
     costs: Int64
 
 
 def best_tile(
-    features: Int16, vectors: tuple[Vector, Vector], usable: Mask | None = None, band: int = BAND
+    features: Int16, vectors: Vectors, usable: Mask | None = None, band: int = BAND
 ) -> Tile:
     """Find the tile whose left and right, and top and bottom borders agree best.
 
@@ -252,11 +253,11 @@ class Tiling:
     """The best tile of an exemplar, and the width in px of the border that was compared."""
 
     tile: Tile
-    vectors: tuple[Vector, Vector]
+    vectors: Vectors
     band: int
 
     @classmethod
-    def of(cls, lattice: Pairs, weights: tuple[float, ...] | None, band: int, exemplar: Exemplar) -> Tiling:
+    def of(cls, lattice: Pairs, weights: Weights, band: int, exemplar: Exemplar) -> Tiling:
         """Find the tile; MethodError where none fits, however narrow its border is."""
         picture = features([exemplar], weights).pictures[0]
         shape = int(picture.shape[0]), int(picture.shape[1])
@@ -284,7 +285,7 @@ def _in_px(vector: Vector) -> Vector:
     return (vector[0] + UNIT // 2) // UNIT, (vector[1] + UNIT // 2) // UNIT
 
 
-def _drop_outside(costs: Int64, mask: Mask, vectors: tuple[Vector, Vector]) -> None:
+def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
     """Give cost -1 to anchors whose tile leaves the exemplar, or holds a px that cannot be used."""
     height, width = costs.shape
     read, (above, before) = read_offsets(vectors)
@@ -299,7 +300,7 @@ def _drop_outside(costs: Int64, mask: Mask, vectors: tuple[Vector, Vector]) -> N
 
 
 def _fitting(
-    picture: Int16, vectors: tuple[Vector, Vector], usable: Mask | None, band: int
+    picture: Int16, vectors: Vectors, usable: Mask | None, band: int
 ) -> Tiling | None:
     try:
         return Tiling(best_tile(picture, vectors, usable, band), vectors, band)
