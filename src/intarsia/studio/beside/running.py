@@ -8,8 +8,8 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from functools import cache, lru_cache
 from typing import Any
 
@@ -45,28 +45,23 @@ _grown: list[bool] = []  # whether a command was carried out here
 
 
 def command(said: dict[str, Any], tell: Tell) -> Answer:
-    """Carry out the words of a command in a folder; return what it printed as JSON."""
-    os.chdir(said["folder"])
-    try:
-        with _saying_how_long(tell):
-            return invoked(said["words"], Drafting(tell)), b""
-    finally:
-        os.chdir(os.path.dirname(os.path.abspath(__file__)))
+    """Carry out the words of a command in a folder; return what it printed as JSON.
 
-
-@contextmanager
-def _saying_how_long(tell: Tell) -> Iterator[None]:
-    """Once a command must compile: tell about how many seconds that takes, fewer where one grew before."""
+    Once it must compile, it tells about how many seconds that takes, fewer where one grew before.
+    """
 
     def announce() -> None:
         tell(ready=MORE if _grown else FIRST)
 
     on_first_compilation(announce)
+    os.chdir(said["folder"])
     try:
-        yield
+        answer = invoked(said["words"], Drafting(tell))
         _grown.append(True)
+        return answer, b""
     finally:
         no_longer(announce)
+        os.chdir(os.path.dirname(os.path.abspath(__file__)))
 
 
 def prepare(said: dict[str, Any], tell: Tell) -> Answer:
