@@ -211,7 +211,7 @@ def left_out(h: int, far: Array, cloudy: bool) -> int:
 def depths(exemplar: Exemplar) -> Array:
     """Return how far, along rows, columns and diagonals, each pixel is from what is unusable or outside; 0 there."""
     height, width = exemplar.height, exemplar.width
-    usable = np.ones((height, width), bool) if exemplar.usable is None else exemplar.usable
+    usable = exemplar.free
     if exemplar.toroidal and usable.all():
         return np.full((height, width), 1 << 30)
     if usable.all():

@@ -127,7 +127,7 @@ def with_window(
 
 def _room(exemplar: Exemplar, reach: Reach) -> bool:
     size = reach[0] + reach[2] + 1, reach[1] + reach[3] + 1
-    usable = np.ones((exemplar.height, exemplar.width), bool) if exemplar.usable is None else exemplar.usable
+    usable = exemplar.free
     shape = tuple(n + exemplar.toroidal * (side - 1) for n, side in zip(usable.shape, size, strict=True))
     return bool(valid_windows(shape, usable, exemplar.toroidal, size).any())
 
