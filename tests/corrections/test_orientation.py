@@ -11,9 +11,9 @@ import pytest
 from methods.test_parallel_controllable import BASE, ONE, SET, VARIANTS, naive, toy
 
 import intarsia as ia
+from intarsia.corrections.correction_kernels import remainders
 from intarsia.corrections.descent import Corrections
-from intarsia.corrections.orientation import SINES, Orientation
-from intarsia.corrections.orientation_kernels import remainders
+from intarsia.corrections.span import SINES, Orientation
 from intarsia.exemplar import Exemplar
 from intarsia.field import Field
 from intarsia.geometry import Box

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from intarsia.analysis.features import features
-from intarsia.corrections.outlines import FAR, Outlines, edges, outline_distances
+from intarsia.corrections.appearance import FAR, Outlines, edges, outline_distances
 from intarsia.exemplar import Exemplar
 from intarsia.field import Field
 from intarsia.testing.cases import texture

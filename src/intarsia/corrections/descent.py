@@ -20,26 +20,40 @@ from ..exemplar import Exemplar
 from ..field import Field
 from ..params import functions_of, parameters
 from ..run import Run
+from .appearance import painted
 from .correction_kernels import (
+    AROUND,
     FINE,
     ONE,
     SEEN,
     TURNS,
+    UNIT,
     Axis,
     LevelArrays,
     Room,
     as_positions,
     correct,
     descend,
+    handed_down,
     pixels,
     put_positions,
+    remainders,
     scatter,
 )
 from .guide import StackGuide
-from .orientation import Orientation, origins, turns, zooms
-from .orientation_kernels import AROUND, UNIT, handed_down, remainders
-from .outlines import painted
-from .span import Span, at_rest, place_of, places_of, residues, shown_by, whole_lattice
+from .span import (
+    Orientation,
+    Span,
+    at_rest,
+    origins,
+    place_of,
+    places_of,
+    residues,
+    shown_by,
+    turns,
+    whole_lattice,
+    zooms,
+)
 from .stack import ExemplarStack
 
 # What halving and doubling does was looked at on 24 textures, eight of them with a lattice (docs/design/012).
@@ -66,26 +80,6 @@ class Pin(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Shares:
-    """What part of the jitter holds over the output, and where the coordinates to be moved lie in the exemplar.
-
-    Pictures or functions say so (2005, section 5).
-    """
-
-    output: Field | None = None
-    exemplar: Field | None = None
-
-    @classmethod
-    def of(cls, output: Field | float | None, exemplar: Field | float | None) -> Shares:
-        """Take numbers for fields that are the same everywhere."""
-        given = (v if v is None or isinstance(v, Field) else Field(v) for v in (output, exemplar))
-        return cls(*given)
-
-
-EVERYWHERE = Shares()  # all of the jitter
-
-
-@dataclass(frozen=True)
 class Corrections:
     """How a map is corrected: `passes` of `subpasses` each, which candidates, and what a jump costs.
 
@@ -101,7 +95,10 @@ class Corrections:
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[Pin, ...] = ()
     lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
-    shares: Shares = EVERYWHERE  # where less than all of the jitter holds
+    # What part of the jitter holds over the output, and where the coordinates to be moved lie in the exemplar (2005,
+    # section 5); None: all of it.
+    output: Field | None = None
+    exemplar: Field | None = None
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
@@ -109,10 +106,19 @@ class Corrections:
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         steps = tuple(round((1 << FINE) * r) for r in jitter)
-        shares = Shares.of(method.jitter_output, method.jitter_exemplar)
+        given = method.jitter_output, method.jitter_exemplar
+        output, exemplar = (v if v is None or isinstance(v, Field) else Field(v) for v in given)
         pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
         own = {name: getattr(method, name) for name in ("subpasses", "rule") if hasattr(method, name)}
-        return cls(steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, shares=shares, **own)
+        return cls(
+            steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, output=output,
+            exemplar=exemplar, **own,
+        )  # fmt: skip
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether all of the jitter holds."""
+        return self.output is None and self.exemplar is None
 
     @property
     def margin(self) -> int:
@@ -281,14 +287,14 @@ class Descent:
     @cached_property
     def _calm(self) -> Array:
         exemplar = self.stack.exemplar
-        return part_at(self.rules.shares.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
+        return part_at(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
     def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
         drawn = DRAWN if self._scattered(level) else 1
         out = np.empty((drawn, len(axes[0].at), len(axes[1].at), 2), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
-        if spread.any() and self.rules.shares != EVERYWHERE:
-            output = part_at(self.rules.shares.output, *places)
+        if spread.any() and not self.rules.everywhere:
+            output = part_at(self.rules.output, *places)
             spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
         free = not len(self._room.lattice) or level < FREE
         for number in range(drawn):
@@ -301,10 +307,10 @@ class Descent:
 
     def _still(self, coords: Array, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
         """Which pixels of a level none of the jitter holds for: without jitter only fine levels are corrected."""
-        if level < ALWAYS or self.rules.shares == EVERYWHERE:
+        if level < ALWAYS or self.rules.everywhere:
             return None
         calm = self._calm if self._calm.size == 1 else self._calm[coords[..., 0], coords[..., 1]]
-        part = part_at(self.rules.shares.output, *places_of(level, spans)) * calm
+        part = part_at(self.rules.output, *places_of(level, spans)) * calm
         return np.broadcast_to(part == 0, coords.shape[:2])
 
     def _corrected(

@@ -20,9 +20,9 @@ from ..params import AUTO, check_sizes
 from ..run import Run
 from ..search.guide import check_guide
 from ..sourcemap import SourceMap
+from .appearance import Outlines, marked
 from .descent import Corrections, Descent, hashes
 from .guide import StackGuide
-from .outlines import Outlines, marked
 from .span import Span
 from .stack import Look, exemplar_stack, is_cloudy, levels_within
 

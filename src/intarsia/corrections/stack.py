@@ -26,6 +26,7 @@ from .appearance import (
     AXES,
     SAMPLE,
     WEIGHTS,
+    Outlines,
     bordered,
     packed,
     stack_of,
@@ -34,9 +35,8 @@ from .appearance import (
     whole_products,
     without_gaps,
 )
+from .appearance_kernels import Similar, jump_sets
 from .correction_kernels import MIDDLE, LevelArrays
-from .jump_kernels import Similar, jump_sets
-from .outlines import Outlines
 
 CLOUDS = 16  # px: what is wider is no grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
 CLOUDY = 3, 10  # as 3 of 10 parts of the variance it makes a picture cloudy; halved: 29 of 80, doubled: one
