@@ -49,8 +49,7 @@ def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> Mask | None:
 
 def masks_of(exemplars: Sequence[Exemplar], grow: int) -> Mask:
     """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
-    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
-    return np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
+    return np.concatenate([enlarged(e.free, grow).reshape(-1) for e in exemplars])
 
 
 def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: Int64) -> Map:
