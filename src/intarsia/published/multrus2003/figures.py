@@ -230,7 +230,7 @@ FIGURES = (
     ),
     Figure("4.6", "On a regular texture it makes the result slightly worse.", repetitions, "sample:tiles", "seams b c"),
     Figure(
-        "4.9", "By the pyramid 30 times as fast, of equal quality if stochastic.",
+        "4.9", "By the pyramid far fewer differences are taken, at equal quality if stochastic.",
         multiresolution, PEBBLES, "differences c b",
     ),
     Figure(
