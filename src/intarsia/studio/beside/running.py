@@ -27,7 +27,7 @@ from ...run import Run
 from ...sourcemap import SourceMap
 from ...synthesis import synthesize
 from ...tasks import warming
-from .looking import exemplar_of, png, reduced, seen, which_of
+from .looking import exemplar_of, png, reduced, seen
 from .worker import Answer, Tell
 
 FIRST, MORE = 20.0, 5.0  # s that compiling takes: of all that a first command runs, and of what a later one adds
@@ -135,7 +135,7 @@ def drawn(smap: SourceMap, exemplars: Sequence[Exemplar]) -> bytes | None:
     """Return a PNG of a map: copied pixels, clear where nothing is yet; None of nothing."""
     step = max(-(-max(smap.height, smap.width) // PREVIEW), 1)
     part = np.s_[step // 2 :: step, step // 2 :: step]
-    which, yx = which_of(smap)[part], smap.yx[part]
+    which, yx = smap.numbers[part], smap.yx[part]
     out = np.zeros((*which.shape, 4), np.uint8)
     for number, exemplar in enumerate(exemplars):
         ys, xs = yx[..., 0], yx[..., 1]
