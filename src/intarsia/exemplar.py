@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any, TypeVar
@@ -193,6 +193,11 @@ class Exemplar:
         return self.base.width
 
     @property
+    def free(self) -> NDArray[np.bool_]:
+        """Which pixels may be sampled, (H, W), also where all may be."""
+        return np.ones((self.height, self.width), bool) if self.usable is None else self.usable
+
+    @property
     def source(self) -> Source:
         """What a map remembers of this exemplar."""
         return Source(self.name, self.height, self.width, self.digest)
@@ -260,6 +265,9 @@ class Exemplar:
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "
                 "repair them, or leave them out (--mask; when healing, --usable; in Python, usable=)."
             )
+
+
+Exemplars = Sequence[Exemplar]
 
 
 def check_size(name: str, plane: Plane, first: str, base: Plane) -> None:

@@ -127,9 +127,9 @@ class SourceMap:
         from .kernels.pieces_of_maps import label_flowing, label_pieces
 
         if not self.exact:
-            where = positions(self.yx, self.sub), matrices(self.frame, self._pose())
-            return label_flowing(*where, self._which(), self._pose())
-        return label_pieces(self.yx, self._which(), self._pose())[0]
+            where = positions(self.yx, self.sub), matrices(self.frame, self.each_pose)
+            return label_flowing(*where, self.each_number, self.each_pose)
+        return label_pieces(self.yx, self.each_number, self.each_pose)[0]
 
     def usage(self) -> list[NDArray[np.int64]]:
         """Count for each exemplar, shape (height, width), how often every pixel is shown.
@@ -138,7 +138,7 @@ class SourceMap:
         """
         if self.sources:
             self.check_sources()
-        which = self._which()
+        which = self.each_number
         counts = []
         for number, source in enumerate(self.sources):
             yx = self.yx[which == number]
@@ -197,7 +197,7 @@ class SourceMap:
     def digest(self) -> str:
         """SHA-256 of the arrays and the wrap, as 64 hexadecimal digits."""
         h = hashlib.sha256(f"{self.yx.shape}{self.wrap}".encode())
-        for part in (self.yx.astype("<i4", copy=False), self._which(), self._pose()):
+        for part in (self.yx.astype("<i4", copy=False), self.each_number, self.each_pose):
             h.update(np.ascontiguousarray(part).data)
         for name, fine in (("frame", self.frame), ("sub", self.sub)):
             if fine is not None:
@@ -207,7 +207,7 @@ class SourceMap:
 
     def check_sources(self) -> None:
         """Refuse a map that points outside its exemplars."""
-        which, pose = self._which(), self._pose()
+        which, pose = self.each_number, self.each_pose
         if pose.max(initial=0) > 7:
             raise InputError("the map holds isometries above 7; it is damaged.")
         known = which != HOLE
@@ -221,10 +221,14 @@ class SourceMap:
     def _arrays(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in _TYPES if getattr(self, name) is not None}
 
-    def _which(self) -> NDArray[np.uint8]:
+    @property
+    def each_number(self) -> NDArray[np.uint8]:
+        """The exemplar that every pixel is of, (H, W), also where all are of the first."""
         return np.zeros(self.yx.shape[:2], np.uint8) if self.which is None else self.which
 
-    def _pose(self) -> NDArray[np.uint8]:
+    @property
+    def each_pose(self) -> NDArray[np.uint8]:
+        """The pose that every pixel lies in, (H, W), also where all are upright."""
         return np.zeros(self.yx.shape[:2], np.uint8) if self.pose is None else self.pose
 
 

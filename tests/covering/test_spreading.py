@@ -133,7 +133,7 @@ def test_what_strikes_returns_less() -> None:
     assert shown_spots(out) < 0.95 * shown_spots(made.map)
     assert not out.holes.any()
     work, now = work_of(made), work_of(Synthesis(**{**vars(made), "map": out}))
-    assert now.field.sum() < work.field.sum()
+    assert now.field().sum() < work.field().sum()
     steps = [int((w.sewing.prices > 4 * work.sewing.price.knee).sum()) for w in (work, now)]
     assert steps[1] < 1.4 * steps[0]
 
@@ -158,10 +158,10 @@ def test_every_patch_saves_more_than_it_costs() -> None:
         laid += 1
 
     work.paste = watched  # type: ignore[method-assign]
-    totals = [int(work.field.sum())]
+    totals = [int(work.field().sum())]
     for _ in range(3):
         work.wave(ONE)
-        totals.append(int(work.field.sum()))
+        totals.append(int(work.field().sum()))
     assert laid
     assert all(a >= b for a, b in pairwise(totals))
 

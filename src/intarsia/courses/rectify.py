@@ -5,6 +5,11 @@ pixels are shown twice, where they are narrowed some are left out. Pixels move a
 the courses puts them; along them only as much as makes the joints between bricks stand upright.
 
 Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); how is not said there.
+
+Which course each pixel of an exemplar lies in, where courses slant, converge or bow: a smooth phase.
+
+The strongest wave of the texture is followed from window to window, first its direction and pitch, then its phase. What
+remains is a polynomial of few numbers, rounded, so that no last bit of a transform decides.
 """
 
 from __future__ import annotations
@@ -255,7 +260,6 @@ def _windows(n: int, begins: Int64, step: int) -> Floats:
     return np.where((x >= 0) & (x < 2 * step), np.sin(np.pi * (x + 0.5) / (2 * step)) ** 2, 0.0)
 
 
-
 class Gain(NamedTuple):
     """When the straight exemplar is taken: of 92 textures 27 can be laid straight, one gains (docs/design/012)."""
 
@@ -401,7 +405,7 @@ def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
 
 def _laid(exemplar: Exemplar, picture: Array, phase: Phase, factor: int) -> Straight | None:
     """Follow a phase; None where it is no smooth change of straight courses, or no change."""
-    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
+    usable = exemplar.free
     if phase.upright:
         picture, usable = picture.swapaxes(0, 1), usable.T
     height, width = usable.shape
