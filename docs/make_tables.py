@@ -17,7 +17,7 @@ import click
 
 from intarsia.choosing.rules import RULES
 from intarsia.cli.app import COMMANDS, cli
-from intarsia.cli.options import ParameterOption
+from intarsia.cli.help import ParameterOption
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
 

@@ -85,9 +85,9 @@ def document_of(module: str) -> str:
 
 
 def imports(path: Path) -> Iterator[tuple[str, ...]]:
-    """Every module that a file imports as absolute parts, wherever the import stands; lazy ones, too."""
-    here = ("intarsia", *path.relative_to(ROOT).with_suffix("").parts)
-    for node in ast.walk(tree(path)):
+    """Every module that a file imports as absolute parts, wherever the import stands: lazy ones, those of its stub."""
+    here, stub = ("intarsia", *path.relative_to(ROOT).with_suffix("").parts), path.with_suffix(".pyi")
+    for node in (node for file in (path, stub) if file.exists() for node in ast.walk(tree(file))):
         if isinstance(node, ast.Import):
             yield from (tuple(a.name.split(".")) for a in node.names)
         elif isinstance(node, ast.ImportFrom):

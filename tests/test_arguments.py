@@ -16,7 +16,7 @@ from PIL import Image
 import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.params import parameters
-from intarsia.tasks.starts import grown_hole
+from intarsia.tasks.completion import grown_hole
 from intarsia.testing.cases import texture
 
 SMALL = texture(24, 20, 3, 4)

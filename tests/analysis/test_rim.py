@@ -14,7 +14,7 @@ import intarsia as ia
 from intarsia.analysis import features, rim
 from intarsia.cli.app import cli
 from intarsia.draws import draw
-from intarsia.tasks.starts import grown_hole
+from intarsia.tasks.completion import grown_hole
 
 Mask = NDArray[np.bool_]
 

@@ -275,13 +275,13 @@ def test_a_file_that_appears_meanwhile_is_not_replaced(corpus: Path, monkeypatch
     monkeypatch.chdir(corpus)
     from intarsia.cli import batch
 
-    kept = batch.carry_out
+    kept = batch.made_of
 
     def slow(*args: Any, **more: Any) -> Any:
         Path("late_ao.png").write_bytes(b"somebody else's")
         return kept(*args, **more)
 
-    monkeypatch.setattr(batch, "carry_out", slow)
+    monkeypatch.setattr(batch, "made_of", slow)
     result = run("grow", "a.png", "-q", "--map", "ao=mask.png", "-o", "late.png")
     assert result.exit_code == 2
     assert Path("late_ao.png").read_bytes() == b"somebody else's"
@@ -317,7 +317,7 @@ def test_every_error_has_its_code(
     monkeypatch.chdir(corpus)
     from intarsia.cli import batch
 
-    monkeypatch.setattr(batch, "carry_out", _raises(error))
+    monkeypatch.setattr(batch, "made_of", _raises(error))
     result = run("grow", "a.png", "-o", "out.png")
     assert result.exit_code == code
     assert result.stderr.startswith(start)
@@ -328,7 +328,7 @@ def test_a_traceback_only_on_request(corpus: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.chdir(corpus)
     from intarsia.cli import batch
 
-    monkeypatch.setattr(batch, "carry_out", _raises(KeyError("x")))
+    monkeypatch.setattr(batch, "made_of", _raises(KeyError("x")))
     assert "Traceback" in run("--debug", "grow", "a.png", "-o", "out.png").stderr
     assert "Traceback" in run("grow", "a.png", "-o", "out.png", "--debug").stderr
     monkeypatch.setenv("INTARSIA_DEBUG", "1")

@@ -9,8 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from intarsia.cli.app import COMMANDS, cli
-from intarsia.cli.help import MOST_USED, HelpfulCommand
-from intarsia.cli.options import ParameterOption
+from intarsia.cli.help import MOST_USED, HelpfulCommand, ParameterOption
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
 from intarsia.request.field import HEADINGS

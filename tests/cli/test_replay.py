@@ -14,7 +14,7 @@ from search.test_guide import disc, painted, regions
 import intarsia as ia
 from intarsia import files
 from intarsia.cli.app import cli
-from intarsia.tasks.starts import Margins, extended
+from intarsia.tasks.completion import Margins, extended
 from intarsia.testing.cases import texture
 
 RED, BLUE = (255, 0, 0), (0, 0, 255)

@@ -27,7 +27,7 @@ from intarsia.methods.base import make
 from intarsia.params import extent
 from intarsia.patches.growing_map import waves
 from intarsia.seams.cost import seam_total
-from intarsia.search.windows import WindowGrid
+from intarsia.search.candidates import WindowGrid
 from intarsia.sourcemap import SourceMap, identity
 from intarsia.testing import noise, texture, unbroken
 

@@ -15,7 +15,7 @@ from intarsia.cli.app import cli
 from intarsia.draws import draw
 from intarsia.geometry import Wrap
 from intarsia.patches.growing_map import Continuation, depth_of
-from intarsia.tasks.starts import Margins, extension, scene_to_heal
+from intarsia.tasks.completion import Margins, extension, scene_to_heal
 from intarsia.testing.cases import noise
 
 LATTICE = ((24.0, 0.0), (6.0, 20.0))

@@ -19,7 +19,7 @@ from intarsia.patches.growth import Growth, PatchSettings, Repeats
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import join_in, settings_of
 from intarsia.sourcemap import HOLE, identity
-from intarsia.tasks.starts import with_hole
+from intarsia.tasks.completion import with_hole
 from intarsia.testing.cases import texture, which_of
 
 

@@ -28,7 +28,7 @@ from intarsia.rendering.render import render
 from intarsia.run import Run
 from intarsia.seams.cost import seam_total
 from intarsia.sourcemap import HOLE, SourceMap
-from intarsia.tasks.starts import with_hole
+from intarsia.tasks.completion import with_hole
 
 J = np.array([i.j for i in ISOMETRIES], np.float32)
 

@@ -16,8 +16,7 @@ from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
 from intarsia.patches.growth import Growth, PatchSettings, strays
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
-from intarsia.search.guide import ONE, label_sets, pure_patch
-from intarsia.search.guided import seam_unit
+from intarsia.search.guide import ONE, label_sets, pure_patch, seam_unit
 from intarsia.sourcemap import HOLE
 from intarsia.testing.cases import texture, which_of
 

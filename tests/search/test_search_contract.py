@@ -12,10 +12,10 @@ from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.published.segments.histograms import SegmentSearch
-from intarsia.search import candidates, guided
+from intarsia.search import candidates
+from intarsia.search.candidates import WindowGrid
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.guide import ONE, WindowGuide
-from intarsia.search.windows import WindowGrid
+from intarsia.search.guide import ONE, Guided, GuidedSearch, WindowGuide, seam_unit
 from intarsia.testing import noise
 
 SEAM = 4
@@ -72,8 +72,8 @@ class UnderGuide:
         grid = WindowGrid(tuple(ends[0]), tuple(ends[1]), scene.patch, HEIGHT, WIDTH, *scene.wrap)
         wrap = {(False, False): "none", (True, False): "y", (False, True): "x", (True, True): "both"}[scene.wrap]
         self.guidance = WindowGuide(guide, scene.variants, grid, Wrap(wrap))
-        self.unit = guided.seam_unit(scene.exemplars[0], None)
-        kind = GuidedPyramid if isinstance(search, PyramidSearch) else guided.GuidedSearch
+        self.unit = seam_unit(scene.exemplars[0], None)
+        kind = GuidedPyramid if isinstance(search, PyramidSearch) else GuidedSearch
         self.guided = kind(search, self.guidance, self.unit)
 
     def window(self, at: tuple[int, int]) -> tuple[int, int]:
@@ -138,10 +138,10 @@ def test_every_search_is_under_contract() -> None:
     """What is called so in the room, and what a guided search is made of."""
     from intarsia.published.multrus2003 import pyramid
     from intarsia.published.segments import histograms
-    from intarsia.search import fourier
+    from intarsia.search import fourier, guide
 
-    rooms = (fourier, histograms, pyramid, guided)
+    rooms = (fourier, histograms, pyramid, guide)
     every = {n: made for room in rooms for n, made in vars(room).items() if isinstance(made, type)}
-    makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, guided.Guided)}
+    makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, Guided)}
     within = {"Search", "Divisible", "Guided", "GuideSearch"}  # promises; what guided searches are made of
     assert makers - within == {"PatchSearch", "PyramidSearch", "SegmentSearch", "GuidedSearch", "GuidedPyramid"}

@@ -91,10 +91,10 @@ def distances(search: PatchSearch, window: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def reduced_pictures(search: PatchSearch, window: NDArray) -> tuple[NDArray, NDArray]:
-    from intarsia.search import reduce_kernels
+    from intarsia.search import fourier_kernels
 
     return tuple(
-        reduce_kernels.coarse_picture(p, search.factor, search.mean, search.axes, search.clip).astype(np.int64)
+        fourier_kernels.coarse_picture(p, search.factor, search.mean, search.axes, search.clip).astype(np.int64)
         for p in (search.variants.picture(0), window)
     )
 
@@ -163,7 +163,7 @@ def test_doubles_correlate_as_whole_numbers_do() -> None:
 @pytest.mark.parametrize("name", WORST)
 def test_single_precision_errs_less_than_the_bound(name: str) -> None:
     """Of all sizes, for windows up to nearly the whole picture, full and in the shape of an L."""
-    from intarsia.search.transforms import Correlator
+    from intarsia.search.fourier import Correlator
 
     worst = 0.0
     for side in (48, 60, 90, 128, 181, 256, 300, 310):

@@ -15,7 +15,7 @@ from studio.served import Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia.field import Field
-from intarsia.studio.beside.strokes import painting_of
+from intarsia.studio.beside.weaving import painting_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Request, Route, expect

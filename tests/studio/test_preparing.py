@@ -226,7 +226,7 @@ def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Pat
     try:
         def read(inputs: Request = inputs) -> Any:
             report = Report(quiet=True)
-            (found,) = Shelf([[{"albedo": str(path)}]], inputs, report).get(0)
+            (found,) = Shelf([{"albedo": str(path)}], inputs, report).exemplars
             told.extend(report.warnings)
             return found
 

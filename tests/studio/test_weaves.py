@@ -18,7 +18,7 @@ from studio.served import Served, opened, pixels, png
 import intarsia as ia
 from intarsia.field import Field
 from intarsia.studio.beside import weaving
-from intarsia.studio.beside.strokes import Painting, Stroke, painting_of
+from intarsia.studio.beside.weaving import Painting, Stroke, painting_of
 from intarsia.studio.pictures import Pictures
 from intarsia.studio.processes import FailedError, Process
 from intarsia.studio.weaves import Weaves
@@ -279,7 +279,8 @@ class TestBrush:
             assert tile(served, after, y, x, known=again.headers["etag"]).status_code == 304
 
     def test_what_is_known_is_not_drawn(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        asked = {"paths": ["sample:tiles"], "method": PARALLEL, "options": {}, "seed": 1, "jitter": PAINTED}
+        words = ["weave", "sample:tiles", f"--method={PARALLEL}", "--size=1x1"]
+        asked = {"words": words, "folder": os.getcwd(), "seed": 1, "jitter": PAINTED}
         asked |= {"id": "a", "base": "b", "level": 0, "y": 900, "x": 900}
         told, data = weaving.tile(asked | {"known": ""}, lambda **_: None)
         assert opened(data).shape == (256, 256, 3)

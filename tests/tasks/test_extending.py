@@ -17,7 +17,7 @@ from intarsia.cli.app import cli
 from intarsia.geometry import Wrap
 from intarsia.image import Array
 from intarsia.seams.cost import seam_total
-from intarsia.tasks.starts import Margins
+from intarsia.tasks.completion import Margins
 from intarsia.testing.cases import as_depth, looked_up, texture, which_of
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5)

@@ -18,8 +18,7 @@ from intarsia.image import Transfer
 from intarsia.methods.base import METHODS as METHODS_THERE
 from intarsia.seams.cost import energy
 from intarsia.tasks import completion
-from intarsia.tasks.completion import attempts, patch_for, thickness
-from intarsia.tasks.starts import grown_hole, scene_to_heal
+from intarsia.tasks.completion import attempts, grown_hole, patch_for, scene_to_heal, thickness
 from intarsia.testing.cases import as_depth, looked_up, noise, texture, which_of
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5, tolerance=0)

@@ -12,9 +12,9 @@ import intarsia as ia
 from intarsia.geometry import Wrap
 from intarsia.patches.fill_order import fill_order, levels
 from intarsia.patches.growing_map import waves
-from intarsia.search.windows import WindowGrid
+from intarsia.search.candidates import WindowGrid
 from intarsia.sourcemap import HOLE, identity
-from intarsia.tasks.starts import Margins, extended, extension, grown_hole, scene_to_heal, with_hole
+from intarsia.tasks.completion import Margins, extended, extension, grown_hole, scene_to_heal, with_hole
 from intarsia.testing.cases import noise, texture
 
 WRAPS = [(False, False), (True, False), (False, True), (True, True)]

@@ -2,10 +2,10 @@
 
 Moved over itself, a picture of bricks agrees again and again: the peaks of that agreement are its lattice.
 
-Source: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13; with a hole,
-section 4.2.2. Departures: the printed eq. 3.8 takes the sums of g at the wrong place
-unless both pictures are equal in size. Here every sum is that of the rectangle that overlaps, whose ends are
-kept inside the picture, for f and g alike, so that neither the misprint nor sums beyond the last row can occur.
+Source: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13. Departures: the printed eq.
+3.8 takes the sums of g at the wrong place unless both pictures are equal in size. Here every sum is that of the part
+that overlaps, whose ends are kept inside the picture, for f and g alike, so that neither the misprint nor sums beyond
+the last row can occur.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ..errors import InputError
 from .sums import running_sums
 
 Floats = NDArray[np.float64]
@@ -26,9 +25,7 @@ Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
 FLAT = 1e-9  # of the largest variance: less is rounding, and says nothing
 
 
-def gncc(
-    f: NDArray[Any], g: NDArray[Any], usable_f: Mask | None = None, usable_g: Mask | None = None
-) -> Floats:
+def gncc(f: NDArray[Any], g: NDArray[Any]) -> Floats:
     """Correlate two pictures at every offset, each offset over the pixels that then overlap.
 
     Parameters
@@ -36,27 +33,15 @@ def gncc(
     f, g : arrays, shape (H, W) or (H, W, C)
         Any sizes, equally many channels. A channel counts by its contrast in the overlap, so a constant one
         counts nothing.
-    usable_f, usable_g : bool arrays, shape (H, W), optional
-        False where pixels do not count: a mask, or the hole of a border that looks for its patch.
 
     Returns
     -------
     float64 array, shape (Hf + Hg - 1, Wf + Wg - 1)
         Entry (y + Hg - 1, x + Wg - 1) is the correlation, -1 to 1, with the upper left pixel of `g` laid on
         pixel (y, x) of `f`. 0 where nothing, or nothing but constant colour, overlaps.
-
-    Raises
-    ------
-    InputError
-        where the channels differ in number, a picture is empty, or a mask does not fit.
     """
-    f, g = _checked(f, usable_f), _checked(g, usable_g)
-    if f.shape[2] != g.shape[2]:
-        raise InputError(f"the pictures have {f.shape[2]} and {g.shape[2]} channels; give equally many.")
-    lags = [np.arange(1 - b, a) for a, b in zip(f.shape[:2], g.shape[:2], strict=True)]
-    if usable_f is None and usable_g is None:
-        return _from_rectangles(_centred(f, None), _centred(g, None), lags[0], lags[1])
-    return _from_masks(f, g, _weights(f, usable_f), _weights(g, usable_g), lags[0], lags[1])[0]
+    down, right = (np.arange(1 - b, a) for a, b in zip(f.shape[:2], g.shape[:2], strict=True))
+    return _from_rectangles(_centred(f), _centred(g), down, right)
 
 
 def autocorrelation(
@@ -78,41 +63,21 @@ def autocorrelation(
         Offset 0 is in the middle, where the correlation is 1 unless the picture is constant. Both are the
         same at opposite offsets. `pairs` holds whole numbers.
     """
-    f = _checked(picture, usable)
-    rows, columns = (n - 1 for n in f.shape[:2]) if reach is None else reach
-    rows, columns = min(rows, f.shape[0] - 1), min(columns, f.shape[1] - 1)
+    rows, columns = (min(n - 1, r) for n, r in zip(picture.shape[:2], reach or picture.shape[:2], strict=True))
     down, right = np.arange(rows + 1), np.arange(-columns, columns + 1)
     if usable is None:
-        f = _centred(f, None)
-        half = _from_rectangles(f, f, down, right)
-        pairs = overlaps(f.shape[:2], down, right)
+        f = _centred(picture)
+        half, pairs = _from_rectangles(f, f, down, right), overlaps(f.shape, down, right)
     else:
-        mask = _weights(f, usable)
-        half, pairs = _from_masks(f, f, mask, mask, down, right)
+        half, pairs = _from_mask(picture, usable.astype(np.float64), down, right)
     half[0, :columns] = half[0, :columns:-1]  # opposite offsets agree to the last bit
     return _mirrored(half), _mirrored(pairs)
 
 
-def _checked(picture: NDArray[Any], usable: Mask | None) -> Floats:
-    if picture.ndim not in (2, 3) or not picture.size:
-        raise InputError(f"an array of shape {picture.shape} is no picture; give (height, width, channels).")
-    if usable is not None and usable.shape != picture.shape[:2]:
-        raise InputError(f"the mask has shape {usable.shape}, the picture {picture.shape[:2]}; make them equal.")
-    floats: Floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
-    return floats
-
-
-def _weights(picture: Floats, usable: Mask | None) -> Floats:
-    return np.ones(picture.shape[:2]) if usable is None else usable.astype(np.float64)
-
-
-def _centred(picture: Floats, weights: Floats | None) -> Floats:
-    """Take away each channel's mean: correlations do not change, rounding errors shrink."""
-    if weights is None:
-        centred: Floats = picture - picture.mean(axis=(0, 1))
-    else:
-        centred = (picture - np.tensordot(weights, picture, 2) / max(weights.sum(), 1.0)) * weights[..., None]
-    return centred
+def _centred(picture: NDArray[Any]) -> Floats:
+    """A picture (H, W, C) without each channel's mean: correlations do not change, rounding errors shrink."""
+    floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
+    return np.asarray(floats - floats.mean(axis=(0, 1)))
 
 
 def _mirrored(half: Floats) -> Floats:
@@ -178,37 +143,31 @@ def _from_rectangles(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[An
     return _ratio(above, below, FLAT * n * largest)
 
 
-def _from_masks(
-    f: Floats, g: Floats, mf: Floats, mg: Floats, down: NDArray[Any], right: NDArray[Any]
-) -> tuple[Floats, Floats]:
-    """Eq. 3.13 where some pixels do not count: all sums by transforms, as the overlap is no rectangle."""
-    size, alike = _padded(f, g, down, right), f is g and mf is mg
-    f = _centred(f, mf)
-    g = f if alike else _centred(g, mg)
-    mask_f, waves_f = _transformed(f, mf, size)
-    mask_g, waves_g = (mask_f, waves_f) if alike else _transformed(g, mg, size)
+def _from_mask(picture: NDArray[Any], mask: Floats, down: NDArray[Any], right: NDArray[Any]) -> tuple[Floats, Floats]:
+    """Eq. 3.13 of a picture with itself where some pixels do not count: overlaps are no rectangles, all is transformed.
+
+    Also returns how many pixels each offset compares.
+    """
+    floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
+    f = (floats - np.tensordot(mask, floats, 2) / max(mask.sum(), 1.0)) * mask[..., None]
+    size = _padded(f, f, down, right)
+    counted = fft.rfft2(mask, size)
 
     def product(one: NDArray[Any], other: NDArray[Any]) -> Floats:
         return _at_lags(one * np.conj(other), size, down, right)
 
-    n = np.rint(product(mask_f, mask_g))
+    n = np.rint(product(counted, counted))
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
-    for c in range(f.shape[2]):
-        own_f, own_g = f[..., c], g[..., c]
-        (plain_f, squared_f), (plain_g, squared_g) = waves_f[c], waves_g[c]
-        sum_f, sum_g = product(plain_f, mask_g), product(mask_f, plain_g)
-        spread_f = _clamped(n * product(squared_f, mask_g) - sum_f * sum_f)
-        spread_g = _clamped(n * product(mask_f, squared_g) - sum_g * sum_g)
-        above += n * product(plain_f, plain_g) - sum_f * sum_g
-        below += np.sqrt(spread_f * spread_g)
-        largest = max(largest, float((own_f * own_f).sum()), float((own_g * own_g).sum()))
+    for own in np.moveaxis(f, 2, 0):
+        plain, squared = (fft.rfft2(part, size) for part in (own, own * own))
+        before, after = product(plain, counted), product(counted, plain)
+        above += n * product(plain, plain) - before * after
+        below += np.sqrt(
+            _clamped(n * product(squared, counted) - before * before)
+            * _clamped(n * product(counted, squared) - after * after)
+        )
+        largest = max(largest, float((own * own).sum()))
     return _ratio(above, below, FLAT * n * largest), n
-
-
-def _transformed(f: Floats, mask: Floats, size: list[int]) -> tuple[NDArray[Any], list[list[NDArray[Any]]]]:
-    """The transforms of a mask, and of the values and squares of each channel."""
-    own = [[fft.rfft2(part, size) for part in (f[..., c], f[..., c] * f[..., c])] for c in range(f.shape[2])]
-    return fft.rfft2(mask, size), own
 
 
 def _span(lag: NDArray[Any], mine: int, other: int) -> Spans:

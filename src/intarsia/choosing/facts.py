@@ -20,7 +20,7 @@ from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.light import Slope, slope_of
 from ..analysis.oriented import CLEAR, Lines
-from ..analysis.structure import Border, Regions, Structure, border_of, flat_colours, regions_of, structure_of
+from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.sums import block_sums, blocks
 from ..analysis.symmetry import all_allowed, allowed_isometries
 from ..canvas import Canvas
@@ -42,7 +42,7 @@ else:  # most exemplars need some of them, few need all
     grid, tiling = lazy("intarsia.blocks.grid"), lazy("intarsia.tiles.tiling")
     unequal, wall = lazy("intarsia.courses.unequal"), lazy("intarsia.courses.wall")
 
-WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure, border and regions are measured on a reduced copy;
+WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure and border are measured on a reduced copy;
 COMPARED = 1024  # periods are compared in the middle: so a large exemplar is judged in 8 s
 SAMPLED = 1 << 18  # px in which colours are counted: a few ms
 
@@ -290,11 +290,6 @@ class Facts:
         return border_of(self._seen.pictures[0], self.small.usable)
 
     @cached_property
-    def regions(self) -> Regions:
-        """Whether it shows two textures side by side."""
-        return regions_of(self._seen.pictures[0], self.small.usable)
-
-    @cached_property
     def light(self) -> Slope:
         """How unevenly it is lit."""
         apart = float(self.element.size)
@@ -322,7 +317,7 @@ class Facts:
 
 def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     """Return every fact: its value as JSON holds it, a confidence from 0 to 1, and what it means in a few words."""
-    e, s, light, border, regions, kept = f.element, f.structure, f.light, f.border, f.regions, list(f.symmetry)
+    e, s, light, border, kept = f.element, f.structure, f.light, f.border, list(f.symmetry)
     looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
     step = {"rows": border.rows, "columns": border.columns}
     across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
@@ -341,14 +336,7 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
         ),
         "outlines": _outlines(f),
         "courses": _courses(f),
-        "regions": (
-            {"two": regions.two, "apart": round(regions.apart, 3), "together": round(regions.together, 3),
-             "smaller": round(regions.smaller, 3)},
-            regions.apart, "two textures side by side" if regions.two else "one texture",
-        ),
-        "symmetry": (
-            kept, 0.5 if regions.two else 1.0, f"keeps its look {looks}" if len(kept) > 1 else "upright only"
-        ),
+        "symmetry": (kept, 1.0, f"keeps its look {looks}" if len(kept) > 1 else "upright only"),
         "border": (
             {axis: round(n, 3) if n < 1e9 else None for axis, n in step.items()} | {"closed": border.closed},
             0.5 if 1 <= max(step.values()) <= 2 else 1.0,
@@ -362,7 +350,7 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
         "kind": _kind(f),
     }  # fmt: skip
     if f.reduction > 1:
-        said = f"structure, outlines, regions, symmetry, border and light are those of a copy 1/{f.reduction}"
+        said = f"structure, outlines, symmetry, border and light are those of a copy 1/{f.reduction}"
         rows["reduced"] = (f.reduction, 1.0, said)
     return {
         name: {"value": value, "confidence": round(sure, 3), "says": says} for name, (value, sure, says) in rows.items()
@@ -446,11 +434,6 @@ def warnings_of(f: Facts) -> tuple[str, ...]:
         out.append(
             f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
             "a larger exemplar varies more."
-        )
-    if f.regions.two:
-        out.append(
-            "the exemplar seems to show two textures side by side; crop it to one (--crop), or paint with both "
-            "(intarsia paint)."
         )
     if f.light.strong and not f.exemplar.toroidal:
         out.append(

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import click
 import numpy as np
 
 from ..disk.depth import dtype_of
 from ..disk.limits import check_fits
+from ..errors import CancelledError, IntarsiaError, QualityError
 from ..files import write, write_bytes
+from ..files.sets import Material
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
 from ..methods.base import Method, keeps_lattice
@@ -20,279 +25,285 @@ from ..request.recipe import inputs_of
 from ..request.request import FIELDS, Request
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
-from ..synthesis import Scene, Synthesis, carry_out, recipe_exemplars
-from .choosing import as_json, explain
-from .exemplars import Shelf, donors_of, sets_of
-from .exits import CANCEL
-from .outputs import Staging, by_file, check_all
-from .plan import Order, check_begin, method_as_json, orders_of, scene_of
-from .report import Meter, Report
-from .reporting import Judging, index_name, memory_of, write_page
+from ..synthesis import Scene, Synthesis, recipe_exemplars
+from ..tasks.requested import made_of
+from .exemplars import Shelf
+from .exits import CANCEL, judge, one_line
+from .outputs import Staging, by_file, check_all, index_name, write_page
+from .plan import Order, materials_of, method_as_json, orders_of, shelves_of
+from .report import Meter, Report, Step, as_json, explain
 
 if TYPE_CHECKING:
     from ..search import distance_map
-    from ..tasks import completion, drawings, repair, tileable
-else:  # only --distance-map, holes, --sheet, --repair and tiling need them
+    from ..tasks import drawings, repair, report, scoring, tileable
+else:  # only --distance-map, --sheet, --repair, --report and tiling need them
     distance_map, repair = lazy("intarsia.search.distance_map"), lazy("intarsia.tasks.repair")
-    completion, tileable = lazy("intarsia.tasks.completion"), lazy("intarsia.tasks.tileable")
-    drawings = lazy("intarsia.tasks.drawings")
+    drawings, tileable = lazy("intarsia.tasks.drawings"), lazy("intarsia.tasks.tileable")
+    report, scoring = lazy("intarsia.tasks.report"), lazy("intarsia.tasks.scoring")
 
 
 @dataclass
 class Batch:
-    """Textures to grow, one after another; mostly one."""
+    """Textures to grow, one after another; mostly one.
 
-    shelf: Shelf
+    Of a folder every material is grown by itself, whole or not at all, and what goes wrong with one stops no other.
+    ``lots``: a material, or no name, and orders for the same exemplars. ``index`` is the one report on all outputs, if
+    there is one, and ``judged`` what it tells of.
+    """
+
+    request: Request
     report: Report
-    orders: list[Order] = field(default_factory=list)
+    materials: list[Material] = field(default_factory=list)
+    lots: list[tuple[str, list[Order]]] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
-    sheet: str | None = None
+    index: str | None = None
     thumbnails: list[drawings.Pixels] = field(default_factory=list)
-    judging: Judging = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.judging = Judging(self.request)
-
-    @property
-    def request(self) -> Request:
-        """What was asked for."""
-        return self.shelf.request
+    judged: list[tuple[scoring.Outcome, drawings.Pixels]] = field(default_factory=list)
+    missed: list[str] = field(default_factory=list)
+    results: list[dict[str, Any]] = field(default_factory=list)
+    failed: list[dict[str, Any]] = field(default_factory=list)
+    made: list[tuple[str, dict[str, Any], tuple[str, ...]]] = field(default_factory=list)  # and not told of yet
 
     @classmethod
-    def plan(
-        cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None,
-        named: set[str] | None = None,
-    ) -> Batch:  # fmt: skip
-        """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read.
-
-        `named` remembers the places of all files, also for batches that come after.
-        """
-        sets = sets_of(request, report)
-        each = "{stem}" in (request.out or "") or (not request.out and request.begun)
-        lots = [[found] for found in sets] if each else [sets]
-        check_begin(request, lots, sets)
-        donors, index = donors_of(request), index_name(request, len(lots) * len(request.seeds) > 1)
-        shelf = Shelf([lot + donors for lot in lots], request if index is None else replace(request, page=None), report)
-        batch = cls(shelf, report, named=set() if named is None else named)
-        batch.judging.index = index
-        if index is not None:
-            check_all([index], request.force, batch.named)
-        for lot in range(len(shelf.lots)):
-            found = orders_of(shelf, lot, check)
-            if request.verb == "tile" and request.size is None:
-                shelf.warn(*tileable.remarks(scene_of(shelf, lot)))
-            if batch.judging.wanted:
-                found = [replace(o, memory=o.memory + memory_of(o.size)) for o in found]
-            check_all((p for order in found for p, _ in order.files), request.force, batch.named, bool(request.folder))
-            batch.orders += found
+    def plan(cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None) -> Batch:
+        """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
+        batch = cls(request, report)
+        check_all([path for path in (request.sheet,) if path is not None], request.force, batch.named)
+        if request.into_folder:
+            batch.materials = materials_of(request, report)
+        shelves = [] if batch.materials else shelves_of(request, report)
+        batch.index = index_name(request, bool(batch.materials) or len(shelves) * len(request.seeds) > 1)
+        check_all([path for path in (batch.index,) if path is not None], request.force, batch.named)
+        for shelf in shelves:
+            batch._plan(shelf, "", check)
+            if len(shelves) > 1:
+                shelf.forget()
         return batch
 
-    def add_sheet(self, path: str) -> None:
-        """Ask for a contact sheet as well."""
-        check_all([path], self.request.force, self.named)
-        self.sheet = path
+    def _plan(self, shelf: Shelf, name: str, check: Callable[[Scene], None] | None = None) -> None:
+        """Plan what is made of some exemplars; what cannot fit into memory is refused, unless nothing is to be made."""
+        request, orders = shelf.request, orders_of(shelf, self.index is None, check)
+        if request.verb == "tile" and request.size is None:
+            for line in tileable.remarks(shelf.scene):
+                self.report.warn(line)
+        check_all((p for order in orders for p, _ in order.files), request.force, self.named, bool(request.folder))
+        for order in orders:
+            if not request.dry_run:
+                check_fits(order.memory, order.line(shelf.plan.method.slug))
+        self.lots.append((name, orders))
+
+    def _plan_materials(self, step: Step) -> None:
+        """Plan each material; what cannot be made is told of at once.
+
+        Its planes go to the place in the folder that they have in their own. Each is read again when it is made.
+        """
+        for number, material in enumerate(self.materials, 1):
+            with self._minding(material.name):
+                request = replace(
+                    self.request, files=tuple(os.fspath(path) for path in material.files), as_set=True, several=False,
+                    out=None, folder=os.path.join(self.request.out or "", material.place),
+                )  # fmt: skip
+                (shelf,) = shelves_of(request, self.report)
+                self._plan(shelf, material.name)
+                shelf.forget()
+            step(number, len(self.materials), None)
 
     def tell_plan(self) -> None:
         """Say what would be made."""
-        as_json = self.plans()
-        self.report.result({"dry_run": True, **(as_json[0] if len(as_json) == 1 else {"results": as_json})})
-
-    def plans(self) -> list[dict[str, Any]]:
-        """Tell a person what would be made, and return what JSON says of it."""
-        as_json = []
-        for order in self.orders:
-            self.shelf.warn(*order.warnings)
-            about = self._about(order, None) | {
-                "exemplars": recipe_exemplars(scene_of(self.shelf, order.lot, order.guide).exemplars),
-                "patches": order.patches,
-                "pixels_bytes": self._bytes(order),
-                "memory_mib": order.memory >> 20,
-            }
-            as_json.append(about)
-            patches = "" if about["patches"] is None else f"{about['patches']} patches, "
-            self.report.note(f"{order.line}, {patches}about {about['memory_mib']} MiB; not written (--dry-run)")
-            explain(self.report, about, order.warnings)
-        return as_json
+        self._plan_materials(lambda *_: None)
+        for name, orders in self.lots:
+            with self._minding(name):
+                self.results += map(self._planned, orders)
+            orders[0].shelf.forget()
+        self._end({"dry_run": True})
 
     def carry_out(self) -> None:
-        """Make everything, and report it; what cannot fit into memory is refused before anything is made."""
-        for order in self.orders:
-            self.check_memory(order)
-        results = []
-        with self.report.watching(len(self.orders)) as meter, Staging(self.request.force) as whole:
-            for order in self.orders:
-                if self.judging.together:
-                    results.append(self._make(order, meter, whole))
-                else:
-                    results.append(self.make(order, meter))
-                meter.next_part()
-            if self.judging.refused:
-                self.judging.check()
-            self.judging.write_index(whole)
+        """Make everything, and report it."""
+        each = len(self.request.seeds)
+        parts = 1 + len(self.materials) * each if self.materials else sum(len(orders) for _, orders in self.lots)
+        with self.report.watching(parts) as meter, Staging(self.request.force) as whole:
+            if self.materials:
+                self._plan_materials(meter.stage("check", 0.0, 1.0))
+                meter.next_part(1 + each * len(self.failed))
+            for name, orders in self.lots:
+                left = len(orders)
+                with self._minding(name):
+                    for order in orders:
+                        self._carry_out(order, meter, whole)
+                        left -= 1
+                        meter.next_part()
+                    if name:
+                        self._check_missed()
+                if left:
+                    meter.next_part(left)
+                orders[0].shelf.forget()
+            if self._refused:
+                self._check_missed()
+            beside = self._write_beside(whole)
             whole.commit()
-        if self.judging.together:
-            for order, about in zip(self.orders, results, strict=True):
-                self._tell(order, about)
-        if self.sheet is not None:
-            write_sheet(self.sheet, self.thumbnails, self.request.force, self.report)
-        together: dict[str, Any] = results[0] if len(results) == 1 else {"results": results}
-        beside = {"sheet": self.sheet, "report": self.judging.index}
-        self.report.result(together | {what: path for what, path in beside.items() if path is not None})
-        self.judging.check()
+        self._tell()
+        self._end(beside)
 
-    def check_memory(self, order: Order) -> None:
-        """Refuse what cannot fit into memory."""
-        check_fits(order.memory, order.line)
-
-    def make(self, order: Order, meter: Meter) -> dict[str, Any]:
-        """Grow, draw and write one order: all of its files, or none; return what JSON says of it."""
-        with Staging(self.request.force, bool(self.request.folder)) as staging:
-            about = self._make(order, meter, staging)
+    def _carry_out(self, order: Order, meter: Meter, whole: Staging) -> None:
+        """Make an output; of a gate and of one report on all the outputs appear together, as what one misses counts."""
+        if not self.materials and (self.request.gates or self.index is not None):
+            self._make(order, meter, whole)
+            return
+        with Staging(self.request.force, bool(self.materials)) as staging:
+            self._make(order, meter, staging)
             staging.commit()
-        if not self.judging.refused:
-            self._tell(order, about)
+        self._tell()
+
+    @property
+    def _refused(self) -> bool:
+        """Whether nothing is to be written."""
+        return bool(self.missed) and not self.request.keep
+
+    def _check_missed(self) -> None:
+        """Raise QualityError where a gate was missed."""
+        if self.missed:
+            said = "all was kept" if self.request.keep else "nothing was written; --keep writes it all the same"
+            missed, self.missed = "; ".join(self.missed), []
+            raise QualityError(f"{missed}; {said}.")
+
+    @contextmanager
+    def _minding(self, name: str) -> Iterator[None]:
+        """Tell in a line what goes wrong with a material, and go on; what is none goes wrong as a whole."""
+        try:
+            yield
+        except (IntarsiaError, OSError, MemoryError) as e:
+            if not name or isinstance(e, (CancelledError, BrokenPipeError)):
+                raise
+            code, said = judge(e)
+            self.failed.append({"material": name, "error": said, "exit_code": code})
+            self.report.say(one_line(f"intarsia: {name}: {said}"))
+
+    def _end(self, more: dict[str, Any]) -> None:
+        """Print the result, and leave with the exit code of the first failure."""
+        alone = len(self.results) == 1 and not self.materials
+        answer = self.results[0] if alone else {"results": self.results}
+        self.report.result(answer | more | ({"failed": self.failed} if self.failed else {}))
+        if self.failed:
+            names = [str(f["material"]) for f in self.failed]
+            of = f"{len(names)} of {len(self.materials)}"
+            self.report.say(one_line(f"intarsia: {of} materials failed: {', '.join(names)}"))
+            raise click.exceptions.Exit(int(self.failed[0]["exit_code"]))
+        self._check_missed()
+
+    def _planned(self, order: Order) -> dict[str, Any]:
+        """Tell a person what would be made, and return what JSON says of it."""
+        plan, memory = order.shelf.plan, order.memory >> 20
+        for line in order.warnings:
+            self.report.warn(line)
+        about = self._about(order, None) | {
+            "exemplars": recipe_exemplars(plan.scene.exemplars), "patches": plan.patches,
+            "pixels_bytes": _bytes(order), "memory_mib": memory,
+        }  # fmt: skip
+        patches = "" if plan.patches is None else f"{plan.patches} patches, "
+        self.report.note(f"{order.line(plan.method.slug)}, {patches}about {memory} MiB; not written (--dry-run)")
+        explain(self.report, about, order.warnings)
         return about
 
-    def _make(self, order: Order, meter: Meter, staging: Staging) -> dict[str, Any]:
-        """Make one output and write its files, to appear when `staging` is committed; return what JSON says of it."""
-        began, threads = time.perf_counter(), self.request.threads
-        scene = scene_of(self.shelf, order.lot, order.guide)
+    def _make(self, order: Order, meter: Meter, staging: Staging) -> None:
+        """Make one output and judge it; unless it is refused write its files, to appear when `staging` is committed."""
+        began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
+        plan, asked, times = shelf.plan, request.distance_map, request.magnify
         clock = {"read": time.perf_counter() - began}
-        asked = self.request.distance_map
-        probe = None if asked is None else Probe(asked[0][1] // order.times, asked[0][0] // order.times)
-        grown_at = 0.6 if self.request.repair else 0.9
-        run = Run(threads, meter.stage("grow", 0.0, grown_at, scene.exemplars), CANCEL, probe=probe)
-        grown, seams = self._grow(order, scene, run), dict[str, Any]()
-        if self.request.repair:
-            step = meter.stage("repair", grown_at, 0.9, scene.exemplars)
+        probe = None if asked is None else Probe(asked[0][1] // times, asked[0][0] // times)
+        grown_at, share = 0.6 if request.repair else 0.9, 0.1 / len(order.pictures)
+        run = Run(request.threads, meter.stage("grow", 0.0, grown_at, plan.scene.exemplars), CANCEL, probe=probe)
+        grown, seams = made_of(request, plan, order.seed, run), dict[str, Any]()
+        if request.repair:
+            step = meter.stage("repair", grown_at, 0.9, grown.exemplars)
             grown, seams = self._repaired(grown, replace(run, step=step))
+        more = {"inputs": inputs_of(request) or None, "depth": request.depth}
+        said = {**request.said, **{name: value for name, value in more.items() if value is not None}}
+        grown = replace(grown, recipe=grown.recipe | said)
         for note in run.notes:
             self.report.warn(note)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
         about = self._about(order, grown) | seams
 
-        def drawing(begin: float, end: float) -> Run:
-            return Run(threads, meter.stage("render", begin, end), CANCEL)
+        def drawn(name: str) -> Plane:
+            begin = 0.9 + share * list(order.pictures).index(name)
+            return grown.render(name, run=Run(request.threads, meter.stage("render", begin, begin + share), CANCEL))
 
-        self._write(order, grown, drawing, staging, about)
-        if order.distance_map is not None and probe is not None and probe.maps is not None:
-            write(staging.place(order.distance_map), distance_plane(probe.maps, order.distance_map))
-        if not self.judging.refused:
-            self._write_tiled(order, scene, grown, staging)
+        base = next(iter(order.pictures))
+        first, found = drawn(base), None
+        if request.page is not None or request.gates:
+            found = self._judged(order, grown, first)
+            about |= {"score": found.score.as_dict(), "missed": list(found.missed)}
+        if self._refused:
+            return
+        for path, names in by_file(order.pictures).items():
+            planes = {name: first if name == base else drawn(name) for name in names}
+            picture = planes if request.layers else planes[names[0]]
+            write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text)
+        if request.sheet is not None:
+            self.thumbnails.append(drawings.looked(first, drawings.THUMBNAIL))
+        _write_more(order, grown, staging, found, probe)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
-        return about | {"timings": {k: round(v, 3) for k, v in clock.items()}}
+        about |= {"timings": {k: round(v, 3) for k, v in clock.items()}}
+        self.results.append(about)
+        line = f"{order.line(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s"
+        self.made.append((line, about, order.warnings))
 
-    def _write(
-        self, order: Order, grown: Synthesis, drawing: Callable[[float, float], Run], staging: Staging,
-        about: dict[str, Any],
-    ) -> None:  # fmt: skip
-        """Judge what was grown, if that is asked for, and write its files unless it is refused."""
-        base, found, share = next(iter(order.pictures)), None, 0.1 / len(order.pictures)
-        first = grown.render(base, run=drawing(0.9, 0.9 + share))
-        if self.judging.wanted:
-            again = self._again(order, grown.method, grown.recipe["seed"])
-            found = self.judging.of(grown, order.pictures[base], first, again)
-            about |= {"score": found.score.as_dict(), "missed": list(found.missed)}
-            if self.judging.refused:
-                return
-        begin = 0.9
-        for path, names in by_file(order.pictures).items():
-            planes = {}
-            for name in names:
-                planes[name] = first if name == base else grown.render(name, run=drawing(begin, begin + share))
-                begin += share
-            picture = planes if self.request.layers else planes[names[0]]
-            write(staging.place(path), picture, depth=self.request.depth, recipe=grown.recipe_text)
-        if self.sheet is not None:
-            self.thumbnails.append(drawings.looked(first, drawings.THUMBNAIL))
-        if order.save_map is not None:
-            smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
-            write_bytes(staging.place(order.save_map), smap.to_bytes())
-        if order.st_map is not None:
-            write(staging.place(order.st_map), _st_plane(grown.map))
-        if order.page is not None and found is not None:
-            write_page(staging, order.page, found)
+    def _judged(self, order: Order, grown: Synthesis, drawn: Plane) -> scoring.Outcome:
+        """Judge an output whose base plane is `drawn`, and remember what it misses."""
+        name = next(iter(order.pictures.values()))
+        found = scoring.Outcome.of(grown, name, drawn)
+        missed = scoring.misses(found.score, self.request.gates)
+        if missed:
+            self.missed.append(f"{name} falls short: {', '.join(missed)}")
+        found = found.but(command=_again(order, grown.method, grown.recipe["seed"]), missed=missed)
+        if self.index is not None and not self._refused:
+            self.judged.append(report.thumbnailed(found))
+        return found
 
-    def _tell(self, order: Order, about: dict[str, Any]) -> None:
-        """Say that an output is there."""
-        self.shelf.warn(*order.warnings)
-        self.report.note(f"{order.made_by(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s")
-        explain(self.report, about, order.warnings)
+    def _write_beside(self, staging: Staging) -> dict[str, Any]:
+        """Write what shows all outputs: a contact sheet, and a report; return their names."""
+        written: dict[str, Any] = {}
+        if self.request.sheet is not None and self.thumbnails:
+            written["sheet"] = self.request.sheet
+            write(staging.place(self.request.sheet), drawings.contact_sheet(self.thumbnails))
+            self.made.append((f"{self.request.sheet}: contact sheet of {len(self.thumbnails)}", {}, ()))
+        if self.index is not None and self.judged:
+            written["report"] = self.index
+            write_page(staging, self.index, self.judged)
+        return written
 
-    def _again(self, order: Order, method: Method, seed: int) -> str:
-        """The command that makes an output again; a map that was continued is known to its recipe alone."""
-        request, picture = self.request, next(iter(order.pictures.values()))
-        if request.start is not None:
-            kept = {f.name: getattr(request, f.name) for f in FIELDS if f.of_exemplars}
-            again = once_more(request, order.sets[:1], method, seed)
-            files = tuple(next(iter(found.values())) for found in order.sets)
-            return to_line(Request(
-                "replay", picture=picture, out="again.png", files=files, maps=again.maps, masks=again.masks,
-                pictures=again.pictures, start=request.start, **kept,
-            ))  # fmt: skip
-        labels, holes = request.labels, request.holes
-        more: dict[str, Any] = {
-            "several": not request.begun and len(order.sets) > 1,
-            "labels": labels if len(labels) == len(order.sets) else labels[order.lot : order.lot + 1],
-            "holes": holes[order.lot :][:1] if len(holes) > 1 else holes,
-            "size": order.size if request.verb == "grow" else request.size,
-            "out": picture,
-            "folder": "",
-        }
-        meant = () if request.begun or request.finishing is not None else order.blend.finish
-        if meant:  # evened out, as it was chosen
-            more["level"] = meant[0].radius
-        sets = order.sets[:1] if request.begun else order.sets
-        return to_line(once_more(request, sets, method, seed, **more))
+    def _tell(self) -> None:
+        """Say that outputs are there."""
+        for line, about, warnings in self.made:
+            for warning in warnings:
+                self.report.warn(warning)
+            self.report.note(line)
+            explain(self.report, about, warnings)
+        self.made = []
 
     def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
         """What JSON says of a result, x before y, and of how its method was chosen."""
+        request, plan = order.shelf.request, order.shelf.plan
+        method, seed = (plan.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
         files = [{"path": path, "holds": held} for path, held in order.files]
-        about = {"files": files, "size": list(order.size), "seed": order.seed, "wrap": self.request.closing}
-        about |= method_as_json(order.method if grown is None else grown.method, order.blend)
+        about = {"files": files, "size": list(order.shelf.size), "seed": order.seed, "wrap": request.closing}
+        about |= method_as_json(method, plan.joined)
         if order.cut_from is not None:
             about["cut_from"] = list(order.cut_from)
-        if order.times > 1:
-            about["magnify"] = order.times
+        if request.magnify > 1:
+            about["magnify"] = request.magnify
         if grown is not None:
             about |= {"exemplars": grown.recipe["exemplars"], "energy": grown.energy}
             about |= {name: grown.recipe[name] for name in ("overlaps",) if name in grown.recipe}
-        if order.choice is None:
+        if plan.choice is None:
             return about
-        choice = order.choice if grown is None or grown.choice is None else grown.choice
-        auto = as_json(choice, self.request.explain)
+        auto = as_json(plan.choice if grown is None or grown.choice is None else grown.choice, request.explain)
         if grown is not None and grown.trials:
             auto["scores"] = [score.as_dict() for score in grown.trials]
         if grown is not None and grown.energies:
             auto["energies"] = list(grown.energies)
-        method, seed = (order.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
-        auto["command"] = self._again(order, method, seed)
-        return about | {"auto": auto}
-
-    def _bytes(self, order: Order) -> int:
-        """How many bytes the pixels of an order take, as they are written."""
-        exemplar = self.shelf.get(order.lot)[0]
-        area, total = exemplar.height * exemplar.width * order.times**2, 0
-        for plane in filter(None, map(exemplar.picture, order.pictures)):
-            deep = plane.pixels.dtype if self.request.depth is None else np.dtype(dtype_of(self.request.depth))
-            total += plane.height * plane.width * order.size[0] * order.size[1] // area * plane.channels * deep.itemsize
-        return total
-
-    def _grow(self, order: Order, scene: Scene, run: Run) -> Synthesis:
-        plan = order.plan(scene)
-        if self.request.verb == "tile":
-            grown = tileable.tiled(plan, order.seed, run)
-        elif self.request.verb == "heal":
-            grown = completion.fill_holes(plan, order.seed, run, self.request.edge)
-        else:
-            grown = carry_out(plan, order.seed, run)
-        more: dict[str, Any] = dict(self.request.said)
-        if said := inputs_of(self.request):
-            more["inputs"] = said
-        if self.request.depth is not None:
-            more["depth"] = self.request.depth
-        return replace(grown, recipe=grown.recipe | more)
+        return about | {"auto": auto | {"command": _again(order, method, seed)}}
 
     def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:
         """Cover the worst seams; what JSON says of it."""
@@ -305,14 +316,60 @@ class Batch:
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
         return grown, {"repair": said}
 
-    def _write_tiled(self, order: Order, scene: Scene, grown: Synthesis, staging: Staging) -> None:
-        """Write the result side by side with itself, and the picture as it was, moved by half its size."""
-        depth, axes = self.request.depth, scene.canvas.wrap
-        if order.preview is not None:
-            many = tileable.repeated(grown.render(), axes, self.request.tiles)
-            write(staging.place(order.preview), many, depth=depth)
-        if order.offset is not None:
-            write(staging.place(order.offset), tileable.half_shifted(scene), depth=depth)
+
+def _again(order: Order, method: Method, seed: int) -> str:
+    """The command that makes an output again; a map that was continued is known to its recipe alone."""
+    request, sets, picture = order.shelf.request, order.shelf.sets, next(iter(order.pictures.values()))
+    if request.start is not None:
+        kept = {f.name: getattr(request, f.name) for f in FIELDS if f.of_exemplars}
+        again = once_more(request, sets[:1], method, seed)
+        files = tuple(next(iter(found.values())) for found in sets)
+        return to_line(Request(
+            "replay", picture=picture, out="again.png", files=files, maps=again.maps, masks=again.masks,
+            pictures=again.pictures, start=request.start, **kept,
+        ))  # fmt: skip
+    more: dict[str, Any] = {
+        "several": not request.begun and len(sets) > 1,
+        "size": order.shelf.size if request.verb == "grow" else request.size,
+        "out": picture,
+        "folder": "",
+    }
+    meant = () if request.begun or request.finishing is not None else order.shelf.plan.joined.finish
+    if meant:  # evened out, as it was chosen
+        more["level"] = meant[0].radius
+    return to_line(once_more(request, sets[:1] if request.begun else sets, method, seed, **more))
+
+
+def _bytes(order: Order) -> int:
+    """How many bytes the pixels of an order take, as they are written."""
+    request, exemplar, (width, height) = order.shelf.request, order.shelf.scene.exemplars[0], order.shelf.size
+    area, total = exemplar.height * exemplar.width * request.magnify**2, 0
+    for plane in filter(None, map(exemplar.picture, order.pictures)):
+        deep = plane.pixels.dtype if request.depth is None else np.dtype(dtype_of(request.depth))
+        total += plane.height * plane.width * width * height // area * plane.channels * deep.itemsize
+    return total
+
+
+def _write_more(
+    order: Order, grown: Synthesis, staging: Staging, found: scoring.Outcome | None, probe: Probe | None
+) -> None:
+    """Write what an output has beside its pictures."""
+    request = order.shelf.request
+    for what, path in order.beside.items():
+        if what == "map":
+            smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
+            write_bytes(staging.place(path), smap.to_bytes())
+        elif what == "st map":
+            write(staging.place(path), _st_plane(grown.map))
+        elif what == "distances" and probe is not None and probe.maps is not None:
+            write(staging.place(path), distance_plane(probe.maps, path))
+        elif what == "report" and found is not None:
+            write_page(staging, path, found)
+        elif what == "preview":
+            many = tileable.repeated(grown.render(), grown.map.wrap, request.tiles)
+            write(staging.place(path), many, depth=request.depth)
+        elif what == "offset":
+            write(staging.place(path), tileable.half_shifted(order.shelf.scene), depth=request.depth)
 
 
 def _laid(about: dict[str, Any]) -> str:
@@ -323,14 +380,6 @@ def _laid(about: dict[str, Any]) -> str:
         return ""
     low, high = min(v[0] for v in found.values()), max(v[1] for v in found.values())
     return f", overlaps of {low} px" if low == high else f", overlaps of {low} to {high} px"
-
-
-def write_sheet(path: str, thumbnails: list[drawings.Pixels], force: bool, report: Report) -> None:
-    """Write a contact sheet, and tell of it."""
-    with Staging(force) as staging:
-        write(staging.place(path), drawings.contact_sheet(thumbnails))
-        staging.commit()
-    report.note(f"{path}: contact sheet of {len(thumbnails)}")
 
 
 def _st_plane(smap: SourceMap) -> Plane:

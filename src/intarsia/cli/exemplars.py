@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,100 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..guide import Guide, numbered
 from ..image import Kind, Plane
+from ..lazy import lazy
+from ..rendering.magnification import cut_out, magnified, reduced
 from ..rendering.normals import off_unit
 from ..request.recipe import inputs_of
 from ..request.request import Request
-from ..tasks.starts import grown_hole
-from .adapt import Warn, adapted
+from ..synthesis import Plan, Scene
+from ..tasks.completion import grown_hole
+from ..tasks.requested import plan_of, scene_of
 from .report import Report
+
+if TYPE_CHECKING:
+    from ..analysis import light
+else:
+    light = lazy("intarsia.analysis.light")
+
+Warn = Callable[[str], None]
+
+MUCH = 0.01  # of the pixels
+
+
+def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
+    """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, evenly lit, magnified."""
+    exemplar = replace(exemplar, toroidal=asked.toroidal)
+    if asked.avoid is not None:
+        exemplar = avoiding(exemplar, asked.avoid, warn)
+    if asked.crop is not None:
+        exemplar = cropped(exemplar, asked.crop)
+    if asked.scale != 1:
+        said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
+        exemplar = reduced(exemplar, asked.scale, *said)
+    if asked.flatten:
+        exemplar = even(exemplar, warn)
+    if asked.magnify != 1:
+        exemplar = enlarging(exemplar, asked.magnify, warn)
+    return exemplar
+
+
+def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Exemplar:
+    """Make the pixels of exactly this colour unusable."""
+    base = exemplar.base
+    if base.is_float:
+        raise ParameterError(f"--avoid: {exemplar.name} has float pixels; mark what to avoid in a --mask instead.")
+    wide = 257 if base.pixels.dtype == np.uint16 else 1
+    written = "#" + bytes(colour).hex()
+    colours = base.samples[:, :, :-1] if base.alpha else base.samples
+    if colours.shape[2] not in (1, 3):
+        raise ParameterError(f"--avoid: {exemplar.name} has {colours.shape[2]} channels; it needs 1 or 3.")
+    found = (colours == np.array(colour, np.int64) * wide).all(axis=2)
+    if not found.any():
+        warn(f"{exemplar.name} has no pixel of the colour {written}; nothing is avoided.")
+        return exemplar
+    usable = ~found if exemplar.usable is None else exemplar.usable & ~found
+    if not usable.any():
+        raise InputError(f"{exemplar.name} has no pixel left to use without the colour {written}; choose another.")
+    return replace(exemplar, usable=usable)
+
+
+def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
+    """Cut out x, y, width, height, in px of the base plane."""
+    x, y, width, height = crop
+    if min(x, y) < 0 or x + width > exemplar.width or y + height > exemplar.height:
+        raise ParameterError(
+            f"--crop {','.join(map(str, crop))} does not lie in {_named(exemplar)}; give X,Y,WIDTH,HEIGHT inside it."
+        )
+    for name, plane in exemplar.planes.items():
+        if any(v * plane.width % exemplar.width for v in crop):
+            raise ParameterError(f"--crop cuts pixels of the smaller plane {name}; use multiples of its pixels.")
+    return cut_out(exemplar, x, y, width, height)
+
+
+def enlarging(exemplar: Exemplar, n: int, warn: Warn) -> Exemplar:
+    """Grow at 1/n of the size and draw all pixels; tell what is cut off for it."""
+    made = magnified(exemplar, n)
+    width, height = made.width * n, made.height * n
+    if (width, height) != (exemplar.width, exemplar.height):
+        warn(f"--magnify {n}: {_named(exemplar)} was cut to {width}x{height} px, which {n} divides.")
+    return made
+
+
+def even(exemplar: Exemplar, warn: Warn) -> Exemplar:
+    """Take the slope of light off; warn where much of the picture becomes white by it."""
+    made = light.flattened(exemplar)
+    share = light.clipped(exemplar.base, made.base)
+    if share > MUCH:
+        warn(
+            f"--flatten: {100 * share:.0f} % of {exemplar.name} became brighter than white and was cut off there; "
+            "an exemplar of floats (.exr) keeps it."
+        )
+    return made
+
+
+def _named(exemplar: Exemplar) -> str:
+    return f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"
+
 
 NO_NORMALS = 0.15
 """Vectors of normal maps are less off length 1 on average, even if they were reduced or strongly compressed."""
@@ -133,54 +222,68 @@ def _signs(found: Set) -> tuple[Any, ...] | None:
 
 
 class Shelf:
-    """Reads exemplars when they are asked for and keeps the last, so that a long batch does not fill memory."""
+    """The exemplars of a request, and what is planned with them: read when asked for, known until it is forgotten.
 
-    def __init__(self, lots: list[list[Set]], request: Request, report: Report) -> None:
-        self.lots, self.request, self._report = lots, request, report
-        self._held: tuple[int, tuple[Exemplar, ...]] | None = None
+    ``sets`` are their files, those of donors behind the others.
+    """
 
-    def get(self, number: int) -> tuple[Exemplar, ...]:
-        """Return the exemplars of a lot, cropped and reduced as asked."""
-        if self._held is None or self._held[0] != number:
-            self._held = None
-            self._held = (number, tuple(self._read(found, number, n) for n, found in enumerate(self.lots[number])))
-        return self._held[1]
+    def __init__(self, sets: Sequence[Set], request: Request, report: Report) -> None:
+        self.sets, self.request, self._report = sets, request, report
 
-    def hole(self, number: int, base: Plane, name: str) -> NDArray[np.bool_]:
-        """Read the hole of the picture of a lot, whose base plane is `base`."""
-        holes = self.request.holes
-        return hole_of(holes[number if len(holes) > 1 else 0], self.lots[number][0], base, name)
+    def forget(self) -> None:
+        """Forget all that was read, so that a long batch does not fill memory."""
+        for name in ("exemplars", "scene", "plan"):
+            self.__dict__.pop(name, None)
 
-    def guide(self, lot: int) -> Guide:
-        """Read the label pictures of a lot and the target; those are as large as the exemplars, and cut as they are."""
+    @cached_property
+    def exemplars(self) -> tuple[Exemplar, ...]:
+        """The exemplars, cropped and reduced as asked."""
+        return tuple(self._read(found, n) for n, found in enumerate(self.sets))
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The exemplars, and the canvas with what is on it."""
+        hole = self.hole(self.exemplars[0].base, self.exemplars[0].name) if self.request.verb == "heal" else None
+        return scene_of(self.request, self.exemplars, hole, self.guide() if self.request.verb == "paint" else None)
+
+    @cached_property
+    def plan(self) -> Plan:
+        """By which method the scene is filled."""
+        return plan_of(self.request, self.scene)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of what is made of them."""
+        canvas, times = self.scene.canvas, self.request.magnify
+        return canvas.width * times, canvas.height * times
+
+    def hole(self, base: Plane, name: str) -> NDArray[np.bool_]:
+        """Read the hole of the picture, whose base plane is `base`."""
+        return hole_of(self.request.holes[0], self.sets[0], base, name)
+
+    def guide(self) -> Guide:
+        """Read the label pictures and the target; those are as large as the exemplars, and cut as they are."""
         labels, target_path = self.request.labels, self.request.target
         assert target_path is not None
-        check_each("--labels", len(labels), sum(map(len, self.lots)))
-        sources = labels if len(self.lots) == 1 else labels[lot : lot + 1]
-        paths = (*sources, target_path)
+        check_each("--labels", len(labels), len(self.sets))
+        paths = (*labels, target_path)
         planes = [files.read_plane(path, Kind.LABEL) for path in paths]
-        for path, plane, found, e in zip(sources, planes, self.lots[lot], self.get(lot), strict=False):
+        for path, plane, found, e in zip(labels, planes, self.sets, self.exemplars, strict=False):
             first, whole = next(iter(found.values())), self.request.crop is None and self.request.scale == 1
             size = e.base if whole else files.read_plane(first)
             if (plane.width, plane.height) != (size.width, size.height):
                 said = f"{plane.width}x{plane.height} px, {first} is {size.width}x{size.height}"
                 raise InputError(f"the labels {path} are {said}; make them equal.")
-        *beside, target = numbered(list(zip(paths, planes, strict=True)), self.warn)
+        *beside, target = numbered(list(zip(paths, planes, strict=True)), self._report.warn)
         asked = replace(self.request, avoid=None, toroidal=False)
-        alone = [Exemplar.of({"labels": plane}, name=path) for path, plane in zip(sources, beside, strict=True)]
+        alone = [Exemplar.of({"labels": plane}, name=path) for path, plane in zip(labels, beside, strict=True)]
         cut = [adapted(e, asked, lambda line: None).base for e in alone]
         return Guide(cut, target, self.request.weight, self.request.reach)
 
-    def warn(self, *lines: str) -> None:
-        """Tell of what may be wrong, once."""
-        for line in lines:
-            if line not in self._report.warnings:
-                self._report.warn(line)
-
-    def _read(self, found: Set, number: int, n: int) -> Exemplar:
+    def _read(self, found: Set, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> NDArray[np.bool_]:
             """What of a picture is filled anew, so that it does not matter what is there."""
-            return grown_hole(self.hole(number, base, name), self.request.grow or 0, Wrap(self.request.closing))
+            return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
 
         healed = self.request.holes and not n
 
@@ -195,15 +298,10 @@ class Shelf:
                     warn(f"{path} is no normal map, as it seems: its vectors are {off:.2f} off length 1 on average.")
             return adapted(exemplar, self.request, warn)
 
-        signs, before = None if _held is None or healed else _signs(found), list(self._report.warnings)
-
-        def tell(line: str) -> None:
-            if line not in before:
-                self._report.warn(line)
-
+        signs = None if _held is None or healed else _signs(found)
         if _held is None or signs is None:
-            return read(tell)
-        return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, tell)
+            return read(self._report.warn)
+        return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, self._report.warn)
 
 
 def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray[np.bool_]:

@@ -9,14 +9,22 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING, Any
 
 from .. import files
 from ..disk import whole
 from ..errors import ParameterError, ResourceError, printable
 from ..exemplar import Exemplar
 from ..image import Plane
+from ..lazy import lazy
+from ..request.request import Request
 from .exemplars import Set, stem_of
 from .exits import unbroken
+
+if TYPE_CHECKING:
+    from ..tasks import report, scoring
+else:  # only --report needs it
+    report = lazy("intarsia.tasks.report")
 
 FIELDS = ("stem", "seed", "method", "w", "h")
 
@@ -244,3 +252,34 @@ def _with_recipe(staged: str, target: str) -> list[tuple[str, str]]:
     if not Path(target).name.endswith((".npz", ".json", ".html")):
         pairs.append((str(files.recipe_path(staged)), str(files.recipe_path(target))))
     return pairs
+
+
+LIBRARIES, EACH = 64 << 20, 80
+"""Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
+
+
+def index_name(request: Request, many: bool) -> str | None:
+    """Return the name of the one report on several outputs; None where each has its own, or none is asked for."""
+    page = request.page
+    if page is None or not many or "{stem}" in page or "{seed}" in page:
+        return None
+    if any("{" + name + "}" in page for name in FIELDS):
+        raise ParameterError(
+            f"--report {page}: it tells of several outputs; put {{stem}} or {{seed}} into its name, or no field."
+        )
+    return page
+
+
+def memory_of(size: tuple[int, int]) -> int:
+    """Bytes that judging an output of this size takes, and drawing its report."""
+    return LIBRARIES + EACH * size[0] * size[1]
+
+
+def write_page(staging: Staging, path: str, found: scoring.Outcome | list[tuple[scoring.Outcome, Any]]) -> None:
+    """Write the report on one output, or on several with their thumbnails."""
+    if path.lower().endswith(".png"):
+        sheet = report.index_sheet(found) if isinstance(found, list) else report.sheet_of(found)
+        files.write(staging.place(path), sheet)
+    else:
+        page = report.index_of(found) if isinstance(found, list) else report.page_of(found)
+        files.write_bytes(staging.place(path), page.encode("utf-8", "replace"))

@@ -7,197 +7,187 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from .. import files
 from ..blend import Blend
 from ..canvas import Canvas
-from ..choosing.auto import Choice
-from ..errors import ParameterError
+from ..errors import ParameterError, printable
 from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
-from ..geometry import Wrap
-from ..guide import Guide
+from ..files.sets import Material
 from ..lazy import lazy
 from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
 from ..request.request import Request
 from ..request.verbs import DONE
-from ..sourcemap import SourceMap
-from ..synthesis import Plan, Scene, as_exemplars, canvas_of, check_between, planned
-from ..tasks.repair import check_repair
-from ..tasks.starts import Margins, extension
-from .exemplars import Set, Shelf, stem_of
+from ..synthesis import Scene
+from ..tasks.requested import small_of
+from .exemplars import Set, Shelf, check_each, donors_of, sets_of, stem_of
 from .outputs import (
+    FIELDS,
     by_file,
     check_apart,
     check_place,
     filled_name,
     kept_files,
     layer_files,
+    memory_of,
     plane_files,
     usual_files,
     usual_name,
 )
+from .report import Report
 
 if TYPE_CHECKING:
-    from ..tasks import completion, scoring, tileable
-else:  # only gates, holes and tiling need them
-    scoring, tileable = lazy("intarsia.tasks.scoring"), lazy("intarsia.tasks.tileable")
-    completion = lazy("intarsia.tasks.completion")
+    from ..tasks import scoring
+else:  # only gates need it
+    scoring = lazy("intarsia.tasks.scoring")
+
+KEPT = {
+    "save_map": "map", "st_map": "st map", "distance_map": "distances", "page": "report", "preview": "preview",
+    "offset": "offset",
+}  # fmt: skip
+"""Fields of a request that name files beside the pictures, and what each holds."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """One texture to grow, and the files that it goes to. ``lot`` numbers the exemplars on the shelf.
+    """One texture to grow: of which exemplars, with which seed, and the files that it goes to."""
 
-    Of its plan it keeps all but the scene, so that a long batch does not fill memory.
-    """
-
-    lot: int
+    shelf: Shelf
     seed: int
-    method: Method
-    blend: Blend
-    choice: Choice | None
-    guide: Guide | None
-    size: tuple[int, int]  # width, height
-    cut_from: tuple[int, int] | None  # width, height of the picture of which less is tiled
-    times: int  # larger than the map
-    patches: int | None
-    memory: int
-    sets: tuple[Set, ...]
     pictures: dict[str, str]  # plane -> file
-    save_map: str | None
-    st_map: str | None
-    distance_map: str | None
-    page: str | None
-    preview: str | None
-    offset: str | None
+    beside: dict[str, str]  # what else is written, of `KEPT` -> file
 
     @property
     def files(self) -> list[tuple[str, str]]:
         """All files of the order, and what each holds."""
-        more = (
-            (self.save_map, "map"), (self.st_map, "st map"), (self.distance_map, "distances"),
-            (self.page, "report"), (self.preview, "preview"), (self.offset, "offset"),
-        )  # fmt: skip
         pictures = [(path, ", ".join(names)) for path, names in by_file(self.pictures).items()]
-        return pictures + [(p, what) for p, what in more if p is not None]
+        return pictures + [(path, what) for what, path in self.beside.items()]
 
-    def plan(self, scene: Scene) -> Plan:
-        """The plan again, on its scene."""
-        return Plan(scene, self.method, self.blend, self.choice)
+    @property
+    def cut_from(self) -> tuple[int, int] | None:
+        """Width and height of the picture of which less is tiled."""
+        picture = self.shelf.scene.exemplars[0]
+        whole = picture.width, picture.height
+        return whole if self.shelf.request.verb == "tile" and whole != self.shelf.size else None
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the exemplar, where the method was chosen."""
-        return () if self.choice is None else self.choice.warnings
+        choice = self.shelf.plan.choice
+        return () if choice is None else choice.warnings
 
     @property
-    def line(self) -> str:
-        """What a person wants to know of it."""
-        return self.made_by(self.method.slug)
+    def memory(self) -> int:
+        """Bytes that growing it takes, and judging it."""
+        request = self.shelf.request
+        judged = memory_of(self.shelf.size) if request.page is not None or request.gates else 0
+        return self.shelf.plan.memory(request.depth) + judged
 
-    def made_by(self, slug: str) -> str:
-        """The same, once it is known which method led to the end."""
-        (width, height), whole = self.size, self.cut_from
+    def line(self, slug: str) -> str:
+        """What a person wants to know of it, once it is known which method leads to the end."""
+        (width, height), whole = self.shelf.size, self.cut_from
         cut = "" if whole is None else f" of {whole[0]}x{whole[1]} px"
         return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px{cut}, {slug}, seed {self.seed}"
 
 
-def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
-    """Return the size that is grown where pictures are drawn so many times larger."""
-    width, height = size
-    if width % times or height % times:
-        raise ParameterError(f"--size {width}x{height} is no multiple of --magnify {times}; give multiples of {times}.")
-    return width // times, height // times
+def materials_of(request: Request, report: Report) -> list[Material]:
+    """Find the materials of folders, and of files that are named beside them; refuse what none could be made with."""
+    out, masks = request.out or "", "--usable" if request.holes else "--mask"
+    filled_name(out, dict.fromkeys(FIELDS, ""))  # refuses unknown fields
+    for option, given in (("--map", request.maps), (masks, request.masks)):
+        if given:
+            raise ParameterError(f"{option} names a file of one material; with -o FOLDER/ put it beside its planes.")
+    if request.as_set:
+        raise ParameterError("--set does not go with -o FOLDER/; the names of files and folders tell what is a set.")
+    if len(request.holes) > 1:
+        raise ParameterError("--mask: one hole can be given for a folder, which then goes for all of its pictures.")
+    if "-" in request.read:
+        raise ParameterError("the standard input (-) can be read once; name files where -o is a folder.")
+    check_folder(out, request.files)
+    folders = [path for path in request.files if os.path.isdir(path)]
+    found = [m for path in folders for m in files.materials(path, request.how)]
+    for one in files.group([path for path in request.files if path not in folders], request.how):
+        known = {name: os.fspath(path) for name, path in one.items()}
+        found.append(Material(stem_of(known), "", list(one.values())))
+    report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
+    used = {os.fspath(path) for material in found for path in material.files}
+    every = [os.fspath(f) for p in folders for m in files.materials(p, "several") for f in m.files]
+    if left := [printable(path) for path in every if path not in used]:
+        report.note(f"left out, as other files there say which plane they are: {', '.join(left)}")
+    return found
 
 
-def scene_of(shelf: Shelf, lot: int, guide: Guide | None = None) -> Scene:
-    """Return the exemplars of a lot, and the canvas with what is on it; the guide is read if it was not yet."""
-    request = shelf.request
-    exemplars, size, wrap = as_exemplars(list(shelf.get(lot))), request.size, Wrap(request.closing)
-    if not request.begun:
-        if guide is None and request.verb == "paint":
-            guide = shelf.guide(lot)
-        small = None if size is None or guide is not None else small_of(size, exemplars[0].times)[::-1]
-        start = None if request.start is None else SourceMap.load(request.start)
-        return Scene(exemplars, canvas_of(exemplars, small, wrap, start, guide, request.rim))
-    picture, donors = exemplars[0], exemplars[1:]
-    if request.verb == "extend":
-        return extension(picture, Margins(*request.margins), donors, wrap)
-    if request.verb == "tile":
-        return tileable.scene_to_tile(picture, donors, wrap, request.band, None if size is None else size[::-1])
-    scene = completion.healed_scene(picture, shelf.hole(lot, picture.base, picture.name), donors, wrap, request.grow)
-    if "alpha" not in request.holes:
-        return scene
-    return replace(scene, recipe={"heal": scene.recipe["heal"] | {"mask": "alpha"}})
+def check_folder(out: str, sources: tuple[str, ...]) -> None:
+    """Refuse a folder that cannot be made, and one that is read: the next run would take results for materials."""
+    inner = os.path.realpath(out)
+    if os.path.dirname(inner) == inner:
+        raise ParameterError(f"-o {printable(out)} is the root of all folders; name a folder in it.")
+    for folder in filter(os.path.isdir, sources):
+        if os.path.commonpath([inner, outer := os.path.realpath(folder)]) == outer:
+            raise ParameterError(f"-o {printable(out)} lies in {printable(folder)}, which is read; name another place.")
+    if "{" not in out:
+        check_place(os.path.join(out, "o"), True, True)
 
 
-def check_begin(request: Request, lots: list[list[Set]], sets: list[Set]) -> None:
-    """Refuse several pictures for one output, and holes that do not fit the number of pictures."""
-    if not request.begun:
-        return
-    if len(lots[0]) > 1:
+def shelves_of(request: Request, report: Report) -> list[Shelf]:
+    """Return the exemplars of each output, or of one for each seed, with the request of that; nothing is read yet."""
+    sets, donors, holes, labels = sets_of(request, report), donors_of(request), request.holes, request.labels
+    each = "{stem}" in (request.out or "") or (not request.out and request.begun)
+    if request.begun and len(sets) > 1 and not each:
         raise ParameterError(
             f"{len(sets)} pictures are given for one output; put {{stem}} into -o to work on each, "
             "or name further sources with --from."
         )
-    if request.holes and len(request.holes) not in (1, len(sets)):
+    if holes and len(holes) not in (1, len(sets)):
         raise ParameterError(
-            f"--mask: {len(request.holes)} given for {len(sets)} picture{'s' * (len(sets) > 1)}; "
+            f"--mask: {len(holes)} given for {len(sets)} picture{'s' * (len(sets) > 1)}; "
             "give one for all, or one for each, in the same order."
         )
+    if not each:
+        return [Shelf([*sets, *donors], request, report)]
+    if request.verb == "paint":
+        check_each("--labels", len(labels), len(sets))
+    mine = (
+        replace(request, holes=holes[n:][:1] if len(holes) > 1 else holes, labels=labels[n:][:1])
+        for n in range(len(sets))
+    )
+    return [Shelf([found, *donors], one, report) for found, one in zip(sets, mine, strict=True)]
 
 
-def with_joins(plan: Plan, request: Request) -> Plan:
-    """Return the plan with its pieces joined as the method means it, but for what is asked otherwise."""
-    blend = plan.joined.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
-    check_between(plan.method, blend)
-    return replace(plan, blend=blend)
+def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None = None) -> list[Order]:
+    """Return the orders of some exemplars, one for each seed, or refuse what cannot work.
 
-
-def orders_of(shelf: Shelf, lot: int, check: Callable[[Scene], None] | None = None) -> list[Order]:
-    """Return the orders of one lot of exemplars, one for each seed, or refuse what cannot work.
-
-    `check` may refuse what was read.
+    `paged`: each has a report of its own, if one is asked for. `check` may refuse what was read.
     """
-    request, sets = shelf.request, shelf.lots[lot]
+    request, sets = shelf.request, shelf.sets
     if request.size is not None and not request.begun:
         width, height = small_of(request.size, request.magnify)
         Canvas(height, width)
     fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": request.chosen.slug, "seed": 0, "w": 0, "h": 0}
     if request.out and not request.layers:
         plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
-    scene = scene_of(shelf, lot)
     if check is not None:
-        check(scene)
-    plan = plan_of(request, scene)
-    exemplars, canvas, method = scene.exemplars, scene.canvas, plan.method
-    times = exemplars[0].times
-    size = (canvas.width * times, canvas.height * times)
-    whole = (exemplars[0].width, exemplars[0].height)
-    cut_from = whole if request.verb == "tile" and whole != size else None
-    fields |= {"w": size[0], "h": size[1], "method": method.slug}
-    memory = plan.memory(request.depth)
-    kept = (method, plan.joined, plan.choice, canvas.guide, size, cut_from, times, plan.patches, memory, tuple(sets))
-    orders = []
+        check(shelf.scene)
+    plan, orders = shelf.plan, list[Order]()
+    exemplars, canvas = shelf.scene.exemplars, shelf.scene.canvas
+    fields |= {"method": plan.method.slug} | dict(zip("wh", shelf.size, strict=True))
+    asked = {what: getattr(request, name) for name, what in KEPT.items()}
+    asked["distances"] = request.distance_map and request.distance_map[1]
+    asked["report"] = request.page if paged else None
     for seed in request.seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if request.begun else sets, exemplars[0], request, fields)
         if not request.layers:
             check_apart(pictures)
-        asked = (
-            request.save_map, request.st_map, request.distance_map and request.distance_map[1],
-            request.page, request.preview, request.offset,
-        )  # fmt: skip
-        maps = (None if t is None else filled_name(t, fields) for t in asked)
-        orders.append(Order(lot, seed, *kept, pictures, *maps))
-    if orders:
-        check_formats(orders[0], exemplars, request)
-        check_alike(exemplars)
-        check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
-        check_distance_map(orders[0], request)
-        if request.gates:
-            scoring.check_gates(request.gates)
-        check_tiled(orders[0], exemplars[0], request)
+        beside = {what: filled_name(path, fields) for what, path in asked.items() if path is not None}
+        orders.append(Order(shelf, seed, pictures, beside))
+    check_formats(orders[0])
+    check_alike(exemplars)
+    check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
+    check_distance_map(orders[0])
+    if request.gates:
+        scoring.check_gates(request.gates)
     return orders
 
 
@@ -218,60 +208,48 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: dic
     return usual_files(usual, sets[0], exemplar, longer, request.depth)
 
 
-def plan_of(request: Request, scene: Scene) -> Plan:
-    """Decide by which method a scene is filled."""
-    if request.verb == "tile":
-        plan = tileable.planned_to_tile(scene, request.chosen)
-    elif request.verb == "heal":
-        plan = completion.planned_for_holes(scene, request.chosen, request.edge)
-    else:
-        plan = planned(scene, request.chosen)
-    if plan.choice is None:
-        check_repair(plan.method, request.repair)
-    return with_joins(plan, request)
-
-
 def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
     """What JSON says of a method, x before y, and of how it joins its pieces."""
     its = {"method": method.slug, "parameters": recipe_settings(method)}
     return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
-def check_formats(order: Order, exemplars: tuple[Exemplar, ...], request: Request) -> None:
+def check_formats(order: Order) -> None:
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
+    request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
+    first = exemplars[0]
     for name, path in order.pictures.items():
-        plane = exemplars[0].picture(name)
+        plane = first.picture(name)
         assert plane is not None
-        width, height = (side * plane.width // (exemplars[0].width * order.times) for side in order.size)
+        width, height = (side * plane.width // (first.width * request.magnify) for side in size)
         check_depth(path, plane, request.depth, (width, height))
         if path != "-" and not format_of(path).text:
             check_place(str(recipe_path(path)), request.force, bool(request.folder))
-    if order.save_map is not None and os.path.splitext(order.save_map)[1].lower() != ".npz":
-        raise ParameterError(f"--save-map {order.save_map}: a map is saved as .npz; end the name in it.")
-    if order.st_map is not None:
-        if os.path.splitext(order.st_map)[1].lower() != ".exr":
-            raise ParameterError(f"--st-map {order.st_map}: an ST map is saved as .exr; end the name in it.")
+    if "map" in beside and _ending(beside["map"]) != ".npz":
+        raise ParameterError(f"--save-map {beside['map']}: a map is saved as .npz; end the name in it.")
+    if "st map" in beside:
+        if _ending(beside["st map"]) != ".exr":
+            raise ParameterError(f"--st-map {beside['st map']}: an ST map is saved as .exr; end the name in it.")
         if len(exemplars) > 1:
             raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
+    for what, times in (("preview", request.tiles), ("offset", 1)):
+        if what in beside:
+            check_depth(beside[what], first.planes[first.drawn[0]], request.depth, (size[0] * times, size[1] * times))
 
 
-def check_tiled(order: Order, exemplar: Exemplar, request: Request) -> None:
-    """Refuse depths and sizes that the formats of a preview and of the half-shifted picture cannot hold."""
-    for path, times in ((order.preview, request.tiles), (order.offset, 1)):
-        if path is not None:
-            width, height = (side * times for side in order.size)
-            check_depth(path, exemplar.planes[exemplar.drawn[0]], request.depth, (width, height))
-
-
-def check_distance_map(order: Order, request: Request) -> None:
+def check_distance_map(order: Order) -> None:
     """Refuse places outside the output, formats without distances, and methods that measure none."""
-    if request.distance_map is None or order.distance_map is None:
+    asked, (width, height), method = order.shelf.request.distance_map, order.shelf.size, order.shelf.plan.method
+    if asked is None:
         return
-    (x, y), path = request.distance_map[0], order.distance_map
-    if not (x < order.size[0] and y < order.size[1]):
-        width, height = order.size
+    (x, y), path = asked[0], order.beside["distances"]
+    if not (x < width and y < height):
         raise ParameterError(f"--distance-map {x},{y} lies outside the output of {width}x{height} px.")
-    if os.path.splitext(path)[1].lower() not in (".exr", ".tif", ".tiff", ".png"):
+    if _ending(path) not in (".exr", ".tif", ".tiff", ".png"):
         raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
-    if not measures_distances(order.method):
-        raise ParameterError(f"--distance-map: {order.method.slug} measures no distances; use patch-sampling.")
+    if not measures_distances(method):
+        raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")
+
+
+def _ending(path: str) -> str:
+    return os.path.splitext(path)[1].lower()

@@ -8,9 +8,15 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..methods.base import method_class
+from ..params import parameters
+from ..request.argv import written
 from .exits import one_line, say_json, tell
+
+if TYPE_CHECKING:
+    from ..choosing.auto import Choice
 
 Step = Callable[[int, int, Any], None]
 Listener = Callable[[float, str, Any, tuple[Any, ...]], None]
@@ -45,9 +51,10 @@ class Report:
             self.say(one_line(line))
 
     def warn(self, line: str) -> None:
-        """Tell of something that may be wrong; the JSON result repeats it."""
-        self.warnings.append(line)
-        self.note(f"intarsia: warning: {line}")
+        """Tell of something that may be wrong, once; the JSON result repeats it."""
+        if line not in self.warnings:
+            self.warnings.append(line)
+            self.note(f"intarsia: warning: {line}")
 
     def result(self, result: dict[str, Any]) -> None:
         """Print the result, if JSON is wanted."""
@@ -166,3 +173,44 @@ def _compiling() -> None:
 def _troubled(line: str) -> None:
     for report in {id(report): report for report in _listening}.values():
         report.warn(line)
+
+
+def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
+    """What JSON says of a choice; measurements only where they are asked for, as some take time."""
+    out: dict[str, Any] = {"rule": choice.rule, "why": list(choice.why)}
+    if explain:
+        from ..choosing.facts import measurements
+
+        out["measurements"] = measurements(choice.facts)
+    return out
+
+
+def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) -> None:
+    """Tell a person of a choice, where measurements were asked for."""
+    if "measurements" in about.get("auto", ()) and not report.quiet:
+        for line in _explained(about, warnings):
+            report.say(line)
+
+
+def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
+    auto = about["auto"]
+    lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
+    lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
+    lines += [f"{'method':13}{about['method']}"]
+    lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(_set(about))]
+    lines += [f"{'trial ' + str(n):13}{line}" for n, line in enumerate(_tried(auto), 1)]
+    lines += [f"{'warning':13}{line}" for line in warnings]
+    return [*lines, f"{'command':13}{auto['command']}"]
+
+
+def _tried(auto: dict[str, Any]) -> list[str]:
+    """What is said of each variant that was tried."""
+    energies = auto.get("energies", [])
+    scores = [f"{s['total']:.3f}, " for s in auto.get("scores", [])] or [""] * len(energies)
+    return [f"{score}energy {energy}" for score, energy in zip(scores, energies, strict=True)]
+
+
+def _set(about: dict[str, Any]) -> list[tuple[str, Any]]:
+    usual = {p.name: p.default for p in parameters(method_class(about["method"]))}
+    found = [(k, v) for k, v in about["parameters"].items() if v != usual[k]]
+    return found or [("all", "usual")]

@@ -19,12 +19,12 @@ from ..request.argv import once_more, to_line
 from ..request.request import Request
 from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
-from .choosing import as_json, explain
+from ..tasks.requested import with_joins
 from .exemplars import Shelf, sets_of, stem_of
 from .exits import CANCEL, Interrupted, unbroken
 from .outputs import filled_name, usual_name
-from .plan import method_as_json, with_joins
-from .report import Report
+from .plan import method_as_json
+from .report import Report, as_json, explain
 
 ENDINGS = dict.fromkeys(SUFFIXES, "picture") | {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
 USUAL = ".tif"
@@ -66,7 +66,7 @@ class Weaving:
         fields = {"seed": seed, "method": method.slug, "w": width, "h": height, "stem": ""}
         filled_name(request.out or "", fields)  # refuses unknown fields before anything is read
         sets = sets_of(request, report)
-        exemplars = as_exemplars(list(Shelf([sets], request, report).get(0)))
+        exemplars = as_exemplars(list(Shelf(sets, request, report).exemplars))
         plan = with_joins(planned_windows(exemplars, method), request)
         texture, choice = woven(plan, seed), plan.choice
         fields |= {"stem": stem_of(sets[0]), "method": texture.method.slug}

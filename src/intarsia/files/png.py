@@ -213,7 +213,7 @@ def _keep_text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int
     return len(rest)
 
 
-def encode_png(pixels: Array, icc: bytes | None = None) -> bytes:
+def encode_png(pixels: Array, icc: bytes | None = None, level: int = LEVEL) -> bytes:
     """Return a picture (H, W, C) of uint8, uint16 or bool as PNG, rows filtered by differences to the pixel before."""
     height, width, channels = pixels.shape
     pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
@@ -229,7 +229,7 @@ def encode_png(pixels: Array, icc: bytes | None = None) -> bytes:
     chunks = [(b"IHDR", head)]
     if icc:
         chunks.append((b"iCCP", b"icc\0\0" + zlib.compress(icc, LEVEL)))
-    chunks += [(b"IDAT", zlib.compress(rows.tobytes(), LEVEL)), (b"IEND", b"")]
+    chunks += [(b"IDAT", zlib.compress(rows.tobytes(), level)), (b"IEND", b"")]
     return PNG_START + b"".join(chunk(name, data) for name, data in chunks)
 
 

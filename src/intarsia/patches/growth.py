@@ -27,13 +27,11 @@ from ..kernels.cuts import SeamPrice
 from ..lazy import ndimage
 from ..params import Poses, Weights
 from ..run import Run
-from ..search.candidates import SHORT_LIST, Candidates, Search
+from ..search.candidates import SHORT_LIST, Candidates, Search, WindowGrid
 from ..search.distance_map import best_of_poses, distance_maps, full_scale
 from ..search.fourier import PatchSearch
-from ..search.guide import WindowGuide, numbered_labels
-from ..search.guided import Guided, GuidedSearch, seam_unit
+from ..search.guide import Guided, GuidedSearch, WindowGuide, numbered_labels, seam_unit
 from ..search.posed import PosedExemplars, isometry_ids, posed_exemplars
-from ..search.windows import WindowGrid
 from ..sourcemap import HOLE, SourceMap
 from .fill_order import fill_order
 from .growing_map import GrowingMap, Window, random_patch, waves

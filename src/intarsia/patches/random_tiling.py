@@ -13,9 +13,9 @@ from ..geometry import spread
 from ..methods.random_tiling import RandomTiling
 from ..params import AUTO, extent
 from ..run import Run
+from ..search.candidates import WindowGrid
 from ..search.posed import isometry_ids, posed_exemplars
 from ..search.sizes import check_patch, default_patch
-from ..search.windows import WindowGrid
 from ..sourcemap import SourceMap
 from .growing_map import GrowingMap, random_patch
 

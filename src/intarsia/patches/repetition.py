@@ -30,12 +30,11 @@ from ..analysis.rarity import rarity
 from ..arrays import Array, Int32, Pair, UInt8
 from ..geometry import ISOMETRIES
 from ..kernels import returns
-from ..search import exhaustive_kernels
-from ..search.candidates import SHORT_LIST, Candidates, Prices, Search, nearest
+from ..search import fourier_kernels
+from ..search.candidates import SHORT_LIST, Candidates, Prices, Search, WindowGrid, nearest
 from ..search.fourier import PatchSearch
 from ..search.fourier_kernels import FAR
 from ..search.posed import PosedExemplars, in_one_row
-from ..search.windows import WindowGrid
 from ..sourcemap import HOLE
 from . import repetition_kernels
 from .repetition_kernels import Terms, Uses, Wave
@@ -80,7 +79,7 @@ def best_given(
             check()
             part = rows[first : first + CHUNK]
             part[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
-            exhaustive_kernels.measure(found.feats, found.known, search.variants.posed, part)
+            fourier_kernels.measure(found.feats, found.known, search.variants.posed, part)
             best = nearest(np.concatenate([best, part]))[:SHORT_LIST]
         again = replace(found, rows=best)
     return replace(again, usual=found.usual, permitted=True)

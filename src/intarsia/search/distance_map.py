@@ -12,7 +12,7 @@ from ..analysis.stretched import RANGE, channel_shares
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
-from . import exhaustive_kernels
+from . import fourier_kernels
 from .candidates import Candidates
 from .fourier_kernels import FAR as FARTHEST
 from .posed import PosedExemplars
@@ -31,7 +31,7 @@ def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> 
     for v, valid in enumerate(variants.valid):
         at = np.argwhere(valid)
         rows = np.column_stack([np.full(len(at), FARTHEST), np.full(len(at), v), at])
-        exhaustive_kernels.measure(found.feats, found.known, variants.posed, rows)
+        fourier_kernels.measure(found.feats, found.known, variants.posed, rows)
         rms = np.full(valid.shape, FAR, np.float32)
         rms[*at.T] = np.sqrt(rows[:, 0] / (area * scale))
         out.append(rms)

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..arguments import SAMPLES
 from ..cli.app import COMMANDS
-from ..cli.listing import entries
+from ..cli.help import entries
 from ..disk.limits import DEFAULT_PIXELS
 from ..params import OVER, Parameter
 from ..request.field import Field

@@ -10,15 +10,15 @@ from itertools import pairwise
 from typing import Any
 
 from ..choosing.auto import AUTO_METHOD
-from ..errors import InputError, ParameterError, said
-from ..methods.base import METHODS, Ability, method_class
+from ..errors import InputError, ParameterError
 from ..request.argv import to_line
+from . import schema
 from .pictures import Pictures
 from .processes import Process
 from .refusals import Refused
 from .store import Row, Store
 from .uploads import Uploads
-from .words import ID, method_values, words_of
+from .words import words_of
 
 WITHIN = 120.0  # s for one answer
 FARTHEST = 1 << 40  # px from the middle
@@ -43,29 +43,28 @@ class Weaves:
         if unknown := set(given) - {"exemplar", "method", "options", "seed", "jitter"}:
             listed = ", ".join(sorted(unknown))[:100]
             raise ParameterError(f"{listed} is unknown; give exemplar, method, options, seed and jitter.")
-        name, method, seed = given.get("exemplar"), given.get("method", AUTO_METHOD), given.get("seed", 0)
-        row = self.store.get("exemplars", name) if isinstance(name, str) and ID.fullmatch(name) else None
-        if row is None:
-            raise InputError(f"{said(name)} is not the id of an exemplar.")
-        able = [slug for slug in METHODS if Ability.WINDOW in method_class(slug).supports]
-        if method not in (AUTO_METHOD, *able):
-            raise ParameterError(f"{said(method)} makes no endless canvas; give {AUTO_METHOD}, {', '.join(able)}.")
+        method, seed, options = given.get("method", AUTO_METHOD), given.get("seed", 0), given.get("options", {})
         if type(seed) is not int or not 0 <= seed < 1 << 64:
             raise ParameterError("the seed is a whole number from 0 to 2**64 - 1.")
-        options, jitter = method_values(method, given.get("options", {})), jitter_of(given.get("jitter"))
+        known = schema.options("weave")
+        if not isinstance(options, dict) or any(n in known and not known[n]["parameter"] for n in options):
+            raise ParameterError("options is an object of the method's parameters.")
+        asked = {"exemplars": [given.get("exemplar")], "options": {**options, "method": method, "size": "1x1"}}
+        words, jitter = words_of({"verb": "weave", **asked}, self.store), jitter_of(given.get("jitter"))
         if jitter is not None and (method == AUTO_METHOD or "jitter_output" in options):
             raise ParameterError("what is painted needs a method that is named, and no jitter_output besides.")
-        base = _digest([row["id"], method, options, seed])
+        name = given["exemplar"]
+        base = _digest([name, method, options, seed])
         own = base if jitter is None else _digest([base, jitter])
-        asked = {
-            "id": own, "base": base, "exemplar": row["id"], "paths": self.uploads.paths_of(row), "method": method,
-            "options": options, "seed": seed, "jitter": jitter,
+        row = {
+            "id": own, "base": base, "exemplar": name, "words": words.said, "method": method, "options": options,
+            "folder": str(self.store.folder / "exemplars" / name), "seed": seed, "jitter": jitter,
         }  # fmt: skip
-        told, _ = await self.weaver.ask("weave", within=WITHIN, **asked)
+        told, _ = await self.weaver.ask("begin", within=WITHIN, **row)
         while len(self._known) >= WEAVES:
             self._known.popitem(last=False)
-        self._known[own] = asked
-        return {"id": own, "exemplar": row["id"], "seed": seed, "side": SIDE, "levels": LEVELS, **told}
+        self._known[own] = row
+        return {"id": own, "exemplar": name, "seed": seed, "side": SIDE, "levels": LEVELS, **told}
 
     def get(self, name: str) -> Row:
         """Return what was asked for under this id, while it is known."""

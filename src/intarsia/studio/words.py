@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from ..errors import InputError, ParameterError, said
-from ..methods.base import METHODS, method_class
-from ..params import OVER, parameters, parse
+from ..params import parse
 from ..request.argv import to_argv
 from ..request.as_json import from_json, text_of
 from ..request.request import Request, fields_of_verb
@@ -169,23 +168,6 @@ def _text(option: schema.Option, value: Any) -> str:
                 raise ParameterError(f"{name}={said(text)} is not allowed; give a number or an image's id.") from None
         parse(known_parameters()[name][0], text)
     return text
-
-
-def method_values(method: str, given: Any) -> dict[str, str]:
-    """Return parameters of a method as texts that are checked; a picture is none of them here."""
-    if not isinstance(given, dict):
-        raise ParameterError("options is an object.")
-    known = {p.name: p for p in parameters(method_class(method))} if method in METHODS else {}
-    for name in given:
-        if name not in known:
-            raise ParameterError(f"{said(method)} has no parameter {said(name)}.")
-    texts = {}
-    for name, value in given.items():
-        p = known[name]
-        option = {"name": name, "field": name, "kind": p.kind, "choices": p.choices, "image": p.kind in OVER}
-        if value is not None:
-            texts[name] = _text(option | {"parameter": True}, value)
-    return texts
 
 
 def plain(line: str) -> str:

@@ -19,6 +19,7 @@ from ..image import Plane
 from ..judging.score import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Lattice
+from ..lazy import ndimage
 from ..rendering.mixing import averaged
 from ..segments.segments import Segments, segments
 from .scoring import Outcome
@@ -100,13 +101,8 @@ def ramp(colours: Sequence[tuple[float, tuple[int, int, int]]], value: Array) ->
 
 def stretched(cells: Array, shape: tuple[int, ...]) -> Array:
     """Numbers (rows, columns) as large as a picture, smooth between the middles of what each stands for."""
-    for axis in (0, 1):
-        length = cells.shape[axis]
-        at = np.clip((np.arange(shape[axis]) + 0.5) / shape[axis] * length - 0.5, 0, length - 1)
-        low = np.minimum(at.astype(np.int64), max(length - 2, 0))
-        share = (at - low).reshape((-1, 1) if axis == 0 else (1, -1))
-        cells = np.take(cells, low, axis) * (1 - share) + np.take(cells, np.minimum(low + 1, length - 1), axis) * share
-    return cells.astype(np.float32)
+    times = [n / m for n, m in zip(shape[:2], cells.shape, strict=True)]
+    return np.asarray(ndimage.zoom(cells.astype(np.float32), times, order=1, mode="nearest", grid_mode=True))
 
 
 def pieces(numbers: NDArray[Any], step: int) -> Pixels:
@@ -188,11 +184,7 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
     out = np.where(mine[..., None], (3 * picture + tints[group]) // 4, (2 * picture + tints[group]) // 5)
     out[group < 0] = GROUND
     edge = borders(found.labels)
-    around = mine.copy()  # a border belongs to the chosen group if either side does
-    for axis in (0, 1):
-        a, b = (np.s_[:-1], np.s_[1:]) if axis == 0 else (np.s_[:, :-1], np.s_[:, 1:])
-        around[a] |= mine[b]
-        around[b] |= mine[a]
+    around = ndimage.binary_dilation(mine)  # a border belongs to the chosen group if either side does
     out[edge & ~around] = FAINT_LINE
     out[edge & around] = LINE
     return out.astype(np.uint8)
@@ -203,14 +195,17 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
 
 def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
     """Lay small pictures out in rows, in their order."""
-    columns = math.ceil(math.sqrt(len(pictures)))
-    rows = -(-len(pictures) // columns)
-    high, wide = (max(p.shape[axis] for p in pictures) for axis in (0, 1))
-    paper = np.full((rows * (high + GAP) + GAP, columns * (wide + GAP) + GAP, 3), SHEET, np.uint8)
+    return Plane(in_rows(pictures, math.ceil(math.sqrt(len(pictures))), GAP, SHEET))
+
+
+def in_rows(pictures: Sequence[Pixels], columns: int, gap: int, paper: int | tuple[int, int, int]) -> Pixels:
+    """Lay pictures in rows of so many, in their order, on paper of a gray or colour."""
+    high, wide = (max(p.shape[axis] for p in pictures) + gap for axis in (0, 1))
+    out = np.full((-(-len(pictures) // columns) * high + gap, columns * wide + gap, 3), paper, np.uint8)
     for number, picture in enumerate(pictures):
         row, column = divmod(number, columns)
-        lay(paper, GAP + row * (high + GAP), GAP + column * (wide + GAP), picture)
-    return Plane(paper)
+        lay(out, gap + row * high, gap + column * wide, picture)
+    return out
 
 
 def lay(paper: Pixels, y: int, x: int, picture: Pixels) -> None:
@@ -308,13 +303,11 @@ def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Colour, Sequence[
         for spot in spots:
             y, x, radius = spot.y * scale, spot.x * scale, max(spot.radius * scale, 4.0)
             far = radius + RIM + 1
-            box = tuple(
-                slice(max(0, int(m - far)), max(0, min(n, int(m + far) + 2)))
-                for m, n in zip((y, x), out.shape[:2], strict=True)
-            )
-            rows, columns = (np.arange(s.start, s.stop) + 0.5 for s in box)
-            off = np.abs(np.hypot(rows[:, None] - y, columns[None] - x) - radius)
-            out[box] = _lined(out[box], off, colour, RING, RIM, 0.75)
+            top, left = max(0, int(y - far)), max(0, int(x - far))
+            part = out[top : max(0, int(y + far) + 2), left : max(0, int(x + far) + 2)]
+            rows, columns = np.ogrid[top : top + part.shape[0], left : left + part.shape[1]]
+            off = np.abs(np.hypot(rows + 0.5 - y, columns + 0.5 - x) - radius)
+            part[:] = _lined(part, off, colour, RING, RIM, 0.75)
     return out
 
 

@@ -25,7 +25,7 @@ from ..image import Plane
 from ..judging.score import Score, Worth
 from ..rendering.mixing import averaged
 from ..synthesis import Synthesis
-from .drawings import Drawn, Pixels, lay, looked, pictures_of, stretched
+from .drawings import Drawn, Pixels, in_rows, lay, looked, pictures_of, stretched
 from .scoring import Outcome
 
 STYLE = """
@@ -248,27 +248,22 @@ def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
 
 def sheet_of(outcome: Outcome) -> Plane:
     """Return the report on one output as a picture of 8 bits."""
-    drawn = pictures_of(outcome)
-    deep = SIDE + WORD + 2 * GAP
-    needed = NUMBER + 5 * GAP + ROW * len(outcome.score.parts)
-    paper = _paper(max(-(-len(drawn) // COLUMNS) * deep, needed), COLUMNS + 1)
-    for number, one in enumerate(drawn):
-        _panel(paper, _place(number, COLUMNS, deep), one.title, fitted(one.pixels, SIDE))
-    _numbers(paper, _place(COLUMNS, COLUMNS + 1, deep), outcome)
+    panels = [_panel(one.title, fitted(one.pixels, SIDE), SIDE) for one in pictures_of(outcome)]
+    pictures, numbers = in_rows(panels, COLUMNS, GAP, PAPER), _numbers(outcome)
+    height, width = pictures.shape[:2]
+    paper = _paper(max(height, len(numbers) + 2 * GAP), width + SIDE + GAP)
+    lay(paper, 0, 0, pictures)
+    lay(paper, GAP, width, numbers)
     return Plane(paper)
 
 
 def index_sheet(outcomes: Sequence[tuple[Outcome, Pixels]]) -> Plane:
     """Return several outputs with their parts as one picture, the worst first."""
-    found = sorted(outcomes, key=lambda one: one[0].score.total)
-    columns = min(len(found), 4)
-    deep = SIDE // 2 + 2 * WORD + 4 * GAP + NUMBER + ROW * len(found[0][0].score.parts)
-    paper = _paper(-(-len(found) // columns) * deep, columns)
-    for number, (outcome, small) in enumerate(found):
-        y, x = _place(number, columns, deep)
-        _panel(paper, (y, x), shortened(outcome.name), fitted(small, SIDE // 2))
-        _numbers(paper, (y + WORD + GAP + SIDE // 2, x), outcome)
-    return Plane(paper)
+    panels = [
+        np.concatenate([_panel(shortened(outcome.name), fitted(small, SIDE // 2), SIDE // 2), _numbers(outcome)])
+        for outcome, small in sorted(outcomes, key=lambda one: one[0].score.total)
+    ]
+    return Plane(in_rows(panels, min(len(panels), 4), GAP, PAPER))
 
 
 def shortened(path: str) -> str:
@@ -292,44 +287,42 @@ def fitted(picture: Pixels, side: int) -> Pixels:
     return np.stack([np.rint(stretched(picture[..., c], size)) for c in range(3)], axis=2).astype(np.uint8)
 
 
-def _paper(height: int, columns: int) -> Pixels:
-    return np.full((height + GAP, columns * (SIDE + GAP) + GAP, 3), PAPER, np.uint8)
+def _paper(height: int, width: int) -> Pixels:
+    return np.full((height, width, 3), PAPER, np.uint8)
 
 
-def _place(number: int, columns: int, deep: int) -> tuple[int, int]:
-    """Where a panel begins, of panels side by side, in rows `deep` px high."""
-    row, column = divmod(number, columns)
-    return GAP + row * deep, GAP + column * (SIDE + GAP)
+def _panel(title: str, picture: Pixels, high: int) -> Pixels:
+    """A picture under its title, with room for one `high` px high."""
+    paper = _paper(WORD + GAP + high, SIDE)
+    _write(paper, 0, 0, title)
+    lay(paper, WORD + GAP // 2, 0, picture)
+    return paper
 
 
-def _panel(paper: Pixels, at: tuple[int, int], title: str, picture: Pixels) -> None:
-    _write(paper, *at, title)
-    lay(paper, at[0] + WORD + GAP // 2, at[1], picture)
-
-
-def _numbers(paper: Pixels, at: tuple[int, int], outcome: Outcome) -> None:
+def _numbers(outcome: Outcome) -> Pixels:
     """The total, and a bar from bad to good for each part."""
-    (y, x), found = at, outcome.score
-    _write(paper, y, x, f"{found.total:.0f}", NUMBER)
-    _write(paper, y + NUMBER - WORD, x + SIDE // 4 + GAP, found.verdict)
-    y += NUMBER + GAP
+    found, y = outcome.score, NUMBER + GAP
+    paper = _paper(y + 2 * GAP + ROW * len(found.parts), SIDE)
+    _write(paper, 0, 0, f"{found.total:.0f}", NUMBER)
+    _write(paper, NUMBER - WORD, SIDE // 4 + GAP, found.verdict)
     if outcome.missed:
-        _write(paper, y, x, "falls short: " + ", ".join(outcome.missed), ink=BARS["bad"])
+        _write(paper, y, 0, "falls short: " + ", ".join(outcome.missed), ink=BARS["bad"])
     y += 2 * GAP
     for name in found.ranked:
         one = found.parts[name]
         taken = f"-{lost:.0f}" if (lost := 100 * found.loss(name)) >= 0.5 else ""
-        for column, said in ((0, name), (SIDE // 4, f"{one.measured:.1f} {one.part.unit}"), (SIDE - 2 * WORD, taken)):
-            _write(paper, y, x + column, said)
-        left, right = x + SIDE // 2, x + SIDE - 3 * WORD
-        paper[y + WORD // 4 : y + WORD, left:right] = TRACK
-        paper[y + WORD // 4 : y + WORD, left : left + round((right - left) * one.worth)] = BARS[quality(one)]
+        for x, said in ((0, name), (SIDE // 4, f"{one.measured:.1f} {one.part.unit}"), (SIDE - 2 * WORD, taken)):
+            _write(paper, y, x, said)
+        bar = paper[y + WORD // 4 : y + WORD, SIDE // 2 : SIDE - 3 * WORD]
+        bar[:] = TRACK
+        bar[:, : round(bar.shape[1] * one.worth)] = BARS[quality(one)]
         y += ROW
+    return paper
 
 
 def _write(paper: Pixels, y: int, x: int, text: str, size: int = WORD, ink: tuple[int, int, int] = INK) -> None:
     """Write a line that is cut off where its column ends."""
-    cover = lettered(text[:200], size)[:, :SIDE]
-    spot = paper[y : y + cover.shape[0], x : x + cover.shape[1]]
-    share = cover[: spot.shape[0], : spot.shape[1], None] / 255
-    spot[:] = np.rint(spot * (1 - share) + np.array(ink) * share)
+    spot = paper[y:, x:]
+    cover = lettered(text[:200], size)[: len(spot), : spot.shape[1], None] / 255
+    spot = spot[: len(cover), : cover.shape[1]]
+    spot[:] = np.rint(spot * (1 - cover) + np.array(ink) * cover)

@@ -35,8 +35,7 @@ from ..run import Run, run_of
 from ..search.sizes import element_patch, supplied
 from ..sourcemap import identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
-from .completion import donors_of, least_seams, planned_for_holes
-from .starts import shelf_of, with_hole
+from .completion import donors_of, least_seams, planned_for_holes, shelf_of, with_hole
 
 LEAST_SIDE = 16  # px of an image
 LEAST_BAND = 4  # px: a hole of two, and one on either side of it that may be replaced

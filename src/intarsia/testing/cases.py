@@ -19,7 +19,7 @@ from ..methods.base import Ability, Method
 from ..run import Run
 from ..sourcemap import SourceMap
 from ..synthesis import Synthesis, synthesize
-from ..tasks.replaying import replayed as made_again
+from ..tasks.requested import replayed as made_again
 
 DEPTHS = ("uint8", "uint16", "float32")
 LONGEST = 45

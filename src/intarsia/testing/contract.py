@@ -27,7 +27,7 @@ from ..rendering.render import render
 from ..run import Run
 from ..sourcemap import SourceMap, identity
 from ..synthesis import Synthesis, synthesize
-from ..tasks.starts import with_hole
+from ..tasks.completion import with_hole
 from .cases import (
     Case,
     as_depth,

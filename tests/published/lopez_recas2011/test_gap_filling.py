@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis.naive_correlation import gncc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from published.lopez_recas2011 import naive_gap_filling as naive_rsgf
 
 import intarsia as ia
-from intarsia.analysis.correlation import gncc
 from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar

@@ -34,13 +34,13 @@ def look(request: Request, report: Report) -> None:
     sets = sets_of(request, report)
     if len(sets) > 1 and request.to_stdout:
         raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
-    shelf, seen, results = Shelf([[found] for found in sets], request, report), set[str](), []
+    seen, results = set[str](), []
     plans = [_plan(request, found, seen) for found in sets]
-    for number in range(len(sets) if len(sets) > 1 else 0):
-        shelf.get(number)  # a file that cannot be read is refused before the first is worked on
+    for one in sets if len(sets) > 1 else []:
+        _ = Shelf([one], request, report).exemplars  # what cannot be read is refused before the first is worked on
     for number, plan in enumerate(plans):
         with report.watching(1):
-            found = analyze(shelf.get(number)[0])
+            found = analyze(Shelf([sets[number]], request, report).exemplars[0])
         first = next(iter(sets[number].values()))
         answer = found.as_dict()
         answer["suggested"]["flatten"] |= request.flatten

@@ -83,19 +83,9 @@ def carry_out(request: Request, report: Report) -> None:
     if request.many is not None and request.out and "{seed}" not in request.out:
         raise ParameterError(f"-o {request.out}: all seeds would write one file; put {{seed}} into the name.")
 
-    if request.into_folder:
-        from ..materials import Materials
-
-        materials = Materials.plan(request, report)
-        begun()
-        materials.tell_plan() if request.dry_run else materials.carry_out()
-        return
-
     from ..batch import Batch
 
     batch = Batch.plan(request, report)
-    if request.sheet is not None:
-        batch.add_sheet(request.sheet)
     begun()
     batch.tell_plan() if request.dry_run else batch.carry_out()
 

@@ -9,7 +9,7 @@ import click
 from ...methods.base import METHODS, method_class
 from ...params import parameters
 from ..exits import say, say_json
-from ..listing import entries
+from ..help import entries
 
 
 @click.command(name="methods")

@@ -82,7 +82,7 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     out = filled_name(request.out or "", {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
     pictures = {} if request.layers else plane_files(out, sets[0])
     check_all(pictures.values() if pictures else [out], request.force, set())
-    exemplars = Shelf([sets], request, report).get(0)
+    exemplars = Shelf(sets, request, report).exemplars
     pictures = pictures or layer_files(out, exemplars[0], request.depth)
     _check_sizes(smap, exemplars)
     for name, path in pictures.items():

@@ -48,7 +48,7 @@ def judge(request: Request, report: Report) -> None:
         page = filled_name(page, dict.fromkeys(FIELDS, "") | {"stem": stem_of(sets[0])})
         check_all([page], request.force, set())
     smap = None if saved is None or saved == RECIPE else SourceMap.load(saved)
-    exemplars, made = Shelf([sets], request, report).get(0), files.read(output, alpha=request.alpha)
+    exemplars, made = Shelf(sets, request, report).exemplars, files.read(output, alpha=request.alpha)
     if saved == RECIPE:
         smap = _made_again(output, made.base, exemplars, report)
     outcome = outcome_of(exemplars, made, map=smap, wrap=request.wrap)
@@ -68,7 +68,7 @@ def judge(request: Request, report: Report) -> None:
 def _made_again(output: str, made: Plane, exemplars: Sequence[Exemplar], report: Report) -> SourceMap | None:
     """Return the map that the recipe of an output makes again; where it makes none, say why, and go on without."""
     from ...run import Run
-    from ...tasks.replaying import recipe_map
+    from ...tasks.requested import recipe_map
 
     try:
         with report.watching(1) as meter:
@@ -83,8 +83,7 @@ def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) 
     import shlex
 
     from ... import files
-    from ..outputs import Staging
-    from ..reporting import write_page
+    from ..outputs import Staging, write_page
 
     recipe = None
     if outcome.name != "-":

@@ -9,7 +9,7 @@ import click
 
 from ...errors import ResourceError
 from ..exits import Interrupted, one_line, tell
-from ..options import FILE
+from ..help import FILE
 
 NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}
 """What the server is made with: the module, and how it is installed."""

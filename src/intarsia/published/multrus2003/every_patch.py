@@ -12,7 +12,7 @@ import numpy as np
 from ...patches.growing_map import Window
 from ...patches.growth import Growth
 from ...patches.repetition import Table
-from ...search import exhaustive_kernels
+from ...search import fourier_kernels
 from ...search.candidates import Candidates, nearest
 from ...search.fourier_kernels import FAR
 from .repeats import Factors
@@ -28,7 +28,7 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
         uses = np.concatenate([counts.ravel() for counts in prices.counts])[table.flat > 0].astype(np.int64)
         most = limit // (1 + uses // 256) ** 2
     rows[:, 0] = most
-    exhaustive_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
+    fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
     rows = nearest(rows[rows[:, 0] <= most])
     return growth.weighed(np.array(growth.at(window), np.int64), replace(found, rows=rows))
 
@@ -42,8 +42,8 @@ def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Cand
     rows = table.rows(table.flat)
     rows[:, 0] = FAR
     apart = rows.copy()
-    exhaustive_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
-    exhaustive_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
+    fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
+    fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
     share = guided.shares(found.known[None], inside)[0]
     rows[:, 0] = np.floor((np.sqrt(rows[:, 0]) + share * np.sqrt(apart[:, 0])) ** 2 + 0.5)
     return growth.weighed(at[0], replace(found, rows=nearest(rows)))

@@ -18,7 +18,7 @@ from ...arrays import Array
 from ...exemplar import Exemplar
 from ...guide import Guide
 from ...image import Kind, Plane
-from ...tasks.starts import Margins, extended
+from ...tasks.completion import Margins, extended
 from ..figures import Figure, Panel, cropped, given, grown, shaded
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"

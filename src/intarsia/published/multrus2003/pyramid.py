@@ -20,10 +20,9 @@ from ...kernels.windows import Posed
 from ...lazy import ndimage
 from ...search import fourier_kernels, guided_kernels
 from ...search.candidates import SHORT_LIST, Candidates, Prices
-from ...search.guide import WindowGuide
-from ...search.guided import Guided
+from ...search.fourier_kernels import Listed
+from ...search.guide import Guided, WindowGuide
 from ...search.posed import PosedExemplars, in_one_row
-from ...search.reduce_kernels import Listed
 from . import pyramid_kernels
 from .pyramid_kernels import Rung
 from .repeats import Factors

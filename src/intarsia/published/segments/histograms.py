@@ -16,7 +16,7 @@ from ...analysis.sums import running_sums
 from ...arrays import Array
 from ...draws import below, draw_many
 from ...kernels import windows
-from ...search import exhaustive_kernels
+from ...search import fourier_kernels
 from ...search.candidates import Candidates, Prices, nearest
 from ...search.fourier_kernels import FAR
 from ...search.posed import PosedExemplars
@@ -106,7 +106,7 @@ class SegmentSearch:
                 groups = np.where(variant[index] != HOLE, self.groups[yx[index][..., 0], yx[index][..., 1]], -1)
                 rows = self.drawn(groups, known[k], (y, x))
                 rows[:, 0] = FAR
-                exhaustive_kernels.measure(feats[k], known[k], self.variants.posed, rows)
+                fourier_kernels.measure(feats[k], known[k], self.variants.posed, rows)
                 rows = nearest(rows)
             usual = int(rows[len(rows) // USUAL, 0]) if len(rows) else 0
             found.append(Candidates(rows, usual, feats[k], known[k], free=not known[k].any()))

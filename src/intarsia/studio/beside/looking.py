@@ -5,15 +5,53 @@ from __future__ import annotations
 import os
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import files
+from ...disk.depth import looked_at
 from ...errors import InputError
+from ...exemplar import Exemplar
+from ...files.png import encode_png
+from ...image import Kind, Plane, Transfer
+from ...sourcemap import SourceMap
 from .worker import Answer, Tell
 
-if TYPE_CHECKING:
-    from ...exemplar import Exemplar
-    from ...image import Plane
-    from .pictures import Pixels
+WIDEST = 1 << 24  # px of a map that is sent whole
+
+Pixels = NDArray[np.uint8]
+
+
+def seen(plane: Plane) -> Pixels:
+    """Return what can be seen of a plane: (H, W, 3 or 4) of 8 bits; normals with a sign become (n + 1) / 2."""
+    pixels = plane.pixels
+    if plane.kind is Kind.NORMAL and plane.is_float and bool((pixels < 0).any()):
+        pixels = (pixels + 1) / 2
+    found = np.atleast_3d(looked_at(pixels, plane.kind, plane.transfer is Transfer.LINEAR))
+    gray = found[:, :, [0, 0, 0, 1][: found.shape[2] + 2]] if found.shape[2] < 3 else found
+    return np.ascontiguousarray(gray, np.uint8)
+
+
+def reduced(pixels: Pixels, side: int) -> Pixels:
+    """Return pixels (H, W, C), averaged over blocks until no side is longer than `side`."""
+    step = -(-max(pixels.shape[:2]) // side)
+    if step <= 1:
+        return pixels
+    height, width = max(pixels.shape[0] // step, 1), max(pixels.shape[1] // step, 1)
+    whole = pixels[: height * step, : width * step]
+    if whole.shape[0] < height * step or whole.shape[1] < width * step:  # thinner than one block
+        return pixels[::step, ::step]
+    blocks = whole.reshape(height, step, width, step, -1)
+    mean: Pixels = (blocks.mean(axis=(1, 3), dtype=np.float32) + 0.5).astype(np.uint8)
+    return mean
+
+
+def png(pixels: Pixels) -> bytes:
+    """Return the bytes of a PNG, made quickly: (H, W, C)."""
+    return encode_png(pixels, level=1)
+
 
 def look(said: dict[str, Any], tell: Tell) -> Answer:
     """Read the files of one exemplar, or an image of numbers; return what they are."""
@@ -22,8 +60,6 @@ def look(said: dict[str, Any], tell: Tell) -> Answer:
 
 def see(said: dict[str, Any], tell: Tell) -> Answer:
     """Return a plane as PNG, of 8 bits and at most `side` px, or a part of it, pixel for pixel."""
-    from .pictures import png, reduced
-
     pixels = _seen(tuple(said["paths"]), said["plane"])
     if "side" in said:
         return {}, png(reduced(pixels, said["side"]))
@@ -37,9 +73,6 @@ def see(said: dict[str, Any], tell: Tell) -> Answer:
 @lru_cache(maxsize=1)
 def _seen(paths: tuple[str, ...], name: str) -> Pixels:
     """What can be seen of a plane; the last one is kept, as large ones are asked for part by part."""
-    from ... import files
-    from .pictures import seen
-
     found = _group(list(paths))
     if name not in found:
         raise InputError(f"there is no plane {name}.")
@@ -49,8 +82,6 @@ def _seen(paths: tuple[str, ...], name: str) -> Pixels:
 
 def _group(paths: list[str]) -> dict[str, str]:
     """The files of one exemplar by plane."""
-    from ... import files
-
     if paths[0].startswith("sample:"):
         own = {name: os.fspath(path) for name, path in files.sets.layered(paths[0]).items()}
         return own or {"albedo": paths[0]}
@@ -63,8 +94,6 @@ def _group(paths: list[str]) -> dict[str, str]:
 
 def exemplar_of(paths: list[str]) -> Exemplar:
     """Read the files of one exemplar."""
-    from ... import files
-
     return files.read_set(_group(paths))
 
 
@@ -87,12 +116,36 @@ def _told(name: str, plane: Plane) -> dict[str, Any]:
 
 def _labels(path: str) -> Answer:
     """Check a picture of numbers: one channel, 8 bits; return its size and which numbers are in it."""
-    import numpy as np
-
-    from ... import files
-
     plane = files.read_plane(path, "label")
     if plane.channels != 1 or plane.pixels.dtype != np.uint8:
         raise InputError("the image is no PNG of one channel and 8 bits; save it so.")
     values = [int(v) for v in np.unique(plane.pixels)]
     return {"width": plane.width, "height": plane.height, "values": values}, b""
+
+
+def origins(said: dict[str, Any], tell: Tell) -> Answer:
+    """Return where every pixel of a box comes from: uint16, little-endian, (H, W, 3): exemplar, row, column.
+
+    65535: from nowhere. Without a box: of all of the map.
+    """
+    smap = _map(said["map"])
+    x, y, width, height = said["box"] or (0, 0, smap.width, smap.height)
+    if width * height > WIDEST:
+        raise InputError(f"the map has more than {WIDEST} px; ask for a box of it.")
+    part = np.s_[y : y + height, x : x + width]
+    which = which_of(smap)[part]
+    out = np.empty((*which.shape, 3), "<u2")
+    out[..., 0], out[..., 1:] = which, np.clip(smap.yx[part], 0, 65534)
+    out[which == 255] = 65535
+    return {"width": smap.width, "height": smap.height}, out.tobytes()
+
+
+@lru_cache(maxsize=1)
+def _map(path: str) -> SourceMap:
+    """The map that was asked for last: a pointer goes over it part by part."""
+    return SourceMap.load(path)
+
+
+def which_of(smap: SourceMap) -> NDArray[np.uint8]:
+    """The number of the exemplar that each pixel of a map comes from."""
+    return np.zeros(smap.yx.shape[:2], np.uint8) if smap.which is None else smap.which

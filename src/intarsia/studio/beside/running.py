@@ -1,4 +1,4 @@
-"""In the process beside: a command of the command line, carried out here; and getting warm."""
+"""In the process beside: commands, told of as they go; getting warm; and small sketches of methods to choose by."""
 
 from __future__ import annotations
 
@@ -7,16 +7,39 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
-from .drafting import Drafting
+import numpy as np
+
+from ...cli.app import cli
+from ...cli.exemplars import Held, hold
+from ...cli.exits import CANCEL
+from ...cli.report import listen
+from ...errors import InputError, MethodError, ParameterError
+from ...exemplar import Exemplar
+from ...image import Plane
+from ...kernels.announcing import no_longer, on_first_compilation
+from ...run import Run
+from ...sourcemap import SourceMap
+from ...synthesis import synthesize
+from ...tasks import warming
+from .looking import exemplar_of, png, reduced, seen, which_of
 from .worker import Answer, Tell
 
 FIRST, MORE = 20.0, 5.0  # s that compiling takes: of all that a first command runs, and of what a later one adds
 STEPS = 50  # of what is told while this process gets ready
+
+PREVIEW = 512  # px: a preview is no larger
+APART = 0.25  # s between two previews
+SHARE = 0.03  # of the time goes into previews, at most
+
+LARGEST = 320  # px a side of an exemplar: larger ones are reduced, so that all of it is seen
+SIDE = 192  # px of what is grown of it
+SLOW = {"efros-leung": (112, 96)}  # compares every pixel with all: of how much of the exemplar, and how much is grown
 
 _grown: list[bool] = []  # whether a command was carried out here
 
@@ -34,7 +57,6 @@ def command(said: dict[str, Any], tell: Tell) -> Answer:
 @contextmanager
 def _saying_how_long(tell: Tell) -> Iterator[None]:
     """Once a command must compile: tell about how many seconds that takes, fewer where one grew before."""
-    from ...kernels.announcing import no_longer, on_first_compilation
 
     def announce() -> None:
         tell(ready=MORE if _grown else FIRST)
@@ -55,16 +77,11 @@ def prepare(said: dict[str, Any], tell: Tell) -> Answer:
 @cache
 def _hold() -> None:
     """Keep exemplars between the commands of this process."""
-    from ...cli.exemplars import Held, hold
-
     hold(Held())
 
 
 def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any]:
     """Run a command as a shell would, but here: what it tells as JSON, or its error."""
-    from ...cli.app import cli
-    from ...cli.report import listen
-
     _hold()
     told, aside = io.StringIO(), io.StringIO()
     listen(drafting)
@@ -73,8 +90,7 @@ def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any
             cli.invoke(ctx)
     finally:
         listen(None)
-    text = told.getvalue().strip()
-    answer: dict[str, Any] = json.loads(text) if text else {}
+    answer: dict[str, Any] = json.loads(told.getvalue().strip() or "{}")
     return answer
 
 
@@ -83,10 +99,6 @@ def warm(said: dict[str, Any], tell: Tell) -> Answer:
 
     Where it is cancelled it ends after the kernel that is being compiled, and what was made until then stays.
     """
-    from ...cli.exits import CANCEL
-    from ...run import Run
-    from ...tasks.warming import warm as load
-
     told = [-1]
 
     def step(done: int, total: int, draft: Any) -> None:
@@ -94,7 +106,7 @@ def warm(said: dict[str, Any], tell: Tell) -> Answer:
             told[0] = now
             tell(warm=[now, STEPS + 1])
 
-    count = load(run=Run(step=step, cancel=CANCEL))
+    count = warming.warm(run=Run(step=step, cancel=CANCEL))
     folder = tempfile.mkdtemp(prefix="intarsia-warm-")
     try:
         out = os.path.join(folder, "a.png")
@@ -103,3 +115,70 @@ def warm(said: dict[str, Any], tell: Tell) -> Answer:
         shutil.rmtree(folder, ignore_errors=True)
     tell(warm=[STEPS + 1, STEPS + 1])
     return {"grown": count}, b""
+
+
+class Drafting:
+    """Hears each step of the work; tells the fraction, the stage, and a preview now and then."""
+
+    def __init__(self, tell: Tell) -> None:
+        self._tell, self._next, self._told = tell, 0.0, (-1.0, "")
+
+    def __call__(self, fraction: float, stage: str, draft: Any, exemplars: tuple[Any, ...]) -> None:
+        now = time.monotonic()
+        if stage != self._told[1] or fraction - self._told[0] >= 0.01:
+            self._told = (fraction, stage)
+            self._tell(fraction=round(fraction, 4), stage=stage)
+        if draft is None or now < self._next:
+            return
+        picture = drawn(draft(), exemplars)
+        ended = time.monotonic()
+        if picture is not None:
+            self._tell(picture, preview=True)
+        self._next = ended + (max(APART, (ended - now) / SHARE) if picture is not None else ended - now)
+
+
+def drawn(smap: SourceMap, exemplars: Sequence[Exemplar]) -> bytes | None:
+    """Return a PNG of a map: copied pixels, clear where nothing is yet; None of nothing."""
+    step = max(-(-max(smap.height, smap.width) // PREVIEW), 1)
+    part = np.s_[step // 2 :: step, step // 2 :: step]
+    which, yx = which_of(smap)[part], smap.yx[part]
+    out = np.zeros((*which.shape, 4), np.uint8)
+    for number, exemplar in enumerate(exemplars):
+        ys, xs = yx[..., 0], yx[..., 1]
+        here = (which == number) & (ys >= 0) & (ys < exemplar.height) & (xs >= 0) & (xs < exemplar.width)
+        if here.any():
+            base = exemplar.base
+            out[here, :3] = seen(base.like(base.samples[ys[here], xs[here]][None]))[0, :, :3]
+            out[here, 3] = 255
+    return png(out) if out[..., 3].any() else None
+
+
+def sketch(said: dict[str, Any], tell: Tell) -> Answer:
+    """Grow a small picture with the usual parameters of a method; nothing, where it cannot serve."""
+    try:
+        part, side = SLOW.get(said["method"], (LARGEST, SIDE))
+        exemplar = _middle(_reduced(*said["paths"]), part)
+        made = synthesize(exemplar, side, said["method"], run=Run(threads=1, cancel=CANCEL))
+        return {}, png(seen(made.render()))
+    except (MethodError, ParameterError, InputError):
+        return {}, b""
+
+
+@lru_cache(maxsize=4)
+def _reduced(*paths: str) -> Exemplar:
+    """The colours of an exemplar, as they are seen, at most LARGEST px a side."""
+    whole = exemplar_of(list(paths))
+    pixels = np.ascontiguousarray(reduced(seen(whole.base), LARGEST)[:, :, :3])
+    step = -(-max(whole.height, whole.width) // LARGEST)
+    usable = None if whole.usable is None else whole.usable[::step, ::step][: pixels.shape[0], : pixels.shape[1]]
+    return Exemplar({"albedo": Plane(pixels)}, usable)
+
+
+def _middle(exemplar: Exemplar, side: int) -> Exemplar:
+    """What lies in the middle of an exemplar, at most so many px a side."""
+    if max(exemplar.height, exemplar.width) <= side:
+        return exemplar
+    firsts = (max((n - side) // 2, 0) for n in exemplar.base.pixels.shape[:2])
+    rows, columns = (slice(first, first + side) for first in firsts)
+    usable = None if exemplar.usable is None else exemplar.usable[rows, columns]
+    return Exemplar({"albedo": Plane(exemplar.base.pixels[rows, columns])}, usable)

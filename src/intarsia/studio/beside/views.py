@@ -1,8 +1,8 @@
-"""In the process beside: pictures of a result as it was made: pieces, joins, damage, how often, and from where."""
+"""In the process beside: what was found in an exemplar, and views of a result as it was made; exemplars edited."""
 
 from __future__ import annotations
 
-import json
+import os
 from functools import lru_cache
 from typing import Any
 
@@ -11,57 +11,211 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ... import files
-from ...cli.exemplars import Shelf, sets_of
+from ...analysis.light import flattened
+from ...canvas import Canvas
+from ...choosing.facts import Facts
+from ...cli.exemplars import Shelf, cropped, sets_of
 from ...cli.help import read_argv
+from ...cli.outputs import usual_ending
 from ...cli.report import Report
+from ...courses.rectify import straight_of
+from ...covering.exchange import striking
 from ...errors import InputError
+from ...exemplar import Exemplar
+from ...geometry import Wrap
+from ...image import Kind, Plane
+from ...segments.wholes import things, wholes
 from ...sourcemap import SourceMap
-from ...tasks.drawings import HEAT, borders, heat, pieces, ramp, used
+from ...tasks.completion import healed_scene
+from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pieces, ramp, used
+from ...tasks.inspection import Findings, analyze
 from ...tasks.scoring import Outcome, outcome_of
-from .pictures import Pixels, png
+from .looking import Pixels, exemplar_of, png, which_of
 from .worker import Answer, Tell
 
+LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
+LABELS = 6  # that the page paints with
+FILL = 70  # of 255: how much of a tint is seen
 AROUND = 9  # px of the exemplar over which it is told how often it is shown
-WIDEST = 1 << 24  # px of a map that is sent whole
 
-_held: dict[str, Outcome] = {}
+
+def find(said: dict[str, Any], tell: Tell) -> Answer:
+    """Look at an exemplar: what `intarsia analyze --json` tells, and which overlays there are."""
+    found = _findings(*said["paths"])
+    seen, masonry = wholes(found.exemplar), _facts(found.exemplar).masonry
+    more = {
+        "overlays": [kind for kind, draw in DRAWN.items() if kind != "labels" and draw(found) is not None],
+        "courses": None if masonry is None else masonry.told,
+        "striking": {"things": len(things(found.exemplar).areas), "elements": int(_strong(found.exemplar).sum())},
+        "stones": 0 if seen is None else len(seen.sure) - 1,
+    }
+    return found.as_dict() | more, b""
+
+
+def overlay(said: dict[str, Any], tell: Tell) -> Answer:
+    """Draw what was found, on a clear ground: PNG of the exemplar's size; `labels` are numbers, of one channel."""
+    drawn = DRAWN[said["kind"]](_findings(*said["paths"]))
+    if drawn is None:
+        raise InputError(f"nothing of this kind was found: {said['kind']}.")
+    return {}, png(drawn)
+
+
+def rim(said: dict[str, Any], tell: Tell) -> Answer:
+    """See by how many px `heal --grow auto` would enlarge a hole, and draw what of the picture that is: PNG."""
+    exemplar = exemplar_of(said["paths"])
+    hole = files.read_mask(said["mask"], exemplar.base, exemplar.name)
+    scene = healed_scene(exemplar, hole, (), Wrap.NONE, None)
+    assert scene.canvas.start is not None
+    drawn = _clear(exemplar)
+    drawn[scene.canvas.start.holes & ~hole] = LINE
+    return {"grow": scene.recipe["heal"]["grow"]}, png(drawn)
+
+
+def edit(said: dict[str, Any], tell: Tell) -> Answer:
+    """Cut, straighten and flatten an exemplar; write it into a folder and tell the names of its files."""
+    exemplar, done = exemplar_of(said["paths"]), []
+    if said["crop"] is not None:
+        exemplar, done = cropped(exemplar, tuple(said["crop"])), ["cropped"]
+    if said["straighten"]:
+        straight = straight_of(exemplar)
+        if straight is None:
+            raise InputError("its courses are straight already, or it has none.")
+        exemplar, done = straight.exemplar, [*done, "straight"]
+    if said["flatten"]:
+        exemplar, done = flattened(exemplar), [*done, "flat"]
+    planes = dict(exemplar.planes)
+    if exemplar.usable is not None and not exemplar.usable.all():
+        planes["mask"] = Plane(exemplar.usable.astype(np.uint8) * np.uint8(255), Kind.LABEL)
+    stem, names = "_".join([said["stem"], *done]), []
+    for name, plane in planes.items():
+        own = stem if len(planes) == 1 else f"{stem}_{name}"
+        names.append(own + usual_ending("x.png", plane, 1, None))
+        files.write(os.path.join(said["folder"], names[-1]), plane)
+    return {"names": names}, b""
+
+
+@lru_cache(maxsize=4)
+def _findings(*paths: str) -> Findings:
+    return analyze(exemplar_of(list(paths)))
+
+
+def _facts(exemplar: Exemplar) -> Facts:
+    return exemplar.memo("studio", lambda: Facts([exemplar], Canvas(2 * exemplar.height, 2 * exemplar.width)))
+
+
+def _clear(exemplar: Exemplar) -> Pixels:
+    return np.zeros((exemplar.height, exemplar.width, 4), np.uint8)
+
+
+def _lattice(found: Findings) -> Pixels | None:
+    """The lines of the lattice, taken out of the picture that has them over the exemplar."""
+    if found.lattice is None:
+        return None
+    out, drawn = _clear(found.exemplar), found.overlay("lattice").pixels
+    out[..., :3] = drawn
+    out[..., 3] = np.where((drawn != on_paper(found.exemplar.base)).any(axis=2), 255, 0)
+    return out
+
+
+def _courses(found: Findings) -> Pixels | None:
+    """The lines between courses, and the joints of stones where they are clear."""
+    facts = _facts(found.exemplar)
+    lines, masonry = facts.courses, facts.masonry
+    if lines is None:
+        return None
+    upright = lines.axis == 1
+    out = _clear(found.exemplar)
+    drawn = out.swapaxes(0, 1) if upright else out
+    if masonry is not None and masonry.upright == upright:
+        _draw_joints(drawn, masonry.work)
+        _draw_lines(drawn, masonry.work.beds)
+    else:
+        _draw_lines(drawn, lines.at)
+    return out
+
+
+def _draw_lines(out: NDArray[Any], rows: NDArray[Any]) -> None:
+    """Draw lines two px thick; `rows`: of every line the row in every column."""
+    columns = np.arange(out.shape[1])
+    for line in np.asarray(rows, np.int64):
+        for off in (0, 1):
+            inside = (line + off >= 0) & (line + off < out.shape[0])
+            out[line[inside] + off, columns[inside]] = LINE
+
+
+def _draw_joints(out: NDArray[Any], work: Any) -> None:
+    for k, joints in work.of_course.items():
+        for joint in joints:
+            columns = np.clip(work.joints[joint], 0, out.shape[1] - 1)
+            rows = np.arange(len(columns))
+            inside = (rows >= work.beds[k][columns]) & (rows < work.beds[k + 1][columns])
+            out[rows[inside], columns[inside]] = JOINT
+
+
+def _elements(found: Findings) -> Pixels | None:
+    elements = wholes(found.exemplar)
+    return None if elements is None else _tinted(elements.labels, JOINT, FILL // 2, LINE)
+
+
+def _striking(found: Findings) -> Pixels | None:
+    elements, strong = wholes(found.exemplar), _strong(found.exemplar)
+    labels = things(found.exemplar).labels
+    if elements is not None and strong.any():
+        labels = np.where(np.concatenate([[False], strong])[elements.labels], elements.labels, 0)
+    return _tinted(labels, RED, FILL, RED) if labels.any() else None
+
+
+def _strong(exemplar: Exemplar) -> NDArray[np.bool_]:
+    """Which elements strike the eye."""
+    return np.zeros(0, bool) if wholes(exemplar) is None else np.asarray(striking(exemplar) > 0)
+
+
+def _tinted(labels: NDArray[Any], tint: tuple[int, ...], fill: int, edge: tuple[int, ...]) -> Pixels:
+    """Areas under a tint, with their borders."""
+    out = np.zeros((*labels.shape, 4), np.uint8)
+    out[labels > 0] = (*tint[:3], fill)
+    out[borders(labels)] = edge
+    return out
+
+
+def _segments(found: Findings) -> Pixels | None:
+    """Each group in its tint, the one that was chosen in orange, with their borders."""
+    segments = found.segments
+    if not len(segments.groups):
+        return None
+    group, out = segments.group_map, _clear(found.exemplar)
+    for number in range(int(group.max(initial=0)) + 1):
+        tint = CHOSEN if number == segments.chosen else GROUPS[number % len(GROUPS)]
+        out[group == number] = (*tint, FILL + 60 * (number == segments.chosen))
+    out[borders(segments.labels)] = (20, 20, 20, 255)
+    return out
+
+
+def _labels(found: Findings) -> Pixels | None:
+    """Labels to paint with, proposed from the groups of segments: 0 the largest, then those up to LABELS; (H, W, 1)."""
+    if not len(found.segments.groups):
+        return None
+    group = found.segments.group_map
+    areas = np.bincount(group[group >= 0])
+    number = np.zeros(len(areas) + 1, np.uint8)  # the last: what does not count
+    number[np.argsort(-areas, kind="stable")[:LABELS]] = np.arange(min(LABELS, len(areas)))
+    return number[group][:, :, None]
+
+
+DRAWN = {
+    "lattice": _lattice, "courses": _courses, "elements": _elements, "striking": _striking, "segments": _segments,
+    "labels": _labels,
+}  # fmt: skip
+"""What there is to draw of what was found, in the order in which the page lists it; None where it was not found."""
 
 
 def view(said: dict[str, Any], tell: Tell) -> Answer:
     """Draw a kind of view over a result, at most `side` px a side: PNG with opacity."""
-    smap, side = SourceMap.load(said["map"]), said["side"]
+    smap = SourceMap.load(said["map"])
+    step = max(-(-max(smap.height, smap.width) // said["side"]), 1)
     if said["kind"] == "seams":
-        return {}, png(_joins(said, smap, side))
-    step = max(-(-max(smap.height, smap.width) // side), 1)
-    drawn = {"pieces": _pieces, "usage": _usage, "provenance": _provenance}[said["kind"]](smap, step)
-    return {}, png(drawn)
-
-
-def origins(said: dict[str, Any], tell: Tell) -> Answer:
-    """Return where every pixel of a box comes from: uint16, little-endian, (H, W, 3): exemplar, row, column.
-
-    65535: from nowhere. Without a box: of all of the map.
-    """
-    smap = _map(said["map"])
-    x, y, width, height = said["box"] or (0, 0, smap.width, smap.height)
-    if width * height > WIDEST:
-        raise InputError(f"the map has more than {WIDEST} px; ask for a box of it.")
-    part = np.s_[y : y + height, x : x + width]
-    which = _which(smap)[part]
-    out = np.empty((*which.shape, 3), "<u2")
-    out[..., 0], out[..., 1:] = which, np.clip(smap.yx[part], 0, 65534)
-    out[which == 255] = 65535
-    return {"width": smap.width, "height": smap.height}, out.tobytes()
-
-
-@lru_cache(maxsize=1)
-def _map(path: str) -> SourceMap:
-    """The map that was asked for last: a pointer goes over it part by part."""
-    return SourceMap.load(path)
-
-
-def _which(smap: SourceMap) -> NDArray[np.uint8]:
-    return np.zeros(smap.yx.shape[:2], np.uint8) if smap.which is None else smap.which
+        return {}, png(_joins(said, smap, step))
+    return {}, png({"pieces": _pieces, "usage": _usage, "provenance": _provenance}[said["kind"]](smap, step))
 
 
 def _pieces(smap: SourceMap, step: int) -> Pixels:
@@ -71,7 +225,7 @@ def _pieces(smap: SourceMap, step: int) -> Pixels:
 
 def _usage(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of how often its place of the exemplar is shown: white MANY times the mean or more."""
-    which, yx = _which(smap)[::step, ::step], smap.yx[::step, ::step]
+    which, yx = which_of(smap)[::step, ::step], smap.yx[::step, ::step]
     counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
     out = np.zeros((*which.shape, 4), np.uint8)
@@ -85,7 +239,7 @@ def _usage(smap: SourceMap, step: int) -> Pixels:
 
 def _provenance(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of its place in the exemplar: red to the right, green downwards, blue by exemplar."""
-    which, yx = _which(smap)[::step, ::step], smap.yx[::step, ::step]
+    which, yx = which_of(smap)[::step, ::step], smap.yx[::step, ::step]
     out = np.zeros((*which.shape, 4), np.uint8)
     for number, source in enumerate(smap.sources):
         here = which == number
@@ -95,11 +249,10 @@ def _provenance(smap: SourceMap, step: int) -> Pixels:
     return out
 
 
-def _joins(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
+def _joins(said: dict[str, Any], smap: SourceMap, step: int) -> Pixels:
     """What judging found, over the result: the redder, the more a join costs."""
-    outcome = _outcome(said, smap)
+    outcome = _outcome(said["map"], said["picture"], *said["words"])
     size = (smap.height, smap.width)
-    step = max(-(-max(size) // side), 1)
     shape = tuple(-(-n // step) for n in size)
     out = np.zeros((*shape, 4), np.uint8)
     _, opaque = heat(outcome, size, shape)
@@ -108,12 +261,9 @@ def _joins(said: dict[str, Any], smap: SourceMap, side: int) -> Pixels:
     return out
 
 
-def _outcome(said: dict[str, Any], smap: SourceMap) -> Outcome:
+@lru_cache(maxsize=1)
+def _outcome(saved: str, picture: str, *words: str) -> Outcome:
     """Judge a result as the command `score` does, once."""
-    key = json.dumps([said["map"], said["words"]])
-    if key not in _held:
-        _held.clear()
-        asked, quiet = read_argv(said["words"]), Report(quiet=True)
-        exemplars = Shelf([sets_of(asked, quiet)], asked, quiet).get(0)
-        _held[key] = outcome_of(exemplars, files.read(said["picture"], alpha=asked.alpha), map=smap)
-    return _held[key]
+    asked, quiet = read_argv(list(words)), Report(quiet=True)
+    exemplars = Shelf(sets_of(asked, quiet), asked, quiet).exemplars
+    return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=SourceMap.load(saved))

@@ -1,46 +1,52 @@
-"""In the process beside: windows of an endless texture, as tiles; and where a brush says how much it is jittered."""
+"""In the process beside: windows of an endless texture, as tiles; and where a brush says how much it is jittered.
+
+The number that strokes say of a place follows from its coordinates and the strokes alone. It is one of the 256 that a
+gray picture of 8 bits can say, so that a command that is given such a picture draws the same bytes.
+"""
 
 from __future__ import annotations
 
-import hashlib
-import json
+import os
 import time
 from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...choosing.auto import AUTO_METHOD
+from ...cli.help import read_argv
 from ...corrections.parallel_controllable import coarse
 from ...errors import InputError, MethodError, ParameterError
-from ...errors import said as named
 from ...exemplar import Exemplar
 from ...field import Field
 from ...geometry import Box
 from ...giant.texture import Weave, weave
 from ...image import Plane
-from ...methods.base import make, method_class
 from ...methods.parallel_controllable import ParallelControllable
 from ...params import parameters
-from ...request.pictures import value_of
 from ...run import Run
-from .looking import exemplar_of
-from .pictures import Pixels, png, reduced, seen
-from .strokes import STEPS, Painting, painting_of
+from .looking import Pixels, exemplar_of, png, reduced, seen
 from .worker import Answer, Tell
 
-SIDE = 256  # px of a tile
+SIDE = 256  # px of a tile, and of a block of numbers that is kept
 BRUSHED = "jitter_output"
 """The parameter that a brush paints."""
 
-TEXTURES, TILES = 4, 400  # that are kept
+TEXTURES, TILES = 8, 400  # that are kept
 SLICE = 0.1  # s that are drawn at a time: then whoever waits for something else has a turn
 LARGEST = 8192  # px of a picture that says what was painted
+KEPT = 96  # blocks, of 512 kB each
+ROUNDED = 256  # of a painting, of 64 kB each
+STEPS = 255
+
+Numbers = NDArray[np.float64]
 
 _textures: OrderedDict[str, Weave] = OrderedDict()
 _tiles: OrderedDict[tuple[Any, ...], Pixels] = OrderedDict()
+_blocks: OrderedDict[tuple[Any, ...], Numbers] = OrderedDict()
 
 
 class MoreError(Exception):
@@ -74,31 +80,24 @@ def tile(said: dict[str, Any], tell: Tell) -> Answer:
 
 def painted(said: dict[str, Any], tell: Tell) -> Answer:
     """Return what was painted as a gray picture from (0, 0) on, if that says the same for a window; nothing if none."""
-    texture, box = _texture(said), Box(*said["box"])
-    painting = _painting(said)
-    if painting is None or not painting.strokes:
+    texture, box, painting = _texture(said), Box(*said["box"]), painting_of(said["jitter"])
+    if not painting.strokes:
         return {}, b""
-    tall, wide = (min(n + 1, LARGEST) for n in painting.reaches()[2:])
+    tall, wide = (min(n + 1, LARGEST) for n in painting.reaches())
     if min(tall, wide) > 0:
         numbers = painting(np.arange(tall)[:, None], np.arange(wide)[None, :])
         picture = np.rint(numbers * STEPS).astype(np.uint8)
-        if _asked(_brushed(texture, _beyond(picture)), box) == _asked(texture, box):
+        field = Field(picture)  # beyond it its border goes on
+
+        def beyond(y: Any, x: Any) -> Any:
+            return field.at(np.ravel(y).astype(np.int64), np.ravel(x).astype(np.int64))
+
+        if _asked(_brushed(texture, beyond), box) == _asked(texture, box):
             return {}, png(picture[:, :, None])
     raise InputError(
         "what was painted lies left of or above column 0 or row 0, or too far from them for a picture; no command "
         "says it. Paint farther right or down."
     )
-
-
-def _beyond(picture: Pixels) -> Any:
-    """What a field says by a picture, whose border goes on, as a function."""
-
-    def numbers(y: Any, x: Any) -> Any:
-        rows, cols = (np.asarray(a).ravel().astype(np.int64) for a in (y, x))
-        inside = picture[np.clip(rows, 0, len(picture) - 1)][:, np.clip(cols, 0, picture.shape[1] - 1)]
-        return inside.astype(np.float64) / STEPS
-
-    return numbers
 
 
 def _tile(texture: Weave, said: Mapping[str, Any], level: int, y: int, x: int, until: float) -> Pixels:
@@ -109,9 +108,7 @@ def _tile(texture: Weave, said: Mapping[str, Any], level: int, y: int, x: int, u
         found = _coarse(texture, level, y, x)
     if found is None:
         if level:
-            parts = [
-                [_tile(texture, said, level - 1, 2 * y + dy, 2 * x + dx, until) for dx in (0, 1)] for dy in (0, 1)
-            ]
+            parts = [[_tile(texture, said, level - 1, 2 * y + dy, 2 * x + dx, until) for dx in (0, 1)] for dy in (0, 1)]
             found = reduced(np.concatenate([np.concatenate(row, axis=1) for row in parts]), SIDE)
         else:
             if time.perf_counter() > until:
@@ -171,26 +168,24 @@ def _asked(texture: Weave, box: Box) -> str:
     return found
 
 
-def _painting(said: Mapping[str, Any]) -> Painting | None:
-    return None if said["jitter"] is None else painting_of(said["jitter"])
-
-
 def _texture(said: Mapping[str, Any]) -> Weave:
     """The endless texture that is meant; what is analysed for it is shared by all seeds and strokes."""
     name = said["id"]
     if name not in _textures:
-        method, own = said["method"], json.dumps([said["paths"], said["method"], said["options"]])
-        shared = "base " + hashlib.sha256(own.encode()).hexdigest()
-        if shared not in _textures:
-            chosen = method if method == AUTO_METHOD else make(method, _values(method, said["options"]))
-            _keep(shared, weave(exemplar_of(said["paths"]), chosen))
-        _keep(shared, _textures[shared])
-        texture, painting = replace(_textures[shared], seed=said["seed"]), _painting(said)
-        if painting is not None:
-            texture = _brushed(texture, painting)
-        _keep(name, texture)
+        texture = replace(_analysed(said["folder"], *said["words"]), seed=said["seed"])
+        _textures[name] = _brushed(texture, painting_of(said["jitter"])) if said["jitter"] is not None else texture
+        while len(_textures) > TEXTURES:
+            _textures.popitem(last=False)
     _textures.move_to_end(name)
     return _textures[name]
+
+
+@lru_cache(maxsize=TEXTURES)
+def _analysed(folder: str, *words: str) -> Weave:
+    """The texture that the words of a command say, read in a folder."""
+    os.chdir(folder)
+    asked = read_argv(list(words))
+    return weave(exemplar_of(list(asked.files)), asked.chosen)
 
 
 def _brushed(texture: Weave, function: Any) -> Weave:
@@ -201,16 +196,140 @@ def _brushed(texture: Weave, function: Any) -> Weave:
     return replace(texture, method=replace(method, **{BRUSHED: Field(function)}))
 
 
-def _keep(name: str, texture: Weave) -> None:
-    _textures[name] = texture
-    _textures.move_to_end(name)
-    while len(_textures) > 2 * TEXTURES:
-        _textures.popitem(last=False)
+@dataclass(frozen=True)
+class Stroke:
+    """A round brush that went from point to point: full within half its radius (px), then less and less.
+
+    `strength`: the number that it leads to, 0 to 1; None: back to what is where nothing was painted.
+    """
+
+    radius: float
+    strength: float | None
+    points: tuple[tuple[float, float], ...]  # x, y
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.radius, self.strength, self.points))
+
+    @cached_property
+    def blocks(self) -> frozenset[tuple[int, int]]:
+        """The blocks, row and column, that it may touch."""
+        found = set()
+        for (ax, ay), (bx, by) in self.legs:
+            (top, below), (left, right) = (self._span(*ends) for ends in ((ay, by), (ax, bx)))
+            found |= {(y, x) for y in range(top, below + 1) for x in range(left, right + 1)}
+        return frozenset(found)
+
+    @property
+    def legs(self) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+        """From which point to which it went; a dab goes from its point to itself."""
+        return list(zip(self.points, self.points[1:] or self.points, strict=False))
+
+    def _span(self, a: float, b: float) -> tuple[int, int]:
+        return int((min(a, b) - self.radius) // SIDE), int((max(a, b) + self.radius) // SIDE)
+
+    def over(self, below: Numbers, ground: float, block: tuple[int, int]) -> Numbers:
+        """Paint over the numbers of a block."""
+        top, left = (n * SIDE for n in block)
+        apart = np.full(below.shape, self.radius * self.radius)
+        for (ax, ay), (bx, by) in self.legs:
+            rows, cols = (
+                slice(max(0, int(min(a, b) - self.radius - first)), max(0, int(max(a, b) + self.radius - first) + 2))
+                for a, b, first in ((ay, by, top), (ax, bx, left))
+            )
+            part = apart[rows, cols]
+            if part.size:
+                y = np.arange(SIDE, dtype=np.float64)[rows, None] + (top - ay)
+                x = np.arange(SIDE, dtype=np.float64)[None, cols] + (left - ax)
+                dy, dx = by - ay, bx - ax
+                share = np.clip((y * dy + x * dx) / max(dy * dy + dx * dx, 1e-9), 0.0, 1.0)
+                y, x = y - share * dy, x - share * dx
+                np.minimum(part, y * y + x * x, out=part)
+        soft = np.clip(2.0 * (1.0 - np.sqrt(apart) / self.radius), 0.0, 1.0)
+        weight = soft * soft * (3.0 - 2.0 * soft)
+        aim = ground if self.strength is None else self.strength
+        return np.asarray(below + (aim - below) * weight)
 
 
-def _values(method: str, given: Mapping[str, str]) -> dict[str, Any]:
-    known = {p.name: p for p in parameters(method_class(method))}
-    for name in given:
-        if name not in known:
-            raise ParameterError(f"{method} has no parameter {named(name)}.")
-    return {name: value_of(known[name], text) for name, text in given.items()}
+@dataclass(frozen=True)
+class Painting:
+    """What part of the jitter holds where, 0 to 1: `ground`, and strokes over it, the last one on top."""
+
+    ground: float
+    strokes: tuple[Stroke, ...]
+
+    def __call__(self, y: Any, x: Any) -> Numbers:
+        """Return the numbers at rows (n, 1) and columns (1, m), px."""
+        rows, cols = (np.asarray(a, np.float64).ravel().astype(np.int64) for a in (y, x))
+        out = np.full((len(rows), len(cols)), np.rint(self.ground * STEPS), np.uint8)
+        across: dict[int, Any] = {}
+        for block_row, touched in self._touched.items():
+            down = np.flatnonzero(rows // SIDE == block_row)
+            for block_column in touched if len(down) else ():
+                if block_column not in across:
+                    across[block_column] = np.flatnonzero(cols // SIDE == block_column)
+                along = across[block_column]
+                if len(along):
+                    numbers = self._block(block_row, block_column)
+                    out[np.ix_(down, along)] = numbers[np.ix_(rows[down] % SIDE, cols[along] % SIDE)]
+        return out / float(STEPS)
+
+    def reaches(self) -> tuple[int, int]:
+        """The row and the column behind the last that strokes may touch, px."""
+        return (max(self._touched) + 1) * SIDE, (max(max(row) for row in self._touched.values()) + 1) * SIDE
+
+    @cached_property
+    def _touched(self) -> dict[int, dict[int, tuple[Stroke, ...]]]:
+        """The strokes that may touch a block, by its row and its column."""
+        found: dict[int, dict[int, tuple[Stroke, ...]]] = {}
+        for stroke in self.strokes:
+            for row, column in stroke.blocks:
+                there = found.setdefault(row, {})
+                there[column] = (*there.get(column, ()), stroke)
+        return found
+
+    @cached_property
+    def _rounded(self) -> dict[tuple[int, int], NDArray[np.uint8]]:
+        return {}
+
+    def _block(self, row: int, column: int) -> NDArray[np.uint8]:
+        """What a block says, in 1 / 255."""
+        known = self._rounded
+        if (row, column) not in known:
+            numbers = self._blended(row, column, self._touched[row][column])
+            known[row, column] = np.rint(numbers * STEPS).astype(np.uint8)
+        found = known[row, column]
+        while len(known) > ROUNDED:
+            known.pop(next(iter(known)))
+        return found
+
+    def _blended(self, row: int, column: int, strokes: tuple[Stroke, ...]) -> Numbers:
+        """The numbers of a block before they are rounded; a further stroke begins with what is kept."""
+        done = len(strokes)
+        while done and (self.ground, row, column, strokes[:done]) not in _blocks:
+            done -= 1
+        if done:
+            numbers = _blocks[self.ground, row, column, strokes[:done]]
+            _blocks.move_to_end((self.ground, row, column, strokes[:done]))
+        else:
+            numbers = np.full((SIDE, SIDE), self.ground)
+        if done == len(strokes):
+            return numbers
+        for stroke in strokes[done:]:
+            numbers = stroke.over(numbers, self.ground, (row, column))
+        _blocks[self.ground, row, column, strokes] = numbers
+        while len(_blocks) > KEPT:
+            _blocks.popitem(last=False)
+        return numbers
+
+
+def painting_of(given: Any) -> Painting:
+    """Return what JSON tells of strokes."""
+    strokes = tuple(
+        Stroke(float(one["radius"]), one["strength"], tuple((float(x), float(y)) for x, y in one["points"]))
+        for one in given["strokes"]
+    )
+    return Painting(float(given["ground"]), strokes)

@@ -20,23 +20,12 @@ Tell = Callable[..., None]
 """Sends what is known so far: fields of JSON, and `data` as bytes."""
 
 WORK = {
-    "command": ("intarsia.studio.beside.running", "command"),
-    "prepare": ("intarsia.studio.beside.running", "prepare"),
-    "warm": ("intarsia.studio.beside.running", "warm"),
-    "look": ("intarsia.studio.beside.looking", "look"),
-    "see": ("intarsia.studio.beside.looking", "see"),
-    "view": ("intarsia.studio.beside.views", "view"),
-    "origins": ("intarsia.studio.beside.views", "origins"),
-    "find": ("intarsia.studio.beside.found", "find"),
-    "sketch": ("intarsia.studio.beside.sketching", "sketch"),
-    "overlay": ("intarsia.studio.beside.found", "overlay"),
-    "rim": ("intarsia.studio.beside.found", "rim"),
-    "edit": ("intarsia.studio.beside.found", "edit"),
-    "weave": ("intarsia.studio.beside.weaving", "begin"),
-    "tile": ("intarsia.studio.beside.weaving", "tile"),
-    "painted": ("intarsia.studio.beside.weaving", "painted"),
+    "running": ("command", "prepare", "warm", "sketch"),
+    "looking": ("look", "see", "origins"),
+    "views": ("view", "find", "overlay", "rim", "edit"),
+    "weaving": ("begin", "tile", "painted"),
 }
-"""What can be asked for -> where the function is that does it; it is given what was said, and how to tell more."""
+"""The modules of this room, and what can be asked of each: functions, given what was said, and how to tell more."""
 
 _cancelled: set[int] = set()
 
@@ -121,8 +110,8 @@ def _do(said: dict[str, Any], channel: Channel) -> None:
     if number in _cancelled:
         CANCEL.set()
     try:
-        module, name = WORK[said["do"]]
-        answer, data = getattr(import_module(module), name)(said, tell)
+        (module,) = (module for module, does in WORK.items() if said["do"] in does)
+        answer, data = getattr(import_module(f"intarsia.studio.beside.{module}"), said["do"])(said, tell)
         channel.send({"number": number, "done": answer}, data)
     except BaseException as e:
         code, line = judge(e)

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia.cli.app import cli
-from intarsia.tasks.replaying import recipe_map, replayed
+from intarsia.tasks.requested import recipe_map, replayed
 from intarsia.testing import texture
 
 STONES = texture(48, 64)
@@ -54,10 +54,10 @@ def test_donors_stand_behind_the_picture() -> None:
         ({"parameters": {"patch": -1}}, "cannot be followed"),
         ({"blend": 3}, "damaged"),
         ({"size": 7}, "damaged"),
-        ({"seed": "x"}, "cannot be followed"),
-        ({"repair": "x"}, "cannot be followed"),
+        ({"seed": "x"}, "damaged"),
+        ({"repair": "x"}, "damaged"),
         ({"tile": {}}, "damaged"),
-        ({"extend": [1, "x"]}, "cannot be followed"),
+        ({"extend": [1, "x"]}, "damaged"),
     ],
 )
 def test_what_cannot_be_made_again_says_why(change: dict[str, Any], why: str) -> None:

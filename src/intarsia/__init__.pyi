@@ -1,0 +1,59 @@
+"""Names of the package, as type checkers read them."""
+
+from .analysis.light import flattened as flattened
+from .blend import Blend as Blend
+from .blend import Levelling as Levelling
+from .blend import Mixing as Mixing
+from .canvas import Canvas as Canvas
+from .choosing.auto import Auto as Auto
+from .errors import CancelledError as CancelledError
+from .errors import InputError as InputError
+from .errors import IntarsiaError as IntarsiaError
+from .errors import MethodError as MethodError
+from .errors import ParameterError as ParameterError
+from .exemplar import Exemplar as Exemplar
+from .field import Field as Field
+from .files import read as read
+from .files import write as write
+from .geometry import Box as Box
+from .geometry import Wrap as Wrap
+from .giant import Weave as Weave
+from .giant import weave as weave
+from .guide import Guide as Guide
+from .image import Kind as Kind
+from .image import Plane as Plane
+from .judging.score import Score as Score
+from .methods.best_tile import BestTile as BestTile
+from .methods.graphcut import Graphcut as Graphcut
+from .methods.image_quilting import ImageQuilting as ImageQuilting
+from .methods.near_regular import NearRegular as NearRegular
+from .methods.parallel_controllable import ParallelControllable as ParallelControllable
+from .methods.random_tiling import RandomTiling as RandomTiling
+from .methods.repeat import Repeat as Repeat
+from .published.lopez_recas2011.gap_filling import GapFilling as GapFilling
+from .published.multrus2003.patch_sampling import PatchSampling as PatchSampling
+from .published.pixels.ashikhmin import Ashikhmin as Ashikhmin
+from .published.pixels.efros_leung import EfrosLeung as EfrosLeung
+from .published.pixels.wei_levoy import WeiLevoy as WeiLevoy
+from .published.robinson2004.raster_quilting import RasterQuilting as RasterQuilting
+from .published.segments.segment_based import SegmentBased as SegmentBased
+from .rendering.magnification import magnified as magnified
+from .run import Run as Run
+from .sourcemap import SourceMap as SourceMap
+from .synthesis import Synthesis as Synthesis
+from .synthesis import synthesize as synthesize
+from .tasks.advection import advect as advect
+from .tasks.completion import Margins as Margins
+from .tasks.completion import extend as extend
+from .tasks.completion import heal as heal
+from .tasks.inspection import Findings as Findings
+from .tasks.inspection import analyze as analyze
+from .tasks.repair import repair as repair
+from .tasks.report import report as report
+from .tasks.scoring import score as score
+from .tasks.tileable import tile as tile
+from .tasks.warming import warm as warm
+
+__version__: str
+__all__: list[str]
+_HOMES: dict[str, str]
